@@ -836,7 +836,7 @@ pub struct ElementsArgs {
 /// List the JSON schemas of model files and of what commands print with `--json`, or print one of them.
 ///
 /// `kardan schema model` is for editors: with it they complete keys, show units and mark errors in a model file (docs/editors.md).
-/// Each object begins with the key `schema`: the version of the format, `kardan/1`. Numbers are in SI; a non-finite one is
+/// Each object begins with the key `schema`: the version of the format, `kardan/2`. Numbers are in SI; a non-finite one is
 /// `null`, a complex one is `[re, im]`, an exact one a text.
 #[derive(Debug, Clone, Args)]
 #[command(

@@ -1,8 +1,8 @@
 //! Tables of signals: CSV, Parquet, MAT (version 5) and ASAM MDF 4, read as streams of blocks and written.
 //!
-//! A table knows numbers, names and units, nothing of what they mean.
+//! A table contains numbers, names and units, without their physical meaning.
 //!
-//! | part | what it does |
+//! | part | purpose |
 //! |---|---|
 //! | [`read`] | logs of any size, block by block, in bounded memory; bytes are never trusted |
 //! | [`write`](mod@write) | one [`Table`] (of MDF several) as bytes |

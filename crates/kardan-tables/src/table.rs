@@ -27,7 +27,12 @@ impl Table<'_> {
     /// If one is not.
     pub(crate) fn check(&self) {
         for column in &self.columns {
-            assert_eq!(column.values.len(), self.time.len(), "`{}` has another length than time", column.name);
+            assert_eq!(
+                column.values.len(),
+                self.time.len(),
+                "the length of `{}` differs from that of time",
+                column.name
+            );
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Characters and cells of text that programs take for something else.
+//! Characters and cells of text that programs interpret differently.
 
 use std::borrow::Cow;
 
-/// Whether a character is written for the sign of a negative number: the hyphen of a keyboard, the minus U+2212, and the hyphens and
+/// Whether a character is used as the sign of a negative number: the hyphen of a keyboard, the minus U+2212, and the hyphens and
 /// dashes that word processors, spreadsheets and keyboards put in its place.
 ///
 /// ```
@@ -13,14 +13,14 @@ pub fn is_minus(c: char) -> bool {
     matches!(c, '-' | '\u{2010}'..='\u{2015}' | '\u{2212}' | '\u{fe58}' | '\u{fe63}' | '\u{ff0d}')
 }
 
-/// Whether spreadsheets take a text for a formula, apostrophes before it not counted; numbers are none.
+/// Whether spreadsheets interpret a text as a formula, without apostrophes before it; numbers are no formulas.
 fn is_formula(text: &str) -> bool {
     let text = text.trim_start_matches('\'');
     text.starts_with(['=', '+', '-', '@', '\t', '\r', '＝', '＋', '－', '＠']) && text.parse::<f64>().is_err()
 }
 
-/// A text as a cell of a CSV file (RFC 4180): in quotes where it has to be, and behind an apostrophe where a spreadsheet would take it for
-/// a formula and compute it. [`read`](crate::read) takes the apostrophe off the names of columns.
+/// A text as a cell of a CSV file (RFC 4180): in quotes if required, and after an apostrophe if a spreadsheet would interpret it as
+/// a formula and compute it. [`read`](crate::read) removes the apostrophe from the names of columns.
 ///
 /// ```
 /// use kardan_tables::write::csv_cell;

@@ -231,7 +231,7 @@ fn parquet_of_pyarrow_in_all_compressions() {
         equal(log.column(0, "ramp"), 100, |k| k - 50.0);
         equal(log.column(0, "single"), 100, |k| 0.25 * k);
         equal(log.column(0, "flag"), 100, |k| 1.0 - k % 2.0);
-        assert!(log.reported().contains("`word` holds no plain numbers"), "{}", log.reported());
+        assert!(log.reported().contains("`word` contains no plain numbers"), "{}", log.reported());
     }
     let log = read(stored("delta.parquet"));
     equal(log.column(0, "time"), 100, hundredths);
@@ -393,7 +393,7 @@ fn csv_with_stamps_missing_values_and_odd_rows() {
     assert!(log.rows() == 2 && log.reported().contains("middle of row 4"), "{}", log.reported());
     let log = text("t,state,x\n0,run,1\n1,run,2\n2,stop,3\n3,stop,4\n");
     equal(log.column(0, "x"), 4, |k| k + 1.0);
-    assert!(log.reported().contains("`state` holds text"), "{}", log.reported());
+    assert!(log.reported().contains("`state` contains text"), "{}", log.reported());
 }
 
 #[test]
@@ -509,19 +509,19 @@ fn mdf_counters_that_are_wrong_lose_no_rows() {
         let (at, name, all) = if fast { (groups[0], "fast", 100) } else { (groups[1], "slow", 10) };
         let log = read(put(rasters.clone(), at, &rows.to_le_bytes()));
         check_rasters(&log);
-        let note = format!("the group `{name}` has {all} records, and its counter of cycles says {rows}: all are read");
+        let note = format!("the group `{name}` has {all} records, and its cycle counter is {rows}: all are read");
         assert_eq!(log.notes, [note]);
     }
     // Too many are announced: the rows are given, then the group is named.
     let whole = read_with(put(rasters.clone(), groups[0], &101u64.to_le_bytes()), &CsvOptions::default()).unwrap();
     assert_eq!(whole.column(0, "time").len(), 100);
-    assert!(whole.reported().contains("group `fast` has 100 of the 101 rows announced"), "{}", whole.reported());
+    assert!(whole.reported().contains("group `fast` has 100 of the 101 declared rows"), "{}", whole.reported());
     // Of records that stand mixed in one stream, too.
     let unsorted = stored("unsorted.mf4");
     let at = counter(&unsorted, usize::from(unsorted[counter(&unsorted, 0)] == 20));
     let log = read(put(unsorted, at, &[7]));
     equal(log.column(0, "word"), 60, |k| 1000.0 - k);
-    assert!(log.reported().contains("60 records, and its counter of cycles says 7"), "{}", log.reported());
+    assert!(log.reported().contains("60 records, and its cycle counter is 7"), "{}", log.reported());
 }
 
 fn check_rasters(log: &Whole) {
@@ -550,7 +550,7 @@ fn mdf_blocks_that_are_not_full_end_where_the_rows_do() {
     for counter in [50, 20, 0] {
         let log = read(reserved(counter));
         equal(log.column(0, "time"), 50, |k| k * 1e-3);
-        assert_eq!(log.reported().contains("its counter of cycles"), counter != 50, "{}", log.reported());
+        assert_eq!(log.reported().contains("its cycle counter"), counter != 50, "{}", log.reported());
     }
     let empty = read(write::mdf(&[("run", &series(0, 1.0).table()), ("slow", &series(3, 1.0).table())]));
     assert!(empty.rows() == 3 && empty.notes == ["the group `run` has no records"], "{:?}", empty.notes);
@@ -673,16 +673,16 @@ fn every_damage_is_reported_and_the_rows_before_it_are_given() {
         ("an MDF file without its header", put(rasters.clone(), 64, b"####"), 0, "byte 64"),
         ("an MDF header of huge length", put(rasters.clone(), 72, &huge), 0, "truncated"),
         ("an MDF header with many links", put(rasters.clone(), 80, &lots), 0, "links"),
-        ("a group that leads to itself", put(rasters.clone(), cg + 24, &(cg as u64).to_le_bytes()), 0, "circle"),
-        ("a data group that leads to itself", put(rasters.clone(), dg + 24, &(dg as u64).to_le_bytes()), 1, "circle"),
-        ("a channel that leads to itself", put(rasters.clone(), cn + 24, &(cn as u64).to_le_bytes()), 0, "circle"),
+        ("a group that leads to itself", put(rasters.clone(), cg + 24, &(cg as u64).to_le_bytes()), 0, "cycle"),
+        ("a data group that leads to itself", put(rasters.clone(), dg + 24, &(dg as u64).to_le_bytes()), 1, "cycle"),
+        ("a channel that leads to itself", put(rasters.clone(), cn + 24, &(cn as u64).to_le_bytes()), 0, "cycle"),
         ("a link out of the file", put(rasters.clone(), dg + 40, &lots), 0, "truncated"),
         ("a link into nowhere", put(rasters.clone(), dg + 40, &72u64.to_le_bytes()), 0, "no block begins there"),
         ("a link to another block", put(rasters.clone(), dg + 40, &(cg as u64).to_le_bytes()), 0, "block of records"),
         ("records of huge length", put(rasters.clone(), dt + 8, &lots), 110, ""),
-        ("rows without end", put(rasters.clone(), cg + 24 + 48 + 8, &huge), 100, "rows announced"),
-        ("records of 4 GB", put(rasters.clone(), cg + 24 + 48 + 24, &[0xff; 4]), 0, "records are said"),
-        ("records of one byte", put(rasters.clone(), cg + 24 + 48 + 24, &1u32.to_le_bytes()), 0, "beyond the 1 bytes"),
+        ("rows without end", put(rasters.clone(), cg + 24 + 48 + 8, &huge), 100, "declared rows"),
+        ("records of 4 GB", put(rasters.clone(), cg + 24 + 48 + 24, &[0xff; 4]), 0, "declares records"),
+        ("records of one byte", put(rasters.clone(), cg + 24 + 48 + 24, &1u32.to_le_bytes()), 0, "outside the 1 bytes"),
         (
             "a channel of 300 bits",
             put(rasters.clone(), nth(&rasters, b"##CN", 1) + 24 + 64 + 8, &300u32.to_le_bytes()),
@@ -690,7 +690,12 @@ fn every_damage_is_reported_and_the_rows_before_it_are_given() {
             "300 bits",
         ),
         ("a compressed block of huge length", put(deflated.clone(), dz + 24 + 8, &huge), 0, "compressed block"),
-        ("a compressed block with wrong bytes", put(deflated.clone(), dz + 60, &[0xff; 16]), 0, "cannot be inflated"),
+        (
+            "a compressed block with wrong bytes",
+            put(deflated.clone(), dz + 60, &[0xff; 16]),
+            0,
+            "cannot be decompressed",
+        ),
         ("a compressed block of a new kind", put(deflated.clone(), dz + 26, &[9]), 0, "method 9"),
         // MAT
         ("a MAT file cut in its header", matrix[..127].to_vec(), 0, "truncated"),
@@ -699,13 +704,13 @@ fn every_damage_is_reported_and_the_rows_before_it_are_given() {
         ("a MAT file without byte order", put(columns.clone(), 126, b"XX"), 0, "byte order"),
         ("a variable of huge length", put(columns.clone(), 132, &[0xff, 0xff, 0xff, 0x7f]), 100, "truncated"),
         ("a variable of no kind", put(columns.clone(), 128, &[99]), 0, "element type 99"),
-        ("a compressed variable with wrong bytes", put(vectors.clone(), 140, &[0xff; 24]), 0, "cannot be inflated"),
+        ("a compressed variable with wrong bytes", put(vectors.clone(), 140, &[0xff; 24]), 0, "cannot be decompressed"),
         ("a compressed variable cut", vectors[..500].to_vec(), 0, "truncated"),
         ("a matrix cut", cut(&columns, 0.3), 0, "truncated"),
         // Parquet
-        ("a Parquet file cut", cut(&snappy, 0.7), 0, "written last"),
-        ("a Parquet file of four bytes", b"PAR1".to_vec(), 0, "written last"),
-        ("a Parquet dictionary without values", put(snappy.clone(), 14, &[0xfe, 0x7f]), 0, "said to hold 8191 values"),
+        ("a Parquet file cut", cut(&snappy, 0.7), 0, "at the end of the file"),
+        ("a Parquet file of four bytes", b"PAR1".to_vec(), 0, "at the end of the file"),
+        ("a Parquet dictionary without values", put(snappy.clone(), 14, &[0xfe, 0x7f]), 0, "declares 8191 values"),
         ("a Parquet footer of huge length", put(snappy.clone(), footer, &[0xff; 4]), 0, "description of its columns"),
         ("a Parquet footer of no length", put(snappy.clone(), footer, &[0; 4]), 0, "description of its columns"),
         ("a Parquet footer of zeros", put(snappy.clone(), description, &[0; 40]), 0, "description of its columns"),

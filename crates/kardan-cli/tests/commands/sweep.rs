@@ -47,7 +47,7 @@ fn half_of_the_samples_hold() {
     let bounds = ["above", "below"].map(|key| object["requirements"][0][key].clone());
     assert_eq!(bounds, [2.0.into(), serde_json::Value::Null]);
     let schema = String::from_utf8(kardan(&at, &["schema", "sweep"]).stdout).unwrap();
-    assert!(["below", "above"].iter().all(|key| schema.contains(&format!("What is measured must be {key} this, SI."))));
+    assert!(["Upper", "Lower"].iter().all(|side| schema.contains(&format!("{side} bound of the measure, SI."))));
     let files = ["rows-000000.parquet", "rows-000001.parquet", "rows-000002.parquet", "sweep.html", "sweep.json"];
     assert!(files.iter().all(|name| at.join("o").join(name).is_file()));
     let reported = kardan(&at, &["sweep", "m.toml", "--samples", "150"]);

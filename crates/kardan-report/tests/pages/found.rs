@@ -23,7 +23,7 @@ fn a_warning_of_a_design() {
     let factor = margins.channels.iter().find(|one| !one.is_sensor).expect("a motor").gain[1];
     let page = kardan_report::design(&found).html();
     assert!(!found.verdict().sound && page.contains("class=\"verdict bad\""));
-    for said in [&format!("times {factor:.4} makes the loop unstable"), "but hardly"] {
+    for said in [&format!("times {factor:.4} makes the loop unstable"), "with low margins"] {
         assert!(page.contains(said), "{said}");
     }
 }

@@ -661,6 +661,6 @@ fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
     assert_eq!(design.verdict(), verdict(false, "The outputs cannot be decoupled; no zero dynamics."));
     assert!(said(&design).contains("No state feedback decouples the outputs."));
     let plain = Design { law: "lqr".into(), ..Design::default() };
-    assert_eq!(plain.verdict(), verdict(true, "Designed; it is not claimed to decouple."));
+    assert_eq!(plain.verdict(), verdict(true, "Designed; decoupling was not requested."));
     assert!(!said(&plain).contains("Decoupling") && !said(&plain).contains("Zero dynamics"));
 }

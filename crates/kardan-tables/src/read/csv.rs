@@ -1,4 +1,4 @@
-//! Text with one row per line. How it is written is found out from its beginning; rows are read in parallel.
+//! Text with one row per line. The layout is detected from its beginning; rows are read in parallel.
 
 mod cell;
 mod encoding;
@@ -15,7 +15,7 @@ use encoding::text;
 use layout::{CSV, Layout};
 use rows::{Plan, Rows};
 
-/// How much text is read and parsed at once.
+/// Amount of text read and parsed at once.
 const CHUNK: usize = 8 << 20;
 /// The longest line.
 const LINE_LIMIT: usize = 64 << 20;
@@ -28,7 +28,7 @@ pub(super) struct CsvLog {
     found: Noticed,
 }
 
-/// What is told in the notes.
+/// Counts for the notes.
 #[derive(Default)]
 struct Noticed {
     rows: u64,
@@ -44,14 +44,14 @@ struct Reading {
     plan: Plan,
     /// For each chosen channel, its column of `pieces`.
     outputs: Vec<usize>,
-    /// Text that is read and not parsed: whole lines, but for the end of the file.
+    /// Text that is read and not parsed: whole lines, except at the end of the file.
     text: Vec<u8>,
-    /// The beginning of a line whose end is not read.
+    /// The beginning of an incomplete line.
     rest: Vec<u8>,
     ended: bool,
     /// Lines before `text`.
     lines: u64,
-    /// Lines that are still to be passed over.
+    /// Lines still to skip.
     skip: u64,
     pieces: Vec<Rows>,
     piece: usize,
@@ -80,14 +80,14 @@ impl Reading {
                 break;
             }
             if text.len() > LINE_LIMIT {
-                let what = format!("a line has no end for {} MiB", LINE_LIMIT >> 20);
-                return Err(LogError::damaged(CSV, "behind the last row given", what));
+                let what = format!("a line has no end within {} MiB", LINE_LIMIT >> 20);
+                return Err(LogError::damaged(CSV, "after the last row read", what));
             }
         }
         Ok(text)
     }
 
-    /// Parses the text that is there and meanwhile reads the next.
+    /// Parses the present text and reads the next one in parallel.
     fn advance(&mut self, found: &mut Noticed, names: &dyn Fn(usize) -> String) {
         let mut text = std::mem::take(&mut self.text);
         if self.skip > 0 {
@@ -152,13 +152,15 @@ impl Reading {
             Err(error) => self.failed = Some(error),
         }
         if skipped > rows && (whole_file || skipped + rows >= 100) {
-            let what = format!("from there on {skipped} of {} rows are no rows of numbers", skipped + rows);
+            let what = format!("from there on {skipped} of {} rows are not rows of numbers", skipped + rows);
             let place = format!("at row {}", first.unwrap_or(self.lines));
             self.failed = Some(LogError::damaged(CSV, place, what));
         } else if let (true, Some((row, cell, text))) = (found.odd_cells > 4 * (found.rows + 10), &found.first_odd_cell)
         {
-            let what =
-                format!("there `{text}` stands in place of a number, and {} more cells are none", found.odd_cells - 1);
+            let what = format!(
+                "there is `{text}` instead of a number, and {} more cells are not numbers",
+                found.odd_cells - 1
+            );
             self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", names(*cell)), what));
         }
         if self.failed.is_some() {
@@ -253,7 +255,7 @@ impl Log for CsvLog {
             let channel = self.layout.cells_of_channels.iter().position(|of| of == cell);
             let name = channel.map_or("", |channel| &self.groups[0].channels[channel].name);
             let count = found.odd_cells;
-            let cells = if count == 1 { "cell is no number and counts" } else { "cells are no numbers and count" };
+            let cells = if count == 1 { "cell is not a number and counts" } else { "cells are not numbers and count" };
             notes.push(format!("{count} {cells} as missing (first: row {row}, column `{name}`: `{text}`)"));
         }
         notes.extend(found.end.clone());

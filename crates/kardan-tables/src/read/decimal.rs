@@ -5,8 +5,8 @@ const POWERS: [f64; 23] = [
     1e21, 1e22,
 ];
 
-/// Reads a number at the start of some bytes. Gives the value and how many bytes it takes; `None` if there is no
-/// number that is read here (`inf`, `NaN` and words are not).
+/// Reads a number at the start of some bytes. Returns the value and its number of bytes; `None` if there is no
+/// supported number (`inf`, `NaN` and words are not).
 ///
 /// Up to 19 digits stay a whole number. If it has at most 53 bits, one multiplication or division by an exact power of
 /// ten rounds once (W. D. Clinger, How to read floating point numbers accurately, 1990); a whole number over a power of
@@ -70,7 +70,7 @@ pub(super) fn leading(bytes: &[u8], point: u8) -> Option<(f64, usize)> {
             at = end;
         }
     }
-    // Leading zeros do not count among the digits that fit.
+    // Leading zeros do not count as digits.
     let fits = digits <= 19 || {
         let significant = bytes[start..at].iter().skip_while(|byte| **byte == b'0' || **byte == point);
         significant.take_while(|byte| byte.is_ascii_digit() || **byte == point).filter(|byte| **byte != point).count()
@@ -105,13 +105,13 @@ fn eight_digits(bytes: &[u8]) -> Option<u64> {
     Some(high.wrapping_add(low) >> 32)
 }
 
-/// A quotient of whole numbers above zero, rounded once: 64 bits and more of it and whether anything is left decide.
+/// A quotient of whole numbers above zero, rounded once: at least 64 bits of it and a flag for a remainder decide.
 fn quotient(numerator: u64, denominator: u64) -> f64 {
     let shift = numerator.leading_zeros();
     let scale = 64 - denominator.leading_zeros();
     let numerator = u128::from(numerator << shift) << scale;
     let (whole, rest) = (numerator / u128::from(denominator), numerator % u128::from(denominator));
-    // `whole` has 64 or 65 bits; its last bit only says whether anything is left, far below the 53 that count.
+    // `whole` has 64 or 65 bits; its last bit only marks a remainder, far below the 53 significant ones.
     let sticky = whole | u128::from(rest != 0);
     sticky as f64 * f64::from_bits((1023 - u64::from(shift) - u64::from(scale)) << 52)
 }

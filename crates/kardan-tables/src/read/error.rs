@@ -2,11 +2,11 @@ use std::io;
 
 use thiserror::Error;
 
-/// Why a log cannot be read, or not any further.
+/// Why a log cannot be read, or only in part.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LogError {
     /// There are no bytes.
-    #[error("the file is empty (0 bytes): the recording or the copy was stopped before anything was written")]
+    #[error("the file is empty (0 bytes): the recording or the copy stopped before it wrote anything")]
     Empty,
     /// The bytes end too early.
     #[error(
@@ -21,38 +21,38 @@ pub enum LogError {
         /// The size of the file in bytes.
         end: u64,
     },
-    /// The bytes are not what the format says.
+    /// The bytes violate the format.
     #[error("the {format} file is damaged {place}: {what}; copy it again or repair it with the tool that wrote it")]
     Damaged {
         /// `CSV`, `MAT`, `MDF` or `Parquet`.
         format: &'static str,
         /// Where: byte, or row and column.
         place: String,
-        /// What is wrong there.
+        /// The error.
         what: String,
     },
-    /// The bytes are sound but not for this reader.
+    /// The bytes are valid, but not supported.
     #[error("{what}; {help}")]
     Unsupported {
-        /// What is there.
+        /// The contents found.
         what: String,
-        /// What to do.
+        /// How to correct it.
         help: String,
     },
-    /// Nothing in the file can be read as a series of numbers.
+    /// The file contains no series of numbers.
     #[error("the {format} file has no channel: {why}")]
     NoChannels {
         /// `CSV`, `MAT`, `MDF` or `Parquet`.
         format: &'static str,
-        /// What was looked for and what to do.
+        /// What was searched, and how to correct it.
         why: String,
     },
-    /// [`Log::choose`](super::Log::choose) was asked for what is not there.
+    /// [`Log::choose`](super::Log::choose) had an unknown channel.
     #[error("there is no channel {channel} in group {group} (both counted from 0); choose from the listed groups")]
     UnknownChannel {
-        /// The group asked for.
+        /// The requested group.
         group: usize,
-        /// The channel asked for.
+        /// The requested channel.
         channel: usize,
     },
     /// The system could not read.

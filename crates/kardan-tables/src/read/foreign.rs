@@ -1,8 +1,8 @@
-//! Formats that are known but not read.
+//! Known formats without a reader.
 
 use super::LogError;
 
-/// What the first bytes say, if they are of such a format.
+/// The format of the first bytes, if it is such a format.
 pub(super) fn foreign(head: &[u8]) -> Option<LogError> {
     let text = String::from_utf8_lossy(head).trim_start_matches(['\u{feff}', ' ', '\n', '\r', '\t']).to_lowercase();
     let (what, help) = if head.starts_with(b"\x89HDF\r\n\x1a\n") || head.starts_with(b"MATLAB 7.3 MAT-file") {

@@ -1,20 +1,20 @@
-//! What every format gives: groups of channels, read block by block.
+//! Common to all formats: groups of channels, read block by block.
 
 use std::io::{self, Cursor, Read, Seek};
 use std::sync::Arc;
 
 use super::LogError;
 
-/// The most rows of a [`Block`].
+/// Largest number of rows of a [`Block`].
 pub const BLOCK_ROWS: usize = 65536;
 
-/// What can be read from any place.
+/// A source with random access.
 pub trait ReadSeek: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> ReadSeek for T {}
 
 /// The bytes of a log. They are opened more than once, each time at the start, because formats that store one channel
-/// behind the other are read at several places at once.
+/// after the other are read at several positions at once.
 pub trait Bytes: Send + Sync {
     /// Opens the bytes at their start.
     ///
@@ -29,7 +29,7 @@ impl Bytes for Arc<[u8]> {
     }
 }
 
-/// The bytes of a log that are in memory already.
+/// The bytes of a log in memory.
 pub fn in_memory(bytes: impl Into<Arc<[u8]>>) -> Arc<dyn Bytes> {
     Arc::new(bytes.into())
 }
@@ -37,23 +37,23 @@ pub fn in_memory(bytes: impl Into<Arc<[u8]>>) -> Arc<dyn Bytes> {
 /// One measured quantity.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Channel {
-    /// Unique in its group: where the file repeats a name, the second is `name (2)`.
+    /// Unique in its group: if the file repeats a name, the second is `name (2)`.
     pub name: String,
-    /// As the file writes it; empty if it does not tell.
+    /// As in the file; empty if the file does not contain it.
     pub unit: String,
 }
 
 /// Channels that are read row by row together (one raster).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Group {
-    /// Empty if the file does not tell.
+    /// Empty if the file does not contain it.
     pub name: String,
     /// The channels, in the order of the file.
     pub channels: Vec<Channel>,
-    /// Which channel is the time, if the file tells: the master of an MDF group, or else the first channel that is
-    /// called `time`, `t`, `timestamp` or the like or that holds times of day.
+    /// The time channel, if the file marks it: the master of an MDF group, or else the first channel that is
+    /// named `time`, `t`, `timestamp` or similar or that contains times of day.
     pub time: Option<usize>,
-    /// How many rows there are, if the file tells.
+    /// Number of rows, if the file contains it.
     pub rows: Option<u64>,
 }
 
@@ -73,10 +73,10 @@ impl Group {
     }
 }
 
-/// How a CSV file is written; what is `None` is found out. Rows are counted from 1, blank lines included.
+/// The layout of a CSV file; kardan detects what is `None`. Rows are counted from 1, blank lines included.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CsvOptions {
-    /// What stands between two cells: `b','`, `b';'`, `b'\t'`, `b'|'` or `b' '` (any number of blanks).
+    /// The delimiter of cells: `b','`, `b';'`, `b'\t'`, `b'|'` or `b' '` (any number of blanks).
     pub delimiter: Option<u8>,
     /// Whether numbers are written like `1,5`.
     pub decimal_comma: Option<bool>,
@@ -93,15 +93,15 @@ pub struct CsvOptions {
 pub struct Block {
     /// Which group the rows belong to.
     pub group: usize,
-    /// The chosen channels of this group in the order of [`Log::choose`], `rows` values each; what is missing or no
-    /// number is NaN. Values are in the unit of the channel.
+    /// The chosen channels of this group in the order of [`Log::choose`], `rows` values each; missing values and
+    /// cells without a number are NaN. Values are in the unit of the channel.
     pub columns: Vec<Vec<f64>>,
-    /// How many rows there are, at most [`BLOCK_ROWS`].
+    /// Number of rows, at most [`BLOCK_ROWS`].
     pub rows: usize,
 }
 
 impl Block {
-    /// Empties the block for some columns of a group; memory stays.
+    /// Empties the block for some columns of a group; its memory is reused.
     pub(super) fn reset(&mut self, group: usize, columns: usize) {
         self.group = group;
         self.rows = 0;
@@ -115,8 +115,8 @@ pub trait Log: Send {
     /// The groups of channels. There is at least one, with at least one channel.
     fn groups(&self) -> &[Group];
 
-    /// Chooses what is read, as pairs of group and channel, and goes back to the start. Everything else is skipped as
-    /// cheaply as the format allows. Until something is chosen, nothing is read.
+    /// Chooses the channels to read, as pairs of group and channel, and returns to the start. All other data are skipped as
+    /// cheaply as the format allows. Without a choice, no channel is read.
     ///
     /// # Errors
     /// [`LogError::UnknownChannel`] for a pair that does not exist; those of reading.
@@ -126,21 +126,21 @@ pub trait Log: Send {
     /// together, as far as the format allows: by the share of their rows in MDF files and MAT files.
     ///
     /// # Errors
-    /// Damage, after the rows before it. The next call goes on with what is not damaged, such as other groups, and gives
-    /// `false` if there is nothing.
+    /// Damage, after the rows before it. The next call continues with undamaged data, such as other groups, and returns
+    /// `false` if there are none.
     fn next(&mut self, block: &mut Block) -> Result<bool, LogError>;
 
-    /// What a reader must be told although it is no error: rows that were skipped, a file that ends in the middle of a
-    /// row, channels that are left out. Complete when [`Log::next`] has come to its end.
+    /// Notes that are not errors: rows that were skipped, a file that ends in the middle of a
+    /// row, channels that are left out. Complete when [`Log::next`] has reached the end.
     fn notes(&self) -> Vec<String>;
 
-    /// What of the notes means that numbers are lost: rows that could not be read, an end in the middle of a row; a few words for
-    /// each, such as `3 rows are left out`. Complete when [`Log::next`] has come to its end.
+    /// The notes on lost numbers: rows that could not be read, an end in the middle of a row; a few words for
+    /// each, such as `3 rows are left out`. Complete when [`Log::next`] has reached the end.
     fn damage(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// Single numbers that stand beside the channels (in MAT files).
+    /// Single numbers besides the channels (in MAT files).
     fn constants(&self) -> &[(String, f64)] {
         &[]
     }

@@ -1,7 +1,7 @@
 //! MAT files of version 5 as logs.
 //!
-//! The numbers of a variable stand one column behind the other, so a column is a place in the file, or in what a
-//! compressed variable inflates to. Each chosen column has an inflater of its own that runs along; no variable is ever
+//! The numbers of a variable are stored column by column, so a column is a range of the file, or of a
+//! decompressed variable. Each chosen column has its own decompressor; no variable is ever
 //! in memory as a whole.
 
 use std::borrow::Cow;
@@ -17,18 +17,18 @@ use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, fin
 
 const MAT: &str = "MAT";
 const HEADER: u64 = 128;
-/// The most variables, fields and cells that are looked at.
+/// Largest number of examined variables, fields and cells.
 const ARRAY_LIMIT: usize = 100_000;
-/// The most columns of a matrix.
+/// Largest number of columns of a matrix.
 const COLUMN_LIMIT: usize = 10_000;
 const DEPTH_LIMIT: usize = 8;
-/// The most bytes of names, units and notes that are kept: each of very many columns may have a very long name.
+/// Largest stored size of names, units and notes, bytes: each of very many columns may have a very long name.
 const NAME_LIMIT: usize = 10 << 20;
-/// Numbers of this many bytes are kept when they are passed.
+/// Numbers of this many bytes are stored when they are passed.
 const SHORT: usize = 64;
-/// How many bytes of a column are read at once.
+/// Bytes of a column read at once.
 const STEP: usize = 1 << 20;
-/// How many bytes of all columns of a group are read at once.
+/// Bytes of all columns of a group read at once.
 const STEPS: usize = 64 << 20;
 
 type Shared = Arc<Mutex<Source>>;
@@ -50,12 +50,12 @@ enum Stream {
 struct Inflater {
     source: Shared,
     state: InflateState,
-    /// Where the next compressed bytes are.
+    /// The position of the next compressed bytes.
     at: u64,
     end: u64,
     packed: Vec<u8>,
     used: usize,
-    /// How many bytes were given.
+    /// Number of delivered bytes.
     delivered: u64,
     ended: bool,
 }
@@ -77,7 +77,7 @@ impl Stream {
         }))
     }
 
-    /// Appends bytes from a place on, which is never before the last one; what was read before an error stays.
+    /// Appends bytes from a position, which is never before the last one; bytes before an error remain.
     fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
         match self {
             Self::Plain(source) => {
@@ -118,7 +118,7 @@ impl Inflater {
                 let count = (self.end - self.at).min(16 << 10) as usize;
                 let available = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
                 if available == 0 {
-                    let what = "a compressed variable goes on".to_owned();
+                    let what = "a compressed variable continues".to_owned();
                     return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
                 }
                 append(&self.source, self.at, available, &mut self.packed)?;
@@ -137,7 +137,7 @@ impl Inflater {
             };
             if filled < piece.len() && (over || self.ended) {
                 let place = format!("in the compressed variable that ends at byte {}", self.end);
-                let what = format!("it cannot be inflated beyond {} bytes", self.delivered);
+                let what = format!("it cannot be decompressed after {} bytes", self.delivered);
                 return Err(LogError::damaged(MAT, place, what));
             }
             self.ended = stuck && self.at == self.end && self.used == self.packed.len();
@@ -146,7 +146,7 @@ impl Inflater {
     }
 }
 
-/// Where a variable is.
+/// The position of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Variable {
     packed: bool,
@@ -154,7 +154,7 @@ struct Variable {
     end: u64,
 }
 
-/// What the walk over a variable reads; long runs stay where they are.
+/// The bytes that the traversal of a variable reads; long runs stay in the file.
 struct VariableInput {
     stream: Stream,
     buffer: Vec<u8>,
@@ -189,7 +189,7 @@ impl Input for VariableInput {
     }
 }
 
-/// Where the values of a channel are.
+/// The position of the values of a channel.
 #[derive(Debug, Clone)]
 struct Column {
     variable: Variable,
@@ -204,7 +204,7 @@ struct Column {
 
 /// A channel before it has a group.
 struct PendingChannel {
-    /// What keeps channels with as many rows apart: structure and raster.
+    /// Distinguishes channels with equal numbers of rows: structure and raster.
     family: (String, String),
     rows: usize,
     channel: Channel,
@@ -250,12 +250,15 @@ impl MatLog {
         let damage = index.variables().err();
         let Index { source, found, constants, mut notes, names, .. } = index;
         if names == 0 {
-            notes.push(format!("names of variables take more than {} MiB: the rest is left out", NAME_LIMIT >> 20));
+            notes.push(format!(
+                "the names of variables need more than {} MiB: the remaining ones are left out",
+                NAME_LIMIT >> 20
+            ));
         }
         if found.is_empty() {
             return Err(damage.unwrap_or_else(|| LogError::NoChannels {
                 format: MAT,
-                why: "there is no vector or matrix of numbers with at least two rows in it".into(),
+                why: "it contains no vector or matrix of numbers with at least two rows".into(),
             }));
         }
         let mut families: Vec<(&(String, String), usize)> = Vec::new();
@@ -283,12 +286,12 @@ impl MatLog {
     }
 }
 
-/// Walks over the variables.
+/// Traverses the variables.
 struct Index {
     source: Shared,
     little: bool,
     budget: usize,
-    /// How many bytes of names are left.
+    /// Remaining bytes for names.
     names: usize,
     found: Vec<PendingChannel>,
     constants: Vec<(String, f64)>,
@@ -296,7 +299,7 @@ struct Index {
 }
 
 impl Index {
-    /// Whether so many bytes of names may still be kept; once they may not, nothing more is.
+    /// Whether this many bytes of names may still be stored; after the first refusal no more are.
     fn afford(&mut self, bytes: usize) -> bool {
         self.names = self.names.saturating_sub(bytes + 16);
         self.names > 0
@@ -477,7 +480,7 @@ fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
 }
 
 impl Cursor {
-    /// Appends values; those before an error stay.
+    /// Appends values; those before an error remain.
     fn read(&mut self, from: usize, count: usize, out: &mut Vec<f64>) -> Result<(), LogError> {
         let Column { storage, little, first, stride, .. } = self.column;
         let width = storage.size();

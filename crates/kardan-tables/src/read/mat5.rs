@@ -1,32 +1,32 @@
-//! MAT files of version 5 (`save -v7`, `save -v6`, SciPy): arrays with names, from bytes that may be anything.
+//! MAT files of version 5 (`save -v7`, `save -v6`, SciPy): named arrays from untrusted bytes.
 //!
-//! The element structure is walked here, with every length checked against what is there, and only inflating is left to
-//! `miniz_oxide` with a bound: the crates that read MAT files panic on truncated ones (`matrw`) or know neither
-//! structures nor all storage types (`matfile`). The walk is the same for files in memory ([`MatFile`]) and for logs,
-//! whose numbers stay where they are (`Input`).
+//! This module traverses the element structure, with every length checked against the available bytes; decompression is left to
+//! `miniz_oxide` with a bound: the crates that read MAT files panic on truncated ones (`matrw`) or support neither
+//! structures nor all storage types (`matfile`). The traversal is the same for files in memory ([`MatFile`]) and for logs,
+//! whose numbers stay in the file (`Input`).
 
 use std::borrow::Cow;
 
 use super::LogError;
 
-/// The most bytes that the compressed variables of a file may inflate to, all together.
+/// Largest total size of the decompressed variables of a file, bytes.
 pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
-/// The most variables and fields that are looked at.
+/// Largest number of examined variables and fields.
 const ARRAY_LIMIT: usize = 10_000;
-/// Structures and cells inside each other.
+/// Nesting depth of structures and cells.
 const DEPTH_LIMIT: usize = 3;
-/// The most bytes of the name of a field; MATLAB allows 63. Each structure of an array keeps the names of its fields.
+/// Largest length of a field name, bytes; MATLAB allows 63. Each structure of an array stores the names of its fields.
 const FIELD_NAME_LIMIT: usize = 1024;
 const HEADER: usize = 128;
 
-/// Why a file cannot be read, and at which byte of the file (of its inflated variable).
+/// Why a file cannot be read, and at which byte of the file (of its decompressed variable).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Broken {
-    /// Not what the format says.
+    /// It violates the format.
     Damaged(String),
-    /// Inflates beyond `INFLATED_LIMIT` or has too many parts.
+    /// It decompresses beyond `INFLATED_LIMIT` or has too many parts.
     TooLarge(String),
-    /// Cannot be read from where it is.
+    /// It cannot be read from its source.
     Log(LogError),
 }
 
@@ -72,7 +72,7 @@ impl Storage {
     }
 }
 
-/// One number, exactly as it is stored.
+/// One number, exactly as stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stored {
     /// A whole number without a sign.
@@ -93,7 +93,7 @@ pub struct Numbers<R> {
 }
 
 impl<R> Numbers<R> {
-    /// How many numbers there are.
+    /// Number of numbers.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -105,7 +105,7 @@ impl Numbers<&[u8]> {
         word(&self.bytes[i * size..(i + 1) * size], self.little)
     }
 
-    /// The value as it is stored; `Err` with its name if it is not finite.
+    /// The stored value; `Err` with its name if it is not finite.
     ///
     /// # Errors
     /// `NaN`, `Inf` or `-Inf`.
@@ -140,12 +140,12 @@ pub(crate) fn word(bytes: &[u8], little: bool) -> u64 {
     if little { bytes.iter().rev().fold(0, step) } else { bytes.iter().fold(0, step) }
 }
 
-/// What an array holds.
+/// The contents of an array.
 #[derive(Debug, Clone)]
 pub enum Content<R> {
     /// Numbers column by column.
     Full(Numbers<R>),
-    /// A matrix of which the nonzeros alone are stored.
+    /// A sparse matrix.
     Sparse {
         /// Row of each nonzero.
         rows: Vec<usize>,
@@ -158,11 +158,11 @@ pub enum Content<R> {
     Text(Vec<char>),
     /// Fields of a 1×1 structure.
     Struct(Fields<R>),
-    /// The structures of an array of them, column by column.
+    /// The structures of an array, column by column.
     Structs(Vec<Fields<R>>),
     /// Cells column by column.
     Cell(Vec<Array<R>>),
-    /// Something else, in words.
+    /// Something else, with its description.
     Other(&'static str),
 }
 
@@ -178,11 +178,11 @@ pub struct Array<R> {
     pub dimensions: Vec<usize>,
     /// Whether there are imaginary parts.
     pub complex: bool,
-    /// What it holds.
+    /// Its contents.
     pub content: Content<R>,
 }
 
-/// A MAT file whose compressed variables are inflated.
+/// A MAT file with decompressed variables.
 #[derive(Debug)]
 pub struct MatFile<'a> {
     little: bool,
@@ -190,7 +190,7 @@ pub struct MatFile<'a> {
 }
 
 impl<'a> MatFile<'a> {
-    /// Splits a file into its variables and inflates them.
+    /// Splits a file into its variables and decompresses them.
     pub fn open(bytes: &'a [u8]) -> Result<Self, Broken> {
         let little = match bytes.get(126..HEADER) {
             Some(b"IM") => true,
@@ -223,7 +223,7 @@ impl<'a> MatFile<'a> {
         Ok(Self { little, elements })
     }
 
-    /// The variables with a name.
+    /// The named variables.
     pub fn arrays(&self) -> Result<Vec<Array<&[u8]>>, Broken> {
         let mut budget = ARRAY_LIMIT;
         let mut out = Vec::with_capacity(self.elements.len());
@@ -245,25 +245,25 @@ fn inflate(body: &[u8], budget: usize, at: u64) -> Result<Vec<u8>, Broken> {
     use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
     decompress_to_vec_zlib_with_limit(body, budget).map_err(|error| match error.status {
         TINFLStatus::HasMoreOutput => {
-            Broken::TooLarge(format!("its compressed variables inflate to more than {} MiB", INFLATED_LIMIT >> 20))
+            Broken::TooLarge(format!("its compressed variables decompress to more than {} MiB", INFLATED_LIMIT >> 20))
         }
-        _ => Broken::Damaged(format!("the compressed variable at byte {at} cannot be inflated")),
+        _ => Broken::Damaged(format!("the compressed variable at byte {at} cannot be decompressed")),
     })
 }
 
-/// Where the bytes of elements come from.
+/// The source of the bytes of elements.
 pub(crate) trait Input {
-    /// A run of bytes, or where it is.
+    /// A run of bytes, or its position.
     type Run;
     /// Whether sparse matrices are read: their indices must be in memory.
     const SPARSE: bool;
-    /// The most bytes of a text or of names that are read.
+    /// Largest length of a text or of names, bytes.
     const TEXT: usize;
 
-    /// Reads few bytes from a place on, which is never before the last one.
+    /// Reads a few bytes from a position, which is never before the last one.
     fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken>;
 
-    /// A run of bytes from a place on.
+    /// A run of bytes from a position.
     fn run(&mut self, at: u64, count: usize) -> Result<Self::Run, Broken>;
 }
 
@@ -294,7 +294,7 @@ impl<'a> Input for Slice<'a> {
     }
 }
 
-/// Reads elements one after the other.
+/// Reads elements in sequence.
 pub(crate) struct Reader<I> {
     pub(crate) input: I,
     pub(crate) at: u64,
@@ -302,7 +302,7 @@ pub(crate) struct Reader<I> {
     little: bool,
 }
 
-/// Type, place and length of the body of an element, and where the next begins.
+/// Type, position and length of the body of an element, and the start of the next.
 #[derive(Clone, Copy)]
 struct Tag {
     data_type: u32,
@@ -312,7 +312,7 @@ struct Tag {
 }
 
 impl<I: Input> Reader<I> {
-    /// Reads what is between two places.
+    /// Reads the bytes between two positions.
     pub(crate) fn new(input: I, little: bool, at: u64, end: u64) -> Self {
         Self { input, at, end, little }
     }
@@ -324,12 +324,12 @@ impl<I: Input> Reader<I> {
     fn check_range(&self, at: u64, count: usize) -> Result<(), Broken> {
         let remaining = self.end.saturating_sub(at);
         if count as u64 > remaining {
-            return damaged(format!("it breaks off: {count} bytes are announced where {remaining} are left"));
+            return damaged(format!("it is truncated: {count} bytes are declared, and {remaining} remain"));
         }
         Ok(())
     }
 
-    /// The tag of the next element; the element with the padding behind it is passed over.
+    /// The tag of the next element; the element with its padding is skipped.
     fn tag(&mut self) -> Result<Tag, Broken> {
         let (at, little) = (self.at, self.little);
         self.check_range(at, 4)?;
@@ -338,7 +338,7 @@ impl<I: Input> Reader<I> {
             let length = (first >> 16) as usize;
             self.check_range(at + 4, 4)?;
             if length > 4 {
-                return damaged(format!("a small element announces {length} bytes, more than 4"));
+                return damaged(format!("a small element declares {length} bytes, more than 4"));
             }
             Tag { data_type: first & 0xffff, at: at + 4, length, next: at + 8 }
         } else {
@@ -375,7 +375,7 @@ impl<I: Input> Reader<I> {
                 let bytes = self.input.run(tag.at, tag.length)?;
                 Ok(Numbers { storage, little: self.little, count: tag.length / storage.size(), bytes })
             }
-            _ => damaged(format!("{} bytes of element type {} are no list of numbers", tag.length, tag.data_type)),
+            _ => damaged(format!("{} bytes of element type {} are not a list of numbers", tag.length, tag.data_type)),
         }
     }
 
@@ -409,7 +409,7 @@ impl<I: Input> Reader<I> {
                 return Err(Broken::TooLarge(what));
             }
             [length] if length > 0 => length,
-            _ => return damaged(format!("structure `{name}` does not say how long its field names are")),
+            _ => return damaged(format!("structure `{name}` does not declare the length of its field names")),
         };
         let (_, names) = self.small()?;
         let field = |field: &[u8]| {
@@ -426,7 +426,7 @@ impl<I: Input> Reader<I> {
         }
         *budget -= 1;
         if self.ended() {
-            // An empty field may be stored as nothing at all.
+            // An empty field may be stored without any bytes.
             let content = Content::Other("nothing");
             return Ok(Array { name: String::new(), dimensions: vec![0, 0], complex: false, content });
         }
@@ -443,7 +443,7 @@ impl<I: Input> Reader<I> {
         }
         let dimensions = self.counts()?;
         let Some(count) = dimensions.iter().try_fold(1usize, |product, d| product.checked_mul(*d)) else {
-            return damaged("its dimensions are beyond all bounds");
+            return damaged("its dimensions are too large");
         };
         if dimensions.len() < 2 {
             return damaged("a variable has fewer than two dimensions");
@@ -495,7 +495,7 @@ impl<I: Input> Reader<I> {
         Ok(array(content))
     }
 
-    /// So many structures with fields of these names.
+    /// A number of structures with fields of these names.
     fn structs(
         &mut self,
         names: &[String],
@@ -544,7 +544,7 @@ impl<I: Input> Reader<I> {
         array
     }
 
-    /// A text, if it is not longer than what is read.
+    /// A text, if it is within the limit.
     fn letters(&mut self) -> Result<Option<Vec<char>>, Broken> {
         let (little, tag) = (self.little, self.tag()?);
         if tag.length > I::TEXT {

@@ -1,8 +1,8 @@
 //! ASAM MDF 4 (`.mf4`), versions 4.00 to 4.20.
 //!
-//! An own reader, because `mdf4-rs` (0.3.3, looked at) takes the whole file and every channel into memory, knows neither
-//! unsorted nor unfinished files, and takes lengths and links as they come. Block numbers and fields are those of the
-//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are followed only to see that the file does not end before.
+//! An own reader, because `mdf4-rs` (0.3.3) loads the whole file and every channel into memory, supports neither
+//! unsorted nor unfinished files, and does not check lengths and links. Block numbers and fields are those of the
+//! ASAM MDF standard, 4.1; links to unused data (history, events, attachments) are followed only to check that the file does not end before them.
 
 mod blocks;
 mod end;
@@ -18,7 +18,7 @@ use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
 use blocks::{DataGroup, File, Layout, MDF};
 use stream::Stream;
 
-/// How many bytes of records are decoded at once.
+/// Number of record bytes decoded at once.
 const STEP: usize = 4 << 20;
 
 pub(super) struct MdfLog {
@@ -30,7 +30,7 @@ pub(super) struct MdfLog {
     truncated: bool,
     reading: Vec<Reading>,
     end_notes: Vec<String>,
-    /// What is lost, in a few words each.
+    /// Lost data, in a few words each.
     lost: Vec<String>,
 }
 
@@ -39,10 +39,10 @@ struct Reading {
     data: usize,
     stream: Stream,
     records: Vec<Records>,
-    /// Bytes that are read and not yet decoded (sorted) or split (unsorted).
+    /// Bytes read and not yet decoded (sorted) or split (unsorted).
     raw: Vec<u8>,
     ended: bool,
-    /// Whether all waiting records are to be given.
+    /// Whether to return all waiting records.
     flushing: bool,
 }
 
@@ -59,7 +59,7 @@ impl MdfLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
         let mut source = Source::open(&*bytes, MDF)?;
         let (file, groups, mut notes) = blocks::read(&mut source)?;
-        // The last block of a recording that was not finished has no length yet.
+        // The last block of an unfinished recording has no length yet.
         let missing = if file.unfinished_length { None } else { end::missing(&mut source) };
         let truncated = missing.is_some();
         notes.extend(missing.map(|error| error.to_string()));
@@ -85,7 +85,7 @@ impl MdfLog {
 }
 
 impl DataGroup {
-    /// The share of its rows that is given, to let groups advance together.
+    /// The delivered share of its rows, so that groups advance together.
     fn share(&self, reading: &Reading) -> f64 {
         let shares = reading.records.iter().map(|records| {
             let rows = self.groups[self.index_of(records.group)].rows;
@@ -144,7 +144,7 @@ impl Log for MdfLog {
                     return Ok(true);
                 }
                 Ok(false) => self.note_end(&reading),
-                // The other groups go on: nothing of them is lost.
+                // The other groups continue without loss.
                 Err(error) => return Err(error),
             }
         }
@@ -166,7 +166,7 @@ impl MdfLog {
         names.join(", ")
     }
 
-    /// Notes what is odd about the end of some groups: a record that is not complete, and counters that are wrong.
+    /// Notes irregular ends of groups: an incomplete record, and wrong counters.
     fn note_end(&mut self, reading: &Reading) {
         if reading.stream.cut {
             self.end_notes.push(format!("the recording stops in the middle of a record of {}", self.named(reading)));
@@ -180,15 +180,15 @@ impl MdfLog {
                     self.lost.push(format!("group `{name}` is empty"));
                 }
                 Some(rows) if rows < delivered => self.end_notes.push(format!(
-                    "the group `{name}` has {delivered} records, and its counter of cycles says {rows}: all are read"
+                    "the group `{name}` has {delivered} records, and its cycle counter is {rows}: all are read"
                 )),
                 _ => {}
             }
         }
     }
 
-    /// How many of the records read hold measurements. Where the counter is passed, one of zeros alone ends them: the rest of a block may be
-    /// space that was never written to.
+    /// Number of records with measurements. After the declared count, a record of zeros ends them: the rest of a block may be
+    /// space that was never written.
     fn valid_rows(layout: &Layout, raw: &[u8], available: usize, delivered: u64) -> usize {
         let Some(rows) = layout.rows else { return available };
         let counted = usize::try_from(rows.max(1).saturating_sub(delivered)).unwrap_or(usize::MAX).min(available);
@@ -218,7 +218,7 @@ impl MdfLog {
                 (None, Some(rows)) if rows <= records.delivered => Ok(false),
                 (None, Some(rows)) => {
                     let what = format!(
-                        "group `{}` has {} of the {rows} rows announced",
+                        "group `{}` has {} of the {rows} declared rows",
                         self.groups[records.group].name, records.delivered
                     );
                     Err(LogError::Truncated { format: MDF, what, end: reading.stream.size() })
@@ -240,7 +240,7 @@ impl MdfLog {
         std::mem::swap(&mut reading.raw, &mut rest);
         reading.records[0].delivered += available as u64;
         if let Some(error) = failed {
-            // Told when the rows before it are given.
+            // Reported after the rows before it.
             reading.stream.fail(error);
         }
         Ok(true)
@@ -298,7 +298,7 @@ impl MdfLog {
                 });
                 if let (Some((group, available, rows)), false) = (short, reading.stream.has_failed()) {
                     let what =
-                        format!("group `{}` has {available} of the {rows} rows announced", self.groups[group].name);
+                        format!("group `{}` has {available} of the {rows} declared rows", self.groups[group].name);
                     reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
                 }
             } else if reading.raw.len() > 64 << 20 {
@@ -315,7 +315,7 @@ impl DataGroup {
         self.groups.len() == 1
     }
 
-    /// Hands complete records to their groups; gives how many bytes were used.
+    /// Passes complete records to their groups; returns the number of used bytes.
     fn split(&self, raw: &[u8], out: &mut [Records]) -> Result<usize, String> {
         let mut at = 0;
         let destination: Vec<Option<usize>> = self

@@ -1,7 +1,7 @@
 //! Measured logs as streams of blocks: CSV, Parquet, MAT (version 5, `-v6` and `-v7`) and ASAM MDF 4.
 //!
 //! A log has groups of channels; the channels of a group are measured together (one raster), and no group is resampled.
-//! [`open`] looks at the beginning only, [`Log::choose`] says what is wanted, and [`Log::next`] gives the rows in blocks,
+//! [`open`] reads only the beginning, [`Log::choose`] selects channels, and [`Log::next`] returns the rows in blocks,
 //! so that a log of any size is read in bounded memory.
 //!
 //! Bytes are never trusted: a damaged, truncated or foreign file gives a [`LogError`], after the rows before the damage.
@@ -47,15 +47,15 @@ use foreign::foreign;
 use log::chosen;
 use names::{find_time, make_unique, named_time};
 
-/// What is wrong with the log, should the foreign code panic that decodes it on this thread at this moment; `None`: none runs.
+/// The error of the log if the third-party code that decodes it on this thread panics now; `None`: no such code runs.
 ///
-/// Such a panic is caught and told as an error. In a program that is built to abort on a panic nothing can be caught: its panic hook
-/// may say this and end it.
+/// Such a panic is caught and reported as an error. A program that is built to abort on a panic cannot catch it: its panic hook
+/// may print this text and end the program.
 pub fn decoding() -> Option<LogError> {
     parquet::decoding()
 }
 
-/// Opens a log. Its format is known by its first bytes; what is no MDF, MAT or Parquet file is taken for text.
+/// Opens a log. Its first bytes define its format; a file that is not MDF, MAT or Parquet is read as text.
 ///
 /// # Errors
 /// [`LogError::Empty`]; [`LogError::Unsupported`] for formats that are known but not read (MDF 3, HDF5 and with it MAT

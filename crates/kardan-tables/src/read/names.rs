@@ -1,4 +1,4 @@
-//! Names of channels: each once, and those of the time.
+//! Names of channels: made unique; names of the time.
 
 use std::collections::HashSet;
 
@@ -24,7 +24,7 @@ pub(super) fn make_unique(channels: &mut [Channel]) {
     }
 }
 
-/// Whether a channel is called like the time.
+/// Whether a channel has a name of the time.
 pub(super) fn named_time(name: &str) -> bool {
     let name = name.rsplit(['.', '/', '\\']).next().unwrap_or(name).trim().to_lowercase();
     let name =
@@ -63,7 +63,7 @@ pub fn unit_in_name(name: &str) -> Option<&'static str> {
     ["s", "ms", "us", "ns"].into_iter().find(|unit| *unit == end)
 }
 
-/// The first channel that is called like the time.
+/// The first channel with a name of the time.
 pub(super) fn find_time(channels: &[Channel]) -> Option<usize> {
     channels.iter().position(|channel| named_time(&channel.name))
 }

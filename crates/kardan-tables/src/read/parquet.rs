@@ -1,4 +1,4 @@
-//! Apache Parquet: row groups one after the other, the chosen columns side by side.
+//! Apache Parquet: row groups in sequence, the chosen columns in parallel.
 
 mod pages;
 mod units;
@@ -23,7 +23,7 @@ use pages::{Inflated, LIMIT, Shared};
 
 const PARQUET: &str = "Parquet";
 
-/// What the whole numbers of a column mean.
+/// The meaning of the whole numbers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
     Plain,
@@ -32,7 +32,7 @@ enum Meaning {
     Scaled(f64),
     /// A duration or a time of day: divided by this.
     Elapsed(f64),
-    /// The same after the first value is taken off.
+    /// The same minus the first value.
     Since(f64),
 }
 
@@ -52,7 +52,7 @@ pub(super) struct ParquetLog {
 
 struct Reading {
     row_group: usize,
-    /// Rows of the row group that are not read.
+    /// Unread rows of the row group.
     remaining: usize,
     cursors: Vec<Cursor>,
     failed: Option<LogError>,
@@ -67,7 +67,7 @@ struct Cursor {
 }
 
 thread_local! {
-    /// Where in the file, while this thread runs the crate `parquet`.
+    /// The position in the file, while this thread runs the crate `parquet`.
     static DECODING: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
@@ -80,13 +80,13 @@ fn contradiction(place: &str) -> LogError {
     LogError::damaged(PARQUET, place, "its numbers contradict each other")
 }
 
-/// Keeps panics of the crate `parquet`, which are caught, from being printed; all others are reported as before.
+/// Suppresses the printing of caught panics of the crate `parquet`; all others are reported as before.
 fn silence_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let usual = take_hook();
         set_hook(Box::new(move |panic| {
-            // Nothing is caught in a build that aborts: then it is for the program to say what `decoding` tells.
+            // A build that aborts catches no panic: then the program must report the text of `decoding`.
             if DECODING.with_borrow(Option::is_none) || cfg!(not(panic = "unwind")) {
                 usual(panic);
             }
@@ -94,8 +94,8 @@ fn silence_panics() {
     });
 }
 
-/// Runs the crate `parquet` on bytes that may lie. What it is known to assert is checked before, so that it works in builds that
-/// abort on a panic too; that it asserts nothing else is caught here, without a word on the terminal.
+/// Runs the crate `parquet` on untrusted bytes. Its known assertions are checked before, so that it works in builds that
+/// abort on a panic too; other assertions are caught here, without output on the terminal.
 fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
     silence_panics();
     DECODING.set(Some(place.to_owned()));
@@ -114,13 +114,12 @@ impl ParquetLog {
         let end = source.size;
         let tail = if end < 12 { Vec::new() } else { source.bytes(end - 8, 8)? };
         if tail.get(4..) != Some(b"PAR1") {
-            let what =
-                "the description of its columns, which is written last, is missing, and no row can be read without it";
+            let what = "the description of its columns (at the end of the file) is missing, and kardan needs it to read any row";
             return Err(LogError::Truncated { format: PARQUET, what: what.into(), end });
         }
         let length = tail[..4].iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
         if length > (end - 12).min(LIMIT as u64) {
-            let what = format!("the description of its columns is said to have {length} bytes");
+            let what = format!("the declared length of the description of its columns is {length} bytes");
             return Err(LogError::damaged(PARQUET, format!("at byte {}", end - 8), what));
         }
         let file = Shared(Arc::new(Mutex::new(source)));
@@ -142,8 +141,10 @@ impl ParquetLog {
             let name = descriptor.path().string();
             let field = fields.iter().find(|field| field.name == name);
             let Some((meaning, own_unit)) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
-                self.notes
-                    .push(format!("`{name}` holds no plain numbers ({}) and is left out", descriptor.physical_type()));
+                self.notes.push(format!(
+                    "`{name}` contains no plain numbers ({}) and is left out",
+                    descriptor.physical_type()
+                ));
                 continue;
             };
             let compression = self
@@ -170,7 +171,7 @@ impl ParquetLog {
             ));
         }
         if group.channels.is_empty() {
-            let why = "none of its columns holds plain numbers".into();
+            let why = "none of its columns contains plain numbers".into();
             return Err(LogError::NoChannels { format: PARQUET, why });
         }
         make_unique(&mut group.channels);
@@ -182,7 +183,7 @@ impl ParquetLog {
     }
 }
 
-/// What the numbers of a column mean and their unit, if that follows; `durations` is how many of them there are in a second if they are such.
+/// The meaning of the numbers of a column and their unit, if known; `durations` is their number per second if they are durations.
 fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Meaning, Option<&'static str>)> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
@@ -216,7 +217,7 @@ fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Mea
 }
 
 impl Cursor {
-    /// Goes to the beginning of a row group.
+    /// Seeks the start of a row group.
     fn open(&mut self, log: &ParquetLog, row_group: usize) -> Result<(), LogError> {
         let leaf = log.columns[self.column].leaf;
         let place = place(&log.groups[0], row_group, self.column);
@@ -224,7 +225,7 @@ impl Cursor {
         let chunk = chunk.ok_or_else(|| LogError::damaged(PARQUET, &place, "the column is missing there"))?;
         let begin = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         if begin < 0 || chunk.data_page_offset() < 0 || chunk.compressed_size() < 0 {
-            let what = format!("it is said to have {} bytes from byte {begin} on", chunk.compressed_size());
+            let what = format!("its declared length is {} bytes from byte {begin}", chunk.compressed_size());
             return Err(LogError::damaged(PARQUET, &place, what));
         }
         self.reader = Some(guarded(&place, || {
@@ -239,7 +240,7 @@ impl Cursor {
         Ok(())
     }
 
-    /// Appends values; those before an error stay.
+    /// Appends values; those before an error remain.
     fn read(&mut self, meaning: Meaning, depth: i16, count: usize, out: &mut Vec<f64>) -> Result<(), ParquetError> {
         let (levels, start) = (&mut self.levels, &mut self.start);
         let mut whole = |value: i64, unsigned: u64| match meaning {
@@ -265,12 +266,12 @@ impl Cursor {
                 records(reader, levels, depth, count, out, |x| f64::from(*x))
             }
             Some(ColumnReader::DoubleColumnReader(reader)) => records(reader, levels, depth, count, out, |x| *x),
-            _ => Err(ParquetError::General("the column has another type than the description says".into())),
+            _ => Err(ParquetError::General("the type of the column differs from its description".into())),
         }
     }
 }
 
-/// Appends the values of some rows; where there is none, NaN.
+/// Appends the values of some rows; NaN for missing ones.
 fn records<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     levels: &mut Vec<i16>,
@@ -311,7 +312,7 @@ impl ParquetLog {
             LogError::damaged(
                 PARQUET,
                 format!("in row group {}", row_group + 1),
-                format!("it is said to have {rows} rows"),
+                format!("its declared number of rows is {rows}"),
             )
         })
     }

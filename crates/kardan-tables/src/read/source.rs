@@ -1,4 +1,4 @@
-//! Bytes at any place, with their end known.
+//! Random-access bytes with a known end.
 
 use std::io::{Read, SeekFrom};
 
@@ -7,7 +7,7 @@ use super::{Bytes, LogError, ReadSeek};
 pub(super) struct Source {
     reader: Box<dyn ReadSeek>,
     format: &'static str,
-    /// How many bytes there are.
+    /// Number of bytes.
     pub size: u64,
     at: u64,
 }
@@ -19,10 +19,10 @@ impl Source {
         Ok(Self { reader, format, size, at: size })
     }
 
-    /// Appends `count` bytes from a place on; memory is taken only for bytes that are there.
+    /// Appends `count` bytes from a position; it allocates memory only for present bytes.
     pub fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
         if at.checked_add(count as u64).is_none_or(|end| end > self.size) {
-            let what = format!("{count} bytes are expected at byte {at}");
+            let what = format!("expected {count} bytes at byte {at}");
             return Err(LogError::Truncated { format: self.format, what, end: self.size });
         }
         if self.at != at {
@@ -31,7 +31,7 @@ impl Source {
         self.at = u64::MAX;
         let read = (&mut self.reader).take(count as u64).read_to_end(out)?;
         if read < count {
-            let what = format!("it shrank while it was read, {read} of {count} bytes are left at byte {at}");
+            let what = format!("it shrank while kardan read it: {read} of {count} bytes remain at byte {at}");
             return Err(LogError::Truncated { format: self.format, what, end: at + read as u64 });
         }
         self.at = at + count as u64;

@@ -1,4 +1,4 @@
-//! The Arrow schema that Parquet files carry under [`KEY`], the one place where a column can have metadata.
+//! The Arrow schema of Parquet files under [`KEY`], the only place for metadata of a column.
 //!
 //! Readers that use it take the metadata of the table from it too, in place of those of the file.
 //!

@@ -5,11 +5,11 @@ use crate::text::csv_cell;
 
 /// Gives the table as CSV (RFC 4180, lines end in `\n`): the header `t` and the names as [`csv_cell`] writes them, then one line for each time.
 ///
-/// Every number is the shortest decimal that reads back as the same `f64`; very small and very large ones carry an
+/// Every number is the shortest decimal that reads back as the same `f64`; very small and very large ones have an
 /// exponent. Minus zero is written as `0`, a number that is not finite as `NaN`, `inf` or `-inf`.
 ///
 /// # Panics
-/// If a column has another length than the time.
+/// If the length of a column differs from that of the time.
 pub fn csv(table: &Table<'_>) -> Vec<u8> {
     table.check();
     let mut out = Vec::with_capacity(64 + (table.columns.len() + 1) * table.time.len() * 20);

@@ -8,14 +8,14 @@ use crate::Table;
 const NAME: usize = 63;
 
 /// Gives the table as a MAT file (version 5, not compressed): the column `time` (s) and one column of doubles for each
-/// column, bit for bit. Names that MATLAB would not take are changed: `rk.phi` becomes `rk_phi`, a second one
-/// `rk_phi_2`. The rows of the texts `names` and `units` tell the name and the unit of each column in the order of the
+/// column, bit for bit. Names that MATLAB does not accept are changed: `rk.phi` becomes `rk_phi`, a second one
+/// `rk_phi_2`. The rows of the texts `names` and `units` are the name and the unit of each column in the order of the
 /// file, time first.
 ///
 /// `None` if a column is longer than the 2 GiB that the format allows.
 ///
 /// # Panics
-/// If a column has another length than the time.
+/// If the length of a column differs from that of the time.
 ///
 /// ```
 /// use kardan_tables::{Column, Table, read, write};
@@ -47,7 +47,7 @@ pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
 /// A matrix of doubles, column by column.
 #[derive(Debug, Clone)]
 pub struct Values<'a> {
-    /// A name that MATLAB takes.
+    /// A valid MATLAB name.
     pub name: &'a str,
     /// Number of rows.
     pub rows: usize,
@@ -60,7 +60,7 @@ pub struct Values<'a> {
 /// Texts, a row for each.
 #[derive(Debug, Clone)]
 pub struct Texts<'a> {
-    /// A name that MATLAB takes.
+    /// A valid MATLAB name.
     pub name: &'a str,
     /// The texts.
     pub rows: Vec<&'a str>,
@@ -71,11 +71,11 @@ pub struct Texts<'a> {
 /// `None` if a matrix is larger than the 2 GiB that the format allows.
 ///
 /// # Panics
-/// If a matrix has another number of values than its size says.
+/// If the number of values of a matrix differs from its size.
 pub fn mat_matrices(matrices: &[Values<'_>], all_texts: &[Texts<'_>]) -> Option<Vec<u8>> {
     let mut out = header();
     for matrix in matrices {
-        assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has another size", matrix.name);
+        assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has a different size", matrix.name);
         if matrix.values.len() >= (1 << 31) / 8 - 16 {
             return None;
         }
@@ -93,7 +93,7 @@ fn header() -> Vec<u8> {
     out
 }
 
-/// A name that MATLAB takes and that is not used yet.
+/// A valid and unused MATLAB name.
 fn valid(name: &str, used: &mut HashSet<String>) -> String {
     let mut plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(NAME).collect();
     if !plain.starts_with(|c: char| c.is_ascii_alphabetic()) {

@@ -6,7 +6,7 @@ use crate::Table;
 /// in s as master and one channel of doubles for each column, bit for bit, with units and descriptions.
 ///
 /// # Panics
-/// If a column has another length than the time of its raster.
+/// If the length of a column differs from that of the time of its raster.
 ///
 /// ```
 /// use kardan_tables::{Column, Table, read, write};
@@ -41,7 +41,7 @@ struct File {
 }
 
 impl File {
-    /// Appends a block; gives its place.
+    /// Appends a block; returns its position.
     fn block(&mut self, id: &[u8; 2], links: &[u64], data: &[u8]) -> u64 {
         self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
         let at = self.bytes.len() as u64;
@@ -61,7 +61,7 @@ impl File {
         self.block(id, &[], &bytes)
     }
 
-    /// Lets a link of a block lead somewhere.
+    /// Sets the target of a link of a block.
     fn link(&mut self, block: u64, index: usize, to: u64) {
         let at = block as usize + 24 + 8 * index;
         self.bytes[at..at + 8].copy_from_slice(&to.to_le_bytes());
@@ -96,7 +96,7 @@ impl File {
         let name = self.text(b"TX", name);
         let unit = self.text(b"TX", unit);
         let description = if description.is_empty() { 0 } else { self.text(b"TX", description) };
-        // Kind (2: master), what it is master of (1: time), doubles, bit offset, byte offset, bits; the rest is zero.
+        // Kind (2: master), its quantity (1: time), doubles, bit offset, byte offset, bits; the rest is zero.
         let mut data = vec![0; 72];
         data[..4].copy_from_slice(if index == 0 { &[2, 1, 4, 0] } else { &[0, 0, 4, 0] });
         data[4..8].copy_from_slice(&(8 * index as u32).to_le_bytes());

@@ -1,4 +1,4 @@
-//! Bytes from tables; every number comes back bit for bit.
+//! Bytes from tables; every number reads back bit for bit.
 //!
 //! | function | reads it |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | [`parquet()`] | pyarrow, polars, DuckDB, MATLAB |
 //! | [`mat()`] | MATLAB, Octave, SciPy |
 //! | [`mdf()`] | CANape, dSPACE, asammdf |
-//! | [`rows()`] | as Parquet: rows without a time, with texts; [`read_rows`] gives them back, if no bit of them has changed |
+//! | [`rows()`] | as Parquet: rows without a time, with texts; [`read_rows`] reads them, if no bit of them has changed |
 
 mod arrow_schema;
 mod csv;

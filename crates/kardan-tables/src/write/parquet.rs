@@ -16,14 +16,14 @@ use crate::{Column, Table};
 /// Gives the table as a Parquet file: one row group, the column `t` (s) and one required `DOUBLE` column for each signal,
 /// bit for bit, byte-stream split and compressed with Snappy.
 ///
-/// The key-value metadata of the file hold the pairs given and, for each column, `unit:<column>` and
+/// The key-value metadata of the file contain the given pairs and, for each column, `unit:<column>` and
 /// `description:<column>`. Readers with metadata of columns, such as pyarrow, find `unit` and `description` there.
 ///
 /// # Errors
-/// Those of the encoder; writing to memory has given none so far.
+/// Those of the encoder; none is known for writing to memory.
 ///
 /// # Panics
-/// If a column has another length than the time.
+/// If the length of a column differs from that of the time.
 pub fn parquet(table: &Table<'_>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, ParquetError> {
     table.check();
     let columns = columns(table);

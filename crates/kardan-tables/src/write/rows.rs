@@ -1,7 +1,7 @@
 //! Rows of numbers and texts as Apache Parquet files, written and read again.
 //!
 //! The last pair of the metadata is a checksum of the whole file: FNV-1a of all its bytes, with zeros in place of the digits of the checksum itself.
-//! It is verified before anything else is read, so that damaged bytes reach no decoder. Other readers see a pair of the metadata.
+//! kardan verifies it first, so that damaged bytes reach no decoder. For other readers it is a pair of the metadata.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use ::parquet::schema::types::Type;
 
 use crate::Column;
 
-/// The key of the checksum, and what stands before its digits.
+/// The key of the checksum, and the text before its digits.
 const CHECKSUM: &str = "checksum";
 const ALGORITHM: &[u8] = b"fnv-1a-64:";
 /// Hexadecimal digits of the checksum.
@@ -35,7 +35,7 @@ pub struct Rows {
     pub metadata: Vec<(String, String)>,
 }
 
-/// Columns of numbers, bit for bit, then columns of texts, as a Parquet file of one row group, compressed with Snappy; the metadata hold the pairs
+/// Columns of numbers, bit for bit, then columns of texts, as a Parquet file of one row group, compressed with Snappy; the metadata contain the pairs
 /// given and `unit:<column>` of each column of numbers.
 ///
 /// ```
@@ -51,7 +51,7 @@ pub struct Rows {
 /// ```
 ///
 /// # Errors
-/// Those of the encoder; writing to memory has given none so far.
+/// Those of the encoder; none is known for writing to memory.
 ///
 /// # Panics
 /// If columns have different lengths.
@@ -113,22 +113,22 @@ fn checksum(bytes: &[u8], digits: &Range<usize>) -> u64 {
     bytes[digits.end..].iter().fold(before, add)
 }
 
-/// Whether the bytes are those that were written.
+/// Whether the bytes are unchanged.
 fn verify(bytes: &[u8]) -> Result<(), ParquetError> {
     let wrong = |what: &str| Err(ParquetError::General(what.into()));
     let Some(digits) = digits_of(bytes) else {
-        return wrong("it has no checksum: it was damaged, or kardan has not written it");
+        return wrong("it has no checksum: it is damaged, or kardan did not write it");
     };
     match format!("{:016x}", checksum(bytes, &digits)).as_bytes() == &bytes[digits] {
         true => Ok(()),
-        false => wrong("its checksum is another one: it was damaged or altered"),
+        false => wrong("its checksum does not match: it was damaged or altered"),
     }
 }
 
 /// Reads such rows; columns of other types are left out.
 ///
 /// # Errors
-/// The bytes are not those that [`rows`] has written: their checksum is missing or another one.
+/// The bytes are not those that [`rows`] has written: their checksum is missing or different.
 pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
     verify(&bytes)?;
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
@@ -189,7 +189,7 @@ mod tests {
         }
     }
 
-    /// Every bit of the file counts, and every length.
+    /// The checksum detects a change of any bit, and of the length.
     #[test]
     fn every_changed_bit_and_every_other_length_is_refused() {
         let whole = log_bytes();

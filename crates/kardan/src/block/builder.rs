@@ -1,4 +1,4 @@
-//! What a kind of block is, and what it writes itself into.
+//! The description of a kind of block, and the builder that it fills.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use crate::units::{Dimension, Exact};
 pub struct BlockKind {
     /// The word after `kind =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
     /// Its formula.
     pub formula: &'static str,
@@ -25,47 +25,47 @@ pub struct BlockKind {
     pub fields: &'static [Field],
     /// An example, valid TOML.
     pub example: &'static str,
-    /// Whether it reads blocks of another sample time as they stand.
+    /// Whether it reads blocks of another sample time without conversion.
     pub crosses: bool,
-    /// What it answers and remembers.
+    /// Its outputs and states.
     pub write: fn(&mut BlockBuilder<'_>) -> Result<(), KeyError>,
 }
 
-/// What a block remembers.
+/// A state of a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Remembered<'g> {
-    /// What stands for it.
+    /// Its symbol.
     pub symbol: Traced<'g>,
-    /// What it is at the start: no more than parameters stand in it.
+    /// Its initial value, an expression of parameters only.
     pub start: Traced<'g>,
-    /// With a sample time what it is at the next sample, else its rate, 1/s.
+    /// With a sample time its value at the next sample, else its rate, 1/s.
     pub next: Traced<'g>,
 }
 
-/// What a block answers.
+/// An output of a block.
 #[derive(Debug, Clone)]
 pub struct Answer<'g> {
-    /// What stands behind the name of the block and a point; empty: the name alone.
+    /// The part of its name after that of the block and a point; empty: the name of the block.
     pub name: String,
-    /// The answer.
+    /// The output.
     pub value: Traced<'g>,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
-/// A transition of a machine: numbers of states, and what it depends on.
+/// A transition of a machine: numbers of states, and its guard.
 #[derive(Debug, Clone, Copy)]
 pub struct Guard<'g> {
     /// The states.
     pub transition: kardan_rt::Transition,
-    /// Above a half where it may be taken.
+    /// The guard, above 0.5 if the transition is enabled.
     pub when: Traced<'g>,
 }
 
-/// A list of quantities that has a name.
+/// A named list of quantities.
 #[derive(Debug, Clone)]
 pub struct List {
-    /// The key that it stands in.
+    /// The key that contains it.
     pub key: &'static str,
     /// Its name there.
     pub name: String,
@@ -76,7 +76,7 @@ pub struct List {
 /// Expressions by name.
 pub type Expressions<'g> = Vec<(String, Traced<'g>, Dimension)>;
 
-/// What a block is written into: its keys as expressions, and what it answers and remembers.
+/// The builder of a block: its keys as expressions, its outputs and its states.
 pub struct BlockBuilder<'g> {
     /// The graph.
     pub graph: &'g RefCell<Graph>,
@@ -84,7 +84,7 @@ pub struct BlockBuilder<'g> {
     pub inputs: BTreeMap<&'static str, (Traced<'g>, Dimension)>,
     /// Keys that are expressions by name.
     pub named: BTreeMap<&'static str, Expressions<'g>>,
-    /// Its states where it has some, in their order: what stands for each in its keys, and for what it answers of it.
+    /// Its declared states in their order: the symbol of each in its keys, and in its outputs.
     pub own: Vec<[Traced<'g>; 2]>,
     /// All other keys.
     pub values: &'g Values,
@@ -92,28 +92,28 @@ pub struct BlockBuilder<'g> {
     pub lists: Vec<List>,
     /// Transitions.
     pub guards: Vec<Guard<'g>>,
-    /// The table that it names.
+    /// The table of the key `table`.
     pub table: Option<Arc<Lookup>>,
-    /// Its sample time, s; none: it runs at every instant.
+    /// Its sample time, s; `None`: continuous time.
     pub sample_time: Option<Exact>,
-    /// What it remembers.
+    /// Its states.
     pub memory: Vec<Remembered<'g>>,
-    /// What it answers.
+    /// Its outputs.
     pub outputs: Vec<Answer<'g>>,
-    /// What of its keys that vary must not be negative, or above zero.
+    /// Sign conditions on keys that vary.
     pub rules: RefCell<Vec<Rule<'g>>>,
 }
 
-/// What a run is to keep, of keys that vary.
+/// A condition on keys that vary, which a run checks.
 #[derive(Debug, Clone)]
 pub struct Rule<'g> {
-    /// What it is, in words: `low` above `high`.
+    /// Its text: `low` above `high`.
     pub what: String,
-    /// What must not be negative.
+    /// The expression that must not be negative.
     pub value: Traced<'g>,
     /// Whether it must be above zero.
     pub above: bool,
-    /// What it is of.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
@@ -122,29 +122,29 @@ pub(super) fn key_error(key: &'static str, message: impl Into<String>, help: imp
 }
 
 impl<'g> BlockBuilder<'g> {
-    /// An expression of a key that must be there.
+    /// The expression of a required key.
     pub fn input(&self, key: &'static str) -> Result<(Traced<'g>, Dimension), KeyError> {
         let missing = || key_error(key, format!("`{key}` is missing"), "write an expression, or the name of a signal");
         self.inputs.get(key).copied().ok_or_else(missing)
     }
 
-    /// The expression of a key, of a dimension; none if it is left out.
+    /// The expression of a key, of a dimension; `None` if it is omitted.
     pub fn of(&self, key: &'static str, expected: Dimension) -> Result<Option<Traced<'g>>, KeyError> {
         let Some((value, found)) = self.inputs.get(key).copied() else { return Ok(None) };
         if expected.is_like(&found) {
             return Ok(Some(value));
         }
         let message = format!("`{key}`: expected {}, found {}", expected.noun(), found.noun());
-        Err(key_error(key, message, format!("it should come out in a unit such as {}", expected.example())))
+        Err(key_error(key, message, format!("write it in a unit such as {}", expected.example())))
     }
 
-    /// The same of a key that must be there.
+    /// The same of a required key.
     pub fn needed(&self, key: &'static str, expected: Dimension) -> Result<Traced<'g>, KeyError> {
         self.input(key)?;
         Ok(self.of(key, expected)?.unwrap_or(Self::zero()))
     }
 
-    /// The expressions of a key, in the order of the file; none if it is left out.
+    /// The expressions of a key, in the order of the file; empty if it is omitted.
     pub fn expressions(&self, key: &'static str) -> &[(String, Traced<'g>, Dimension)] {
         self.named.get(key).map_or(&[], Vec::as_slice)
     }
@@ -199,7 +199,7 @@ impl<'g> BlockBuilder<'g> {
         Traced::new(self.graph, expr)
     }
 
-    /// The value of a constant, SI; none if something varies in it.
+    /// The value of a constant, SI; `None` if the expression varies.
     pub fn constant(&self, value: Traced<'g>) -> Option<f64> {
         let expr = value.expr(self.graph);
         let graph = self.graph.borrow();
@@ -208,7 +208,7 @@ impl<'g> BlockBuilder<'g> {
             .then(|| crate::expr::lower(&graph, &[expr], &mut crate::expr::Floating::<f64>::default(), |_| f64::NAN)[0])
     }
 
-    /// A new entry of the memory, with what it is at the start; its next value is to be set.
+    /// A new state with its initial value; its next value must be set.
     pub fn remember(&mut self, start: Traced<'g>) -> Traced<'g> {
         let expr = self.graph.borrow_mut().new_symbol(format!("memory.{}", self.memory.len()), Dimension::NONE);
         let symbol = Traced::new(self.graph, expr);
@@ -216,29 +216,29 @@ impl<'g> BlockBuilder<'g> {
         symbol
     }
 
-    /// So many entries that start at zero.
+    /// A number of states that start at zero.
     pub fn zeros<const N: usize>(&mut self) -> [Traced<'g>; N] {
         [(); N].map(|()| self.remember(Self::zero()))
     }
 
-    /// What the entries are next, from one on.
+    /// The next values of the states, from one on.
     pub fn next(&mut self, first: usize, values: &[Traced<'g>]) {
         for (entry, next) in self.memory.iter_mut().skip(first).zip(values) {
             entry.next = *next;
         }
     }
 
-    /// What it answers.
+    /// Its outputs.
     pub fn answer(&mut self, value: Traced<'g>, dimension: Dimension) {
         self.answer_as("", value, dimension);
     }
 
-    /// What it answers besides.
+    /// An additional output.
     pub fn answer_as(&mut self, name: &str, value: Traced<'g>, dimension: Dimension) {
         self.outputs.push(Answer { name: name.into(), value, dimension });
     }
 
-    /// The block of `kardan-rt`: its memory is the answer and the entries that were made before.
+    /// The block of `kardan-rt`: its state is the output and the states made before.
     pub fn step<const N: usize>(
         &mut self,
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
@@ -246,7 +246,7 @@ impl<'g> BlockBuilder<'g> {
     ) -> Traced<'g> {
         let first = self.memory.len();
         let mut memory = starts;
-        // The answer is no memory but where a number is lost; nothing that is finite depends on it.
+        // The output is a state only if a number is lost (NaN); no finite value depends on it.
         for (place, start) in memory.iter_mut().zip(starts).skip(1) {
             *place = self.remember(start);
         }
@@ -255,7 +255,7 @@ impl<'g> BlockBuilder<'g> {
         memory[0]
     }
 
-    /// The same of a block that goes on from its own answer, with what all entries are at the start.
+    /// The same of a block that continues from its own output, with the initial values of all states.
     pub fn go_on<const N: usize>(
         &mut self,
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
@@ -268,13 +268,14 @@ impl<'g> BlockBuilder<'g> {
         memory
     }
 
-    /// A dimension by another one.
+    /// The quotient of two dimensions.
     pub fn over(&self, key: &'static str, a: Dimension, b: Dimension, power: i32) -> Result<Dimension, KeyError> {
-        a.times(&b, power)
-            .ok_or_else(|| key_error(key, format!("`{key}`: its unit has too high powers"), "check the units"))
+        a.times(&b, power).ok_or_else(|| {
+            key_error(key, format!("`{key}`: the exponents in its unit are too large"), "check the units")
+        })
     }
 
-    /// A whole number of samples that a time is, at least so many.
+    /// A time as a whole number of samples, with a lower bound.
     pub fn samples(&self, key: &'static str, time: &Exact, period: &Exact) -> Result<usize, KeyError> {
         let ratio = time.to_rational() / period.to_rational();
         let whole: Option<usize> =
@@ -290,7 +291,7 @@ impl<'g> BlockBuilder<'g> {
                 let nearest = crate::num::rational_to_f64(&ratio).round() * period.to_f64();
                 Err(key_error(
                     key,
-                    format!("`{key}` is no multiple of the sample time"),
+                    format!("`{key}` is not a multiple of the sample time"),
                     format!("the nearest one is {nearest} s"),
                 ))
             }
@@ -298,7 +299,7 @@ impl<'g> BlockBuilder<'g> {
     }
 }
 
-/// Samples that a block may remember.
+/// Largest number of samples in the state of a block.
 pub const MOST_SAMPLES: usize = 200;
 
 /// A rational as an expression.
@@ -314,7 +315,7 @@ impl<'g> BlockBuilder<'g> {
         self.graph.borrow().is_zero(expr)
     }
 
-    /// The bounds `low` and `high`, as far as there are any: one that is left out is as far on the other side.
+    /// The bounds `low` and `high`, if there are any: an omitted `low` is -`high`.
     pub fn bounds(&self, dimension: Dimension) -> Result<[Option<Traced<'g>>; 2], KeyError> {
         let high = self.of("high", dimension)?;
         let low = self.of("low", dimension)?.or(high.map(|high| -high));
@@ -324,7 +325,7 @@ impl<'g> BlockBuilder<'g> {
         Ok([low, high])
     }
 
-    /// The expression of a key that must not be negative where it is known.
+    /// The expression of a key that must not be negative, checked if it is constant.
     pub fn not_negative(
         &self,
         key: &'static str,
@@ -334,7 +335,7 @@ impl<'g> BlockBuilder<'g> {
         self.signed(key, expected, why, false)
     }
 
-    /// The expression of a key that must be above zero where it is known.
+    /// The expression of a key that must be above zero, checked if it is constant.
     pub fn positive(&self, key: &'static str, expected: Dimension, why: &str) -> Result<Option<Traced<'g>>, KeyError> {
         self.signed(key, expected, why, true)
     }
@@ -351,7 +352,7 @@ impl<'g> BlockBuilder<'g> {
             Some(found) if found < 0.0 || above && found == 0.0 => {
                 let message = format!("`{key}` is {}: {why}", if found < 0.0 { "below zero" } else { "zero" });
                 let help = match above {
-                    true => "write a value above zero, or take the block out",
+                    true => "write a value above zero, or remove the block",
                     false => "check the sign",
                 };
                 Err(key_error(key, message, help))
@@ -366,15 +367,15 @@ impl<'g> BlockBuilder<'g> {
         }
     }
 
-    /// Refuses a key that does nothing as it stands.
+    /// Rejects a key without effect.
     pub fn idle(&self, key: &'static str, why: &str, help: &str) -> Result<(), KeyError> {
         match self.inputs.contains_key(key) || self.values.has(key) {
-            true => Err(key_error(key, format!("`{key}` does nothing: {why}"), help)),
+            true => Err(key_error(key, format!("`{key}` has no effect: {why}"), help)),
             false => Ok(()),
         }
     }
 
-    /// Refuses two constants that are not in the order that they should be in.
+    /// Rejects two constants in the wrong order.
     pub fn in_order(
         &self,
         keys: [&'static str; 2],
@@ -389,7 +390,7 @@ impl<'g> BlockBuilder<'g> {
                     return Err(key_error(upper, message, format!("write both, `{lower}` below `{upper}`")));
                 }
                 let message = format!("`{lower}` is above `{upper}`: {a} and {b} in SI units");
-                Err(key_error(lower, message, "exchange them, or check a sign"))
+                Err(key_error(lower, message, "swap them, or check the signs"))
             }
             [Some(_), Some(_)] => Ok(()),
             _ => {
@@ -410,7 +411,7 @@ impl<'g> BlockBuilder<'g> {
         answer[0]
     }
 
-    /// A rate, zero where it would lead a number that is beyond a bound further away.
+    /// A rate, zero if it would move a number that is beyond a bound further out.
     pub fn away_from(&self, x: Traced<'g>, [low, high]: [Option<Traced<'g>>; 2], rate: Traced<'g>) -> Traced<'g> {
         let zero = Self::zero();
         let rising = |rate: Traced<'g>| zero.select(rate, rate, zero);

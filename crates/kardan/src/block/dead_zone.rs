@@ -3,21 +3,21 @@ use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A signal less what lies within a zone.
+    /// A dead zone.
     block DeadZone("dead_zone") {
         required {
-            input: Expression, "What it reads.";
-            high: Expression, "Where the zone ends.";
+            input: Expression, "The input signal.";
+            high: Expression, "Upper end of the zone.";
         }
         optional {
-            low: Expression, "Where it begins; left out: as far below zero as it ends above.";
+            low: Expression, "Lower end of the zone; left out: -`high`.";
         }
     }
 }
 
 pub(super) const DEAD_ZONE: BlockKind = BlockKind {
     keyword: DeadZone::KEYWORD,
-    summary: "A signal less what lies within a zone: zero there, straight outside.",
+    summary: "A dead zone: zero within the zone, linear with slope 1 outside.",
     formula: "input - high above the zone, input - low below it, else 0",
     fields: DeadZone::FIELDS,
     example: "\

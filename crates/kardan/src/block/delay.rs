@@ -4,22 +4,22 @@ use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A signal some samples later.
+    /// A delay by whole samples.
     block Delay("delay") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
         }
         optional {
-            time: Quantity(Dimension::TIME, Sign::Positive), "How much later: a whole multiple of the sample time; left out: one sample.";
-            initial: Expression, "Its answer until then; left out: 0.";
+            time: Quantity(Dimension::TIME, Sign::Positive), "The delay: a whole multiple of the sample time; left out: one sample.";
+            initial: Expression, "Output until then; left out: 0.";
         }
     }
 }
 
 pub(super) const DELAY: BlockKind = BlockKind {
     keyword: Delay::KEYWORD,
-    summary: "A signal some samples later; it needs a sample time. What it answers does not depend on its input at once, so it may close a loop.",
-    formula: "The input of so many samples ago.",
+    summary: "A delay by whole samples; it needs a sample time. It has no direct feedthrough, so it may close a loop.",
+    formula: "The input `time` ago, in whole samples.",
     fields: Delay::FIELDS,
     example: "\
 [block.late]
@@ -41,7 +41,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         _ => 1,
     };
     if count == 0 {
-        return Err(key_error("time", "`time` is shorter than a sample", "make it one sample, or take the block out"));
+        return Err(key_error("time", "`time` is shorter than a sample", "make it one sample, or remove the block"));
     }
     let first = builder.memory.len();
     let mut memory = vec![BlockBuilder::zero()];

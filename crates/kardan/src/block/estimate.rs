@@ -1,4 +1,4 @@
-//! Linear observers of exact plants: what measurements tell of states, and gains for given poles.
+//! Linear observers of exact plants: observability, and gains for given poles.
 
 use dashu_int::UBig;
 
@@ -14,7 +14,7 @@ pub(super) struct Plant {
 }
 
 impl Plant {
-    /// What measurements and their rates follow from: C, C A, C A², …
+    /// The observability matrix: C, C A, C A², …
     fn observability(&self) -> Matrix<Rational> {
         let (n, m) = (self.a.rows(), self.c.rows());
         let mut rows = Matrix::<Rational>::zeros(n * m, n);
@@ -26,7 +26,7 @@ impl Plant {
         rows
     }
 
-    /// Motions of the states that no measurement shows, one column for each; exact.
+    /// Unobservable motions of the states, one column for each; exact.
     pub fn unobservable(&self) -> Matrix<Rational> {
         let order: Vec<usize> = (0..self.a.rows()).collect();
         echelon(&self.observability(), &order).kernel()
@@ -49,12 +49,12 @@ impl Plant {
     }
 }
 
-/// `Π (s − p)` of factors of one or two poles, from what each is made of: the real part, and the square of the imaginary one.
+/// `Π (s − p)` of factors of one or two poles, each by its real part and the square of its imaginary part.
 fn product(factors: impl Iterator<Item = Polynomial>) -> Polynomial {
     factors.fold(Polynomial::constant(Rational::ONE), |all, factor| all.times(&factor))
 }
 
-/// `Π (s − pole)`; with a time `Π (z − e^{pole T})`, to more digits than those of a double. `None` if one stands without its conjugate.
+/// `Π (s − pole)`; with a time `Π (z − e^{pole T})`, to more digits than those of a double. `None` if a complex pole has no conjugate.
 pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> Option<Polynomial> {
     let mut open: Vec<&ExactPole> = poles.iter().collect();
     let mut factors = Vec::new();
@@ -83,13 +83,13 @@ pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> O
 }
 
 /// The roots at which an error does not decay: those of `det(s − F)` with a real part that is not below zero, of a sampled F those of a
-/// size that is not below one. Which they are is decided exactly.
+/// magnitude that is not below one. The decision is exact.
 pub(super) fn staying(error: &Matrix<Rational>, sampled: bool) -> Vec<(f64, f64)> {
     let polynomial = characteristic(error);
     if !sampled {
         return polynomial.roots().into_iter().filter(|root| root.0 >= 0.0).collect();
     }
-    // z = (1 + w)/(1 − w) leads the inside of the circle to the left half plane, and −1 to infinity.
+    // z = (1 + w)/(1 − w) maps the inside of the circle to the left half plane, and −1 to infinity.
     let (n, factor) = (polynomial.degree(), |sign: i32| Polynomial::new([1, sign].map(Rational::from).to_vec()));
     let power = |base: Polynomial, count: usize| product((0..count).map(|_| base.clone()));
     let moved = (0..=n).fold(Polynomial::constant(Rational::ZERO), |sum, k| {
@@ -105,14 +105,14 @@ pub(super) fn staying(error: &Matrix<Rational>, sampled: bool) -> Vec<(f64, f64)
     out
 }
 
-/// Binary digits below which what is left of a sum is the rounding of its parts.
+/// Binary digits below which the result of a sum is the rounding of its terms.
 const ROUNDING: usize = 45;
-/// Beyond this growth sums cancel too much to tell.
+/// Above this growth, cancellation in the sums leaves no significant digit.
 const TOO_MUCH: i32 = 4096;
 
-/// `e^{A T}` with entries of zero where all but the rounding of their parts cancels: half a turn of an oscillation says nothing of its speed.
+/// `e^{A T}` with entries of zero where their terms cancel to rounding: half a period of an oscillation contains no information on its speed.
 ///
-/// What they are compared with is `e^{M T}`, M being A with the sizes of the entries beside its diagonal, which no entry exceeds.
+/// The reference is `e^{M T}`, M being A with the magnitudes of its off-diagonal entries, which no entry exceeds.
 pub(super) fn settled(transition: Matrix<Rational>, a: &Matrix<Rational>, time: &Rational) -> Matrix<Rational> {
     let n = a.rows();
     let size = |x: &Rational| if *x < Rational::ZERO { Rational::ZERO.minus(x) } else { x.clone() };
@@ -144,7 +144,7 @@ mod tests {
         Matrix::from_fn(N, M, |i, j| Rational::from(rows[i][j]))
     }
 
-    /// The error has the poles that were asked for: its characteristic polynomial is theirs, exactly.
+    /// The error has the requested poles: its characteristic polynomial is theirs, exactly.
     #[test]
     fn the_error_has_the_requested_poles() {
         let plant = Plant { a: matrix([[0, 1, 0], [-5, -2, 1], [0, 0, 0]]), c: matrix([[3, 0, 0]]) };
@@ -170,7 +170,7 @@ mod tests {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} for {expected:?}");
     }
 
-    /// A state that drives nothing is not seen; two that only their sum is measured of neither.
+    /// A state without effect is unobservable; so are two states if only their sum is measured.
     #[test]
     fn unobservable_states_are_a_direction() {
         let unobservable = |a, c| Plant { a, c }.unobservable().to_f64().to_rows();
@@ -179,7 +179,7 @@ mod tests {
         assert!(unobservable(matrix([[0, 1], [0, 0]]), matrix([[1, 0]])).iter().all(Vec::is_empty));
     }
 
-    /// On the border an error stays; inside it decays.
+    /// On the stability boundary an error persists; inside it decays.
     #[test]
     fn the_border_is_decided_exactly() {
         let stays = |rows: [[i64; 2]; 2], denominator: u64, sampled| {

@@ -6,7 +6,7 @@ keys! {
     /// A signal times a gain.
     block Gain("gain") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
             gain: Expression, "The gain, with its unit; it may vary.";
         }
         optional {

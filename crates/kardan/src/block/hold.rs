@@ -3,10 +3,10 @@ use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A signal of another sample time as it stands.
+    /// A sample-time converter.
     block Hold("hold") {
         required {
-            input: Expression, "What it reads, of any sample times.";
+            input: Expression, "The input signal, of any sample times.";
         }
         optional {
         }
@@ -15,9 +15,9 @@ keys! {
 
 pub(super) const HOLD: BlockKind = BlockKind {
     keyword: Hold::KEYWORD,
-    summary: "The way from one sample time to another: a signal as it stands at a sample.",
-    formula: "The input, read at its samples. Blocks of shorter sample times compute first: a faster one is read as it is now, a slower one as it\n\
-              was before this instant.",
+    summary: "A sample-time converter: a signal as it is at a sample.",
+    formula: "The input, read at its samples. Blocks of shorter sample times compute first: a faster signal is read at its current value, a slower\n\
+              one at its value before this instant.",
     fields: Hold::FIELDS,
     example: "\
 [block.slow]

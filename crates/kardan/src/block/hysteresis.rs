@@ -7,13 +7,13 @@ keys! {
     /// A switch with two thresholds.
     block Hysteresis("hysteresis") {
         required {
-            input: Expression, "What it reads.";
-            upper: Expression, "It switches on where its input is not below.";
-            lower: Expression, "It switches off where its input is not above; below the upper one.";
+            input: Expression, "The input signal.";
+            upper: Expression, "It switches on where its input is at or above this.";
+            lower: Expression, "It switches off where its input is at or below this; less than `upper`.";
         }
         optional {
-            on: Expression, "Its answer while it is on; left out: 1.";
-            off: Expression, "Its answer while it is off; left out: 0.";
+            on: Expression, "Output while it is on; left out: 1.";
+            off: Expression, "Output while it is off; left out: 0.";
         }
     }
 }
@@ -21,7 +21,7 @@ keys! {
 pub(super) const HYSTERESIS: BlockKind = BlockKind {
     keyword: Hysteresis::KEYWORD,
     summary: "A switch with two thresholds (Schmitt trigger); it needs a sample time.",
-    formula: "Off at the start; on from the upper threshold on, off again from the lower one on.",
+    formula: "Off at the start; on from the upper threshold, off again from the lower one.",
     fields: Hysteresis::FIELDS,
     example: "\
 [block.hands_on]

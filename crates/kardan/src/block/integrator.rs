@@ -7,16 +7,16 @@ keys! {
     /// The integral of a signal over time.
     block Integrator("integrator") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
         }
         optional {
-            initial: Expression, "Its answer at the start; left out: 0.";
-            low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
-            high: Expression, "The largest answer; left out: no bound.";
-            reset: Expression, "Where it is above 0.5 the answer is `reset_to`; left out: never. It needs a sample time.";
-            reset_to: Expression, "What it begins with again; left out: 0.";
+            initial: Expression, "Output at the start; left out: 0.";
+            low: Expression, "Lower limit of the output; left out: -`high`, if `high` is given.";
+            high: Expression, "Upper limit of the output; left out: no limit.";
+            reset: Expression, "While it is above 0.5 the output is `reset_to`; left out: never. It needs a sample time.";
+            reset_to: Expression, "Output after a reset; left out: 0.";
             rule: Choice(&["forward", "trapezoidal"]) = "forward",
-                "At a sample time: the rule of the sum. What a forward one answers does not depend on its input at once, so it may close a loop.";
+                "At a sample time: the integration rule. `forward` has no direct feedthrough, so it may close a loop.";
         }
     }
 }
@@ -24,7 +24,7 @@ keys! {
 pub(super) const INTEGRATOR: BlockKind = BlockKind {
     keyword: Integrator::KEYWORD,
     summary: "The integral of a signal over time, with bounds and reset.",
-    formula: "rate of the answer = input within the bounds; at a sample time h: y + h input at the next sample, or y- + h (input + input-)/2.",
+    formula: "rate of the output = input within the bounds; at a sample time h: y + h input at the next sample, or y- + h (input + input-)/2.",
     fields: Integrator::FIELDS,
     example: "\
 [block.angle_of_rate]
@@ -68,7 +68,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             return builder.idle(
                 "rule",
                 "without a sample time it is a differential equation",
-                "take it out, or add a `sample_time`",
+                "remove it, or add a `sample_time`",
             );
         }
         None if reset.is_some() => {
@@ -77,7 +77,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         None => {
             let first = builder.memory.len();
             let sum = builder.remember(start);
-            // At a bound it waits until its input leads away from there.
+            // At a bound it stops until its input leads away from the bound.
             let rate = builder.away_from(sum, [low, high], input);
             builder.next(first, &[rate]);
             builder.clamped(sum, [low, high])

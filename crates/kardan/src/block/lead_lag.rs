@@ -5,22 +5,22 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A lead or a lag of first order.
+    /// A first-order lead or lag.
     block LeadLag("lead_lag") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
             lead: Expression, "T1, the time constant of the numerator.";
             lag: Expression, "T2, the time constant of the denominator.";
         }
         optional {
-            initial: Expression, "Its answer at the start, where it is at rest; left out: 0.";
+            initial: Expression, "Output at the start, in equilibrium; left out: 0.";
         }
     }
 }
 
 pub(super) const LEAD_LAG: BlockKind = BlockKind {
     keyword: LeadLag::KEYWORD,
-    summary: "A lead or a lag of first order.",
+    summary: "A first-order lead or lag.",
     formula: "(1 + T1 s)/(1 + T2 s). At a sample time h by the bilinear rule, s = (2/h)(z - 1)/(z + 1).",
     fields: LeadLag::FIELDS,
     example: "\
@@ -37,7 +37,7 @@ sample_time = \"1 ms\"
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (input, dimension) = builder.input("input")?;
-    builder.positive("lag", Dimension::TIME, "what it answers would grow by itself, or be a derivative")?;
+    builder.positive("lag", Dimension::TIME, "the output would grow without bound, or be a derivative")?;
     let [lead, lag] = [builder.needed("lead", Dimension::TIME)?, builder.needed("lag", Dimension::TIME)?];
     let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
     let one = BlockBuilder::one();

@@ -5,15 +5,15 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A low pass of first or second order.
+    /// A first- or second-order low pass.
     block LowPass("low_pass") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
             time_constant: Expression, "T; `\"1 / (2 pi * 20 / 1 s)\"` for a corner at 20 Hz.";
         }
         optional {
-            damping_ratio: Expression, "d of one of second order; left out: it is of first order.";
-            initial: Expression, "Its answer at the start, where it is at rest; left out: 0.";
+            damping_ratio: Expression, "Damping ratio d of a second-order low pass; left out: first order.";
+            initial: Expression, "Output at the start, in equilibrium; left out: 0.";
         }
     }
 }
@@ -37,12 +37,13 @@ sample_time = \"1 ms\"
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (input, dimension) = builder.input("input")?;
     let time = builder.needed("time_constant", Dimension::TIME)?;
-    builder.positive("time_constant", Dimension::TIME, "what it answers would grow by itself, or be its input")?;
+    builder.positive("time_constant", Dimension::TIME, "the output would grow without bound, or equal the input")?;
     let one = BlockBuilder::one();
-    let denominator = match builder.not_negative("damping_ratio", Dimension::NONE, "it would swing up by itself")? {
-        Some(damping) => vec![one, (damping + damping) * time, time * time],
-        None => vec![one, time],
-    };
+    let denominator =
+        match builder.not_negative("damping_ratio", Dimension::NONE, "it would oscillate with growing amplitude")? {
+            Some(damping) => vec![one, (damping + damping) * time, time * time],
+            None => vec![one, time],
+        };
     let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
     let answer = filtered(builder, (&[one], &denominator), input, start)?;
     builder.answer(answer, dimension);

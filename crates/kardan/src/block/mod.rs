@@ -1,8 +1,8 @@
-//! Blocks: what a program of signals is made of, one file for each kind.
+//! Blocks: the parts of a program of signals, one file for each kind.
 //!
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual and the tests are derived. A block with a sample time is one of
-//! `kardan-rt`: its lines write themselves down as expressions ([`Traced`](crate::expr::Traced)), so that what a run evaluates, what a design
-//! linearises and what firmware runs are one thing. Without a sample time it is a differential equation, part of that of the loop.
+//! `kardan-rt`: tracing its code gives expressions ([`Traced`](crate::expr::Traced)), so that a run, the linearisation of a design
+//! and firmware use the same code. Without a sample time it is a differential equation, part of that of the loop.
 
 mod builder;
 mod dead_zone;

@@ -5,24 +5,25 @@ use crate::schema::{BlockKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// Watches a residual.
+    /// A monitor of a residual.
     block Monitor("monitor") {
         required {
-            residual: Expression, "What is to be near zero.";
-            threshold: Expression, "The largest size of it that is no alarm.";
+            residual: Expression, "The residual, near zero without a fault.";
+            threshold: Expression, "The largest magnitude without an alarm.";
         }
         optional {
-            debounce: Quantity(Dimension::TIME, Sign::NonNegative), "How long it must be beyond that for an alarm; left out: one sample.";
-            hold: Quantity(Dimension::TIME, Sign::NonNegative), "How long it must be within it for the alarm to end; left out: it never ends.";
+            debounce: Quantity(Dimension::TIME, Sign::NonNegative), "How long it must exceed that for an alarm; left out: one sample.";
+            hold: Quantity(Dimension::TIME, Sign::NonNegative),
+                "How long it must be within the threshold to end the alarm; left out: the alarm never ends.";
         }
     }
 }
 
 pub(super) const MONITOR: BlockKind = BlockKind {
     keyword: Monitor::KEYWORD,
-    summary: "Watches a residual: 1 where it stays beyond its threshold, until it stays within; it needs a sample time.",
-    formula: "An alarm after as many samples beyond the threshold, one after the other, as fill `debounce`; its end after as many within it as\n\
-              fill `hold`. A residual that is no number counts as beyond.",
+    summary: "Monitors a residual: 1 from when it stays above its threshold until it stays within; it needs a sample time.",
+    formula: "An alarm begins after as many consecutive samples beyond the threshold as fill `debounce`, and ends after as many within it as\n\
+              fill `hold`. A NaN residual counts as beyond the threshold.",
     fields: Monitor::FIELDS,
     example: "\
 [block.encoder_lost]
@@ -36,19 +37,19 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// More samples than are ever counted.
+/// More samples than any count.
 const NEVER: usize = 1 << 25;
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (residual, of) = builder.input("residual")?;
     builder.period("it counts in samples")?;
     let threshold = builder.needed("threshold", of)?;
-    builder.not_negative("threshold", of, "every residual is beyond that, so there always is an alarm")?;
+    builder.not_negative("threshold", of, "every residual exceeds that, so there always is an alarm")?;
     if let Some(value) = builder.constant(residual) {
-        let message = format!("`residual` never changes: it is {value} in SI units, whatever happens");
-        return Err(key_error("residual", message, "write the difference of two things that should agree"));
+        let message = format!("`residual` is constant: it is always {value} in SI units");
+        return Err(key_error("residual", message, "write the difference of two signals that should agree"));
     }
-    // As many samples as fill the time, the first at its begin.
+    // As many samples as fill the time, the first at its start.
     let count = |key, fallback: usize| -> Traced<'_> {
         let samples = |time: &Exact, period: &Exact| (time.to_rational() / period.to_rational()).ceil();
         let found = match (builder.values.exact(key), &builder.sample_time) {

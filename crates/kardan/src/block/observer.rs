@@ -10,26 +10,33 @@ keys! {
     /// A linear state observer.
     block ObserverBlock("observer") {
         required {
-            states: Lists, "Its states with what each is at the start, in the unit of the state: { speed = \"0 rad/s\", load = \"0 N m\" }; each is read as `NAME.<state>`.";
-            measured: Expressions, "What is measured, by the state that it measures, or by a name in `predicted`: { speed = \"encoder.w\" }.";
+            states: Lists,
+                "Its states with their initial values, in the unit of the state: { speed = \"0 rad/s\", load = \"0 N m\" }; each is read as \
+                 `NAME.<state>`.";
+            measured: Expressions, "The measurements, by the state that each measures, or by a name in `predicted`: { speed = \"encoder.w\" }.";
         }
         optional {
-            rates: Expressions, "The rate of each state, linear in the states (`NAME.<state>`) with constant coefficients, besides of anything that is known: \
-                 { speed = \"(command - NAME.load) / J\" }; of one that is left out 0: it is taken as constant.";
-            predicted: Expressions, "What the states say of a measurement that is no state, linear in them: { twist = \"NAME.angle - 2 * NAME.column\" }.";
-            poles: Poles, "The poles of the error, 1/s, as many as states, all left of 0; kardan places them exactly, for one measurement.";
-            gains: Lists, "In place of `poles`: for each state a gain for each measurement, in the order of `measured`: { speed = \"80 /s\", load = \"-4 N m s/rad/s\" }. \
-                 At a sample time what the estimate changes by at a sample, so without the `/s`.";
+            rates: Expressions,
+                "The rate of each state, linear in the states (`NAME.<state>`) with constant coefficients, and any function of known signals: { \
+                 speed = \"(command - NAME.load) / J\" }; left out for a state: 0, so the state is constant.";
+            predicted: Expressions,
+                "The prediction of a measurement that is not a state, linear in the states: { twist = \"NAME.angle - 2 * NAME.column\" }.";
+            poles: Poles,
+                "The poles of the error, 1/s, as many as states, all with negative real part; kardan places them exactly, for one measurement.";
+            gains: Lists,
+                "In place of `poles`: for each state a gain for each measurement, in the order of `measured`: { speed = \"80 /s\", load = \"-4 N \
+                 m s/rad/s\" }. At a sample time each gain is the change of the estimate at a sample, so without the `/s`.";
         }
     }
 }
 
 pub(super) const OBSERVER: BlockKind = BlockKind {
     keyword: ObserverBlock::KEYWORD,
-    summary: "A linear state observer: what a plant does that is not measured, by a model of it and by what is measured.",
-    formula: "rate of x = A x + B u + L (y - C x), with A, B u and C as `rates` and `predicted` say. At a sample time h the same for what is held from\n\
-              one sample to the next (zero-order hold), x+ = e^(A h) x + integral(e^(A t), 0, h) B u + L (y - C x), and a pole p becomes e^(p h).\n\
-              `NAME.<state>` is x, which at a sample was foretold at the one before, so it may close a loop; `NAME.residual_<measurement>` is y - C x.",
+    summary: "A linear state observer: it estimates unmeasured states of a plant from a model and from measurements.",
+    formula: "rate of x = A x + B u + L (y - C x), with A, B u and C from `rates` and `predicted`. At a sample time h the same for inputs\n\
+              with zero-order hold, x+ = e^(A h) x + integral(e^(A t), 0, h) B u + L (y - C x), and a pole p becomes e^(p h).\n\
+              `NAME.<state>` is x, which at a sample was predicted at the previous one, so it may close a loop; `NAME.residual_<measurement>` is y \
+              - C x.",
     fields: ObserverBlock::FIELDS,
     example: "\
 [block.estimate]
@@ -44,44 +51,44 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// A measurement: its name, what is measured, what the states say of it, and the dimension of both.
+/// A measurement: its name, its expression, its prediction from the states, and the dimension of both.
 type Measured<'g> = (String, Traced<'g>, Traced<'g>, Dimension);
 
-/// A state: its name, its start and its dimension.
+/// A state: its name, its initial value and its dimension.
 type State<'g> = (String, Traced<'g>, Dimension);
 
-/// Names as they stand in a sentence.
+/// Names for a sentence.
 fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// The states of a list with one start for each.
+/// The states of a list with one initial value for each.
 fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     let mut found = Vec::new();
     for List { name, values, .. } in builder.lists_of("states") {
         let [(start, dimension)] = values.as_slice() else {
-            let message = format!("`states`: `{name}` has {} values, one is what it starts at", values.len());
+            let message = format!("`states`: `{name}` has {} values, and it needs one initial value", values.len());
             return Err(key_error("states", message, "write `{ speed = \"0 rad/s\", load = \"0 N m\" }`"));
         };
         found.push((name.clone(), builder.exact(start), *dimension));
     }
     if found.is_empty() {
-        let help = "name them, each with what it is at the start: `{ speed = \"0 rad/s\", load = \"0 N m\" }`";
+        let help = "name them, each with its initial value: `{ speed = \"0 rad/s\", load = \"0 N m\" }`";
         return Err(key_error("states", "`states` is empty: there is nothing to estimate", help));
     }
     Ok(found)
 }
 
-/// Refuses the name of something that is not there.
+/// Rejects an unknown name.
 fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str) -> Result<(), KeyError> {
     if states.iter().any(|(state, ..)| state == name) {
         return Ok(());
     }
-    let message = format!("`{key}`: `{name}` is no state{besides}");
+    let message = format!("`{key}`: `{name}` is not a state{besides}");
     Err(key_error(key, message, format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str())))))
 }
 
-/// The rate of each state, 0 where none is given.
+/// The rate of each state, 0 by default.
 fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Traced<'g>>, KeyError> {
     for (name, ..) in builder.expressions("rates") {
         check_name("rates", name, states, "")?;
@@ -96,7 +103,8 @@ fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Tra
             Some((.., found)) => {
                 let message =
                     format!("`rates`: that of `{state}`: expected {}, found {}", expected.noun(), found.noun());
-                let help = format!("`{state}` starts in {}, so its rate comes out in {}", of.si(), expected.si());
+                let help =
+                    format!("the initial value of `{state}` is in {}, so its rate is in {}", of.si(), expected.si());
                 return Err(key_error("rates", message, help));
             }
         });
@@ -104,7 +112,7 @@ fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Tra
     Ok(all)
 }
 
-/// What is measured beside what the states say of it.
+/// The measurements with their predictions.
 fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Measured<'g>>, KeyError> {
     let predicted = builder.expressions("predicted");
     let mut all = Vec::new();
@@ -112,20 +120,20 @@ fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<
         let (prediction, expected) = match predicted.iter().find(|(candidate, ..)| candidate == name) {
             Some((_, prediction, expected)) => (*prediction, *expected),
             None => {
-                check_name("measured", name, states, ", and `predicted` says nothing of it")?;
+                check_name("measured", name, states, ", and `predicted` does not contain it")?;
                 let own = states.iter().zip(&builder.own).find(|((state, ..), _)| state == name);
                 own.map_or((BlockBuilder::zero(), Dimension::NONE), |((.., of), [symbol, _])| (*symbol, *of))
             }
         };
         if !expected.is_like(found) {
             let message = format!("`measured`: `{name}`: expected {}, found {}", expected.noun(), found.noun());
-            let help = format!("what is measured comes out in a unit such as {}", expected.example());
+            let help = format!("write the measurement in a unit such as {}", expected.example());
             return Err(key_error("measured", message, help));
         }
         let follows = |both: &[Traced<'g>; 2]| both.iter().any(|symbol| builder.depends(*value, *symbol));
         if let Some(((state, ..), _)) = states.iter().zip(&builder.own).find(|(_, both)| follows(both)) {
             let message = format!("`measured`: `{name}` follows from the estimate of `{state}` itself");
-            let help = "write the sensor alone; what the states say of it is `predicted`";
+            let help = "write only the sensor; write its prediction in `predicted`";
             return Err(key_error("measured", message, help));
         }
         all.push((name.clone(), *value, prediction, expected));
@@ -138,12 +146,12 @@ fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<
         None => Ok(all),
         Some((name, ..)) => {
             let message = format!("`predicted`: `{name}` is not measured, so nothing is compared with it");
-            Err(key_error("predicted", message, "add it to `measured`, or take it out"))
+            Err(key_error("predicted", message, "add it to `measured`, or remove it"))
         }
     }
 }
 
-/// Expressions as a matrix times the states and what is left without them.
+/// Expressions as a matrix times the states, and the remaining parts without states.
 fn linear<'g, 's>(
     builder: &BlockBuilder<'g>,
     states: &'s [State<'g>],
@@ -161,10 +169,10 @@ fn linear<'g, 's>(
             let mut graph = builder.graph.borrow_mut();
             let slope = graph.derivative(expr, *symbol);
             let Some(slope) = lower(&graph, &[slope], &mut Rationals, |_| None).pop().flatten() else {
-                let what = if key == "rates" { "the rate of" } else { "what is said of" };
+                let what = if key == "rates" { "the rate of" } else { "the prediction of" };
                 let message =
                     format!("`{key}`: {what} `{}` is not linear in `{state}` with a constant coefficient", of[i]);
-                let help = "this observer is linear: write the slope at the operating point, and put what bends into a signal of what is measured";
+                let help = "this observer is linear: write the slope at the operating point, and put the nonlinear part into a signal of measurements";
                 return Err(key_error(key, message, help));
             };
             matrix[(i, j)] = slope;
@@ -179,7 +187,7 @@ fn linear<'g, 's>(
     Ok((matrix, rest))
 }
 
-/// Refuses states that measurements do not show, by name.
+/// Rejects unobservable states, by name.
 fn check_observable(plant: &Plant, states: &[State<'_>]) -> Result<(), KeyError> {
     let unobservable = plant.unobservable();
     if unobservable.columns() == 0 {
@@ -189,20 +197,20 @@ fn check_observable(plant: &Plant, states: &[State<'_>]) -> Result<(), KeyError>
     let constant_part = (0..unobservable.columns()).map(parts).min_by_key(Vec::len).unwrap_or_default();
     let name = |i: &usize| states[*i].0.as_str();
     let message = match constant_part.as_slice() {
-        [one] => format!("not observable: nothing that is measured depends on `{}`", name(one)),
+        [one] => format!("not observable: no measurement depends on `{}`", name(one)),
         several => {
             let k = (0..unobservable.columns()).find(|k| parts(*k) == *several).unwrap_or(0);
             let share = |i: &usize| {
                 format!("`{}` by {} {}", name(i), rational_to_f64(&unobservable[(*i, k)]), states[*i].2.si())
             };
             let shares: Vec<String> = several.iter().map(|i| share(i).trim_end().to_string()).collect();
-            format!("not observable: {} may change together, and nothing that is measured shows it", shares.join(", "))
+            format!("not observable: {} can change together without effect on any measurement", shares.join(", "))
         }
     };
     Err(key_error(
         "measured",
         message,
-        "measure more, or take a state out of `states` and put what is known of it into `rates`",
+        "add a measurement, or remove a state from `states` and put its known value into `rates`",
     ))
 }
 
@@ -219,24 +227,24 @@ fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, K
         if re >= 0.0 {
             let message =
                 format!("`poles`: the error of the estimate does not decay at a pole with the real part {re} 1/s");
-            return Err(key_error("poles", message, "write poles left of 0, such as `-50`"));
+            return Err(key_error("poles", message, "write poles with negative real part, such as `-50`"));
         }
         if let Some(half) =
             time.as_ref().map(|time| std::f64::consts::PI / rational_to_f64(time)).filter(|half| im.abs() >= *half)
         {
             let message = format!(
-                "`poles`: {} 1/s is not below the half of the sampling, {half} 1/s: samples do not show that",
+                "`poles`: {} 1/s is not below half the sampling rate (Nyquist), {half} 1/s: samples cannot represent it",
                 im.abs()
             );
             return Err(key_error("poles", message, "make the imaginary part smaller, or the sample time shorter"));
         }
     }
     let constant_part =
-        || key_error("poles", "`poles`: a complex one stands without its conjugate", "write a pair, `-14 ± 14.3j`");
+        || key_error("poles", "`poles`: a complex value has no conjugate", "write a pair, `-14 ± 14.3j`");
     of_poles(poles, time.as_ref()).ok_or_else(constant_part)
 }
 
-/// L as it is given: a row for each state.
+/// L from `gains`: a row for each state.
 fn gain_from_file(
     builder: &BlockBuilder<'_>,
     states: &[State<'_>],
@@ -271,7 +279,7 @@ fn gain_from_file(
                 );
                 let help = match builder.sample_time {
                     Some(_) => {
-                        format!("what the estimate changes by at a sample, in a unit such as {}", expected.example())
+                        format!("the change of the estimate at a sample, in a unit such as {}", expected.example())
                     }
                     None => format!("a rate, in a unit such as {}", expected.example()),
                 };
@@ -283,7 +291,7 @@ fn gain_from_file(
     Ok(out)
 }
 
-/// L of a plant that is sampled if it has a sample time, with what is checked of it.
+/// L of a plant, sampled if there is a sample time, with its checks.
 fn gain(
     builder: &BlockBuilder<'_>,
     plant: &Plant,
@@ -295,26 +303,26 @@ fn gain(
         (true, true) => {
             return Err(key_error(
                 "gains",
-                "`gains` and `poles` are given: one of them says how fast the estimate follows",
-                "take one of them out",
+                "`gains` and `poles` are given: only one of them may define the speed of the estimate",
+                "remove one of them",
             ));
         }
         (false, false) => {
-            let message = "neither `poles` nor `gains` say how fast the estimate follows";
+            let message = "the speed of the estimate is not defined: there are neither `poles` nor `gains`";
             return Err(key_error("kind", message, "write `poles = [\"-60 ± 60j\"]`, as many as there are states"));
         }
         (false, true) => gain_from_file(builder, states, measured)?,
         (true, false) => {
             if let [first, second, ..] = measured {
                 let message = format!(
-                    "`poles` place gains of one measurement, and there are several: `{}`, `{}`",
+                    "`poles` need exactly one measurement, and there are several: `{}`, `{}`",
                     first.0, second.0
                 );
-                return Err(key_error("poles", message, "write `gains`, or measure one thing alone"));
+                return Err(key_error("poles", message, "write `gains`, or keep one measurement"));
             }
             let polynomial = polynomial(builder, states.len())?;
             let blind = || {
-                let message = "at this sample time two motions look alike in all samples, so no gain tells them apart";
+                let message = "at this sample time all samples of two motions are equal, so no gain distinguishes them";
                 key_error("poles", message, "make the sample time shorter")
             };
             plant.gain(&polynomial).ok_or_else(blind)?
@@ -326,7 +334,7 @@ fn gain(
     }
 }
 
-/// Refuses gains with which the error stays or grows.
+/// Rejects gains with which the error does not decay.
 fn check_decays(builder: &BlockBuilder<'_>, error: &Matrix<Rational>) -> Result<(), KeyError> {
     let sampled = builder.sample_time.is_some();
     let Some((re, im)) = staying(error, sampled).first().copied() else { return Ok(()) };
@@ -334,24 +342,24 @@ fn check_decays(builder: &BlockBuilder<'_>, error: &Matrix<Rational>) -> Result<
     let at = if im == 0.0 { format!("{re}") } else { format!("{re} ± {}j", im.abs()) };
     let why = match sampled {
         true => format!("z = {at} is not within the unit circle"),
-        false => format!("the pole {at} 1/s is not left of 0"),
+        false => format!("the pole {at} 1/s has no negative real part"),
     };
     let message = format!("the error of the estimate does not decay: {why}");
     Err(key_error(key, message, "check the signs of `gains`, or write `poles`"))
 }
 
 fn too_fast() -> KeyError {
-    let message = "within one sample the states grow or decay beyond what numbers hold";
+    let message = "within one sample the states grow or decay beyond the range of floating point";
     key_error("rates", message, "make the sample time shorter, or check the units in `rates`")
 }
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
-    builder.idle("unit", "each state has the unit in which it starts", "take it out")?;
+    builder.idle("unit", "each state has the unit of its initial value", "take it out")?;
     let states = states(builder)?;
     let measured = measured(builder, &states)?;
     let outputs: Vec<String> = measured.iter().map(|(name, ..)| format!("residual_{name}")).collect();
     if let Some((state, ..)) = states.iter().find(|(state, ..)| outputs.contains(state)) {
-        let message = format!("`states`: `{state}` is what is left of a measurement, so no state is called like that");
+        let message = format!("`states`: `{state}` is the residual of a measurement, so no state can have that name");
         return Err(key_error("states", message, "choose another name"));
     }
     let of_states: Vec<&str> = states.iter().map(|(name, ..)| name.as_str()).collect();
@@ -368,7 +376,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let mut b = Matrix::<Rational>::identity(states.len());
     if let Some(time) = &builder.sample_time {
         let [transition, integral] = exact_zoh(&plant.a, &time.to_rational()).ok_or_else(too_fast)?;
-        // What kardan places is placed for all digits, and rounded once.
+        // kardan computes placed gains exactly, and rounds them once.
         plant.a = settled(transition, &plant.a, &time.to_rational());
         b = rounded(&integral).ok_or_else(too_fast)?;
     }
@@ -385,7 +393,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let first = builder.memory.len();
     let mut memory = vec![BlockBuilder::zero(); states.len()];
     memory.extend(states.iter().map(|(_, start, _)| builder.remember(*start)));
-    // A step of the block is the rate of its states where it runs at every instant: the same sum, of other matrices.
+    // In continuous time the step of the block gives the rates of its states: the same sum with other matrices.
     let _ = block.step(&rate_terms, &deviations, &mut memory);
     let (now, next) = memory.split_at(states.len());
     builder.next(first, next);

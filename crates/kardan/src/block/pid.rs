@@ -7,25 +7,26 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A controller of proportional, integral and filtered derivative parts.
+    /// A PID controller with filtered derivative.
     block Pid("pid") {
         required {
-            reference: Expression, "What the measurement is to be. A new name introduces a reference, as in laws: events and `signals` of the scenario set it.";
+            reference: Expression, "The setpoint. A new name introduces a reference, as in laws: events and `signals` of the scenario set it.";
             measured: Expression, "The measurement.";
-            proportional: Expression, "K, with its unit: what it answers by what it measures.";
+            proportional: Expression, "K, with the unit of the output over that of the measurement.";
         }
         optional {
-            integral: Expression, "Ki: that by a time; left out: none.";
-            derivative: Expression, "Kd: that times a time; left out: none.";
+            integral: Expression, "Ki, with the unit of K over time; left out: none.";
+            derivative: Expression, "Kd, with the unit of K times time; left out: none.";
             filter: Expression, "Tf, the time constant of the derivative's filter; left out: none, which needs a sample time.";
-            reference_weight: Expression, "b, the share of the reference in the proportional part; left out: 1.";
-            rate_weight: Expression, "c, the share of the reference in the derivative part; left out: 0.";
-            low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
-            high: Expression, "The largest answer; left out: no bound.";
-            tracking_time: Expression, "Tt, how fast the integral follows where a bound holds the answer; left out: K/Ki, with a K of 0 the sample time. \
-                 Without `integral`: how fast what bridges a switching fades.";
+            reference_weight: Expression, "b, the setpoint weight of the proportional part; left out: 1.";
+            rate_weight: Expression, "c, the setpoint weight of the derivative part; left out: 0.";
+            low: Expression, "Lower limit of the output; left out: -`high`, if `high` is given.";
+            high: Expression, "Upper limit of the output; left out: no limit.";
+            tracking_time: Expression,
+                "Tt, time constant of anti-windup while the output is at a bound; left out: K/Ki, with a K of 0 the sample time. Without \
+                 `integral`: decay time of the bumpless-transfer offset.";
             on: Expression, "Whether it is on: above 0.5. Left out: always.";
-            manual: Expression, "What it answers while it is not on; it takes over from there without a jump. Left out: 0.";
+            manual: Expression, "Output while it is off; it takes over from there without a jump. Left out: 0.";
         }
     }
 }
@@ -33,10 +34,10 @@ keys! {
 pub(super) const PID: BlockKind = BlockKind {
     keyword: Pid::KEYWORD,
     summary: "A PID controller: filtered derivative, setpoint weights, bounds with anti-windup by back-calculation, bumpless switching.",
-    formula: "v = K (b r - y) + I + D, answer = v within the bounds, rate of I = Ki (r - y) + (answer - v)/Tt, D = Kd s (c r - y)/(1 + Tf s).\n\
+    formula: "v = K (b r - y) + I + D, output = v within the bounds, rate of I = Ki (r - y) + (output - v)/Tt, D = Kd s (c r - y)/(1 + Tf s).\n\
               At a sample time h: I by the forward, D by the backward difference (Åström and Hägglund, Advanced PID Control). Without Ki, I is\n\
-              what bridges a switching, and fades: rate of I = -I/Tt. At every instant the filter of D starts at zero, so that a measurement which does not\n\
-              is a step for it; at a sample time it starts where the first sample finds it.",
+              the bumpless-transfer offset, and decays: rate of I = -I/Tt. In continuous time the filter of D starts at zero, so that a measurement\n\
+              with another initial value is a step for it; at a sample time it starts at the first sample.",
     fields: Pid::FIELDS,
     example: "\
 [block.position]
@@ -54,13 +55,13 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// What a controller is made of, with the units checked.
+/// The parameters of a controller, with checked units.
 struct Read<'g> {
     pid: kardan_rt::Pid<Traced<'g>>,
     reference: Traced<'g>,
     measured: Traced<'g>,
     manual: Option<Manual<Traced<'g>>>,
-    /// What it answers is of.
+    /// Dimension of the output.
     dimension: Dimension,
 }
 
@@ -76,17 +77,17 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
     let derivative = builder.of("derivative", times)?;
     let filter = match &builder.sample_time {
         Some(_) => builder.not_negative("filter", Dimension::TIME, "it is a time constant")?,
-        None => builder.positive("filter", Dimension::TIME, "at every instant a derivative needs a filter")?,
+        None => builder.positive("filter", Dimension::TIME, "in continuous time a derivative needs a filter")?,
     };
     if derivative.is_none() {
         for key in ["filter", "rate_weight"] {
-            builder.idle(key, "there is no `derivative`", "take it out, or add `derivative`")?;
+            builder.idle(key, "there is no `derivative`", "remove it, or add `derivative`")?;
         }
     }
     if let (Some(_), None, None) = (derivative, filter, &builder.sample_time) {
         return Err(key_error(
             "derivative",
-            "a derivative at every instant needs a filter",
+            "a derivative in continuous time needs a filter",
             "add `filter = \"5 ms\"`, or a `sample_time`",
         ));
     }
@@ -98,7 +99,11 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
     let tracking = tracking(builder, (proportional, integral), &bounds, on.is_some())?;
     let value = builder.of("manual", dimension)?;
     if on.is_none() && value.is_some() {
-        return Err(key_error("manual", "`manual` is answered while it is not `on`, which is not given", "add `on`"));
+        return Err(key_error(
+            "manual",
+            "`manual` is the output while `on` is false, and there is no `on`",
+            "add `on`",
+        ));
     }
     Ok(Read {
         pid: kardan_rt::Pid {
@@ -118,7 +123,7 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
     })
 }
 
-/// Tt, with its sense checked.
+/// Tt, with its sign checked.
 fn tracking<'g>(
     builder: &BlockBuilder<'g>,
     (proportional, integral): (Traced<'g>, Option<Traced<'g>>),
@@ -126,34 +131,34 @@ fn tracking<'g>(
     switched: bool,
 ) -> Result<Traced<'g>, KeyError> {
     let (one, bounded) = (BlockBuilder::one(), bounds.iter().any(Option::is_some));
-    let explicit = builder.positive("tracking_time", Dimension::TIME, "the integral would run away from a bound")?;
+    let explicit = builder.positive("tracking_time", Dimension::TIME, "at a bound the integral would diverge")?;
     match integral {
         Some(_) if !bounded => {
-            builder.idle("tracking_time", "no bound holds the answer", "take it out, or add `high`")?;
+            builder.idle("tracking_time", "the output has no bound", "remove it, or add `high`")?;
             return Ok(one);
         }
         None if !switched => {
             builder.idle(
                 "tracking_time",
-                "there is no `integral` that would follow",
-                "take it out, or add `integral`",
+                "there is no `integral` for the anti-windup",
+                "remove it, or add `integral`",
             )?;
             return Ok(one);
         }
         None if explicit.is_none() => {
-            let message = "without an `integral` what bridges a switching from `manual` would stay for ever";
-            return Err(key_error("on", message, "say how fast it is to fade: `tracking_time = \"0.2 s\"`"));
+            let message = "without an `integral` the offset after a switch from `manual` would never decay";
+            return Err(key_error("on", message, "give its decay time: `tracking_time = \"0.2 s\"`"));
         }
         _ => {}
     }
     let found = match (explicit, integral) {
         (Some(explicit), _) => explicit,
-        // Without a proportional part K/Ki is no time.
+        // Without a proportional part K/Ki is not a time.
         (None, Some(_)) if builder.is_zero(proportional) => match &builder.sample_time {
             Some(time) => builder.exact(time),
             None => {
-                let message = "`tracking_time` is missing: with a `proportional` of 0, K/Ki is no time";
-                return Err(key_error("proportional", message, "say how fast the integral is to follow at a bound"));
+                let message = "`tracking_time` is missing: with a `proportional` of 0, the default K/Ki is not defined";
+                return Err(key_error("proportional", message, "give the time constant of anti-windup at a bound"));
             }
         },
         (None, Some(integral)) => proportional / integral,
@@ -166,13 +171,13 @@ fn tracking<'g>(
             let what = if explicit.is_some() {
                 "`tracking_time`"
             } else {
-                "`proportional`/`integral`, which stands for `tracking_time`,"
+                "`proportional`/`integral`, the default of `tracking_time`,"
             };
             let message = match &builder.sample_time {
                 Some(_) => format!(
-                    "{what} is {time} s, not above half of the sample time: at a bound the integral would swing up"
+                    "{what} is {time} s, not above half of the sample time: at a bound the integral would oscillate with growing amplitude"
                 ),
-                None => format!("{what} is {time} s: at a bound the integral would run away"),
+                None => format!("{what} is {time} s: at a bound the integral would diverge"),
             };
             Err(key_error(key, message, "write a longer `tracking_time`"))
         }
@@ -198,7 +203,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     Ok(())
 }
 
-/// At every instant: two states, the integral and the filtered e.
+/// In continuous time: two states, the integral and the filtered e.
 fn flowing<'g>(
     builder: &mut BlockBuilder<'g>,
     pid: &kardan_rt::Pid<Traced<'g>>,

@@ -36,7 +36,7 @@ fn bilinear<'g>(polynomial: &[Traced<'g>], order: usize, h: Traced<'g>) -> Vec<T
     out
 }
 
-/// The answer of `numerator/denominator` (polynomials of s, constant first) to an input; it starts at rest at an answer.
+/// The output of `numerator/denominator` (polynomials of s, constant first) for an input; it starts in equilibrium at an output.
 ///
 /// The denominator is no shorter than the numerator; its last coefficient is not zero.
 pub(super) fn filtered<'g>(
@@ -54,7 +54,7 @@ pub(super) fn filtered<'g>(
     let scale = a[0];
     let list = |list: &[Traced<'g>]| list.iter().map(|x| *x / scale).collect::<Vec<_>>();
     let (b, a) = (list(&b), list(&a[1..]));
-    // At rest at an answer y the input is y over the gain at rest, `Σ b/(1 + Σ a)`, and the states are what that leaves.
+    // In equilibrium at an output y the input is y over the static gain, `Σ b/(1 + Σ a)`, and the states follow from both.
     let first = builder.memory.len();
     let rest = resting((&b, &a), start);
     let states: Vec<Traced<'g>> = rest.into_iter().map(|start| builder.remember(start)).collect();
@@ -65,7 +65,7 @@ pub(super) fn filtered<'g>(
     Ok(memory[0])
 }
 
-/// The states of the sampled form at rest at an answer y, as far as the gain at rest is a number: `s_k = Σ_{j≥k} (b_j u − a_j y)`.
+/// The states of the sampled form in equilibrium at an output y, if the static gain is finite: `s_k = Σ_{j≥k} (b_j u − a_j y)`.
 fn resting<'g>((b, a): (&[Traced<'g>], &[Traced<'g>]), y: Traced<'g>) -> Vec<Traced<'g>> {
     let zero = BlockBuilder::zero();
     if let Traced::Fraction(0, _) = y {
@@ -88,7 +88,7 @@ fn flowing<'g>(
     let scale = denominator[order];
     let alpha = |k: usize| denominator[k] / scale;
     let beta = |k: usize| numerator.get(k).map_or(zero, |x| *x / scale);
-    // At rest at an answer y: u = y α₀/β₀, and each rate is zero.
+    // In equilibrium at an output y: u = y α₀/β₀, and each rate is zero.
     let at_rest = |k: usize| match start {
         Traced::Fraction(0, _) => zero,
         y => {

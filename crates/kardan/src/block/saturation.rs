@@ -6,18 +6,18 @@ keys! {
     /// A signal between two bounds.
     block Saturation("saturation") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
         }
         optional {
-            low: Expression, "The smallest answer; left out: that below zero which `high` is above, if there is one.";
-            high: Expression, "The largest answer; left out: no bound.";
+            low: Expression, "Lower limit of the output; left out: -`high`, if `high` is given.";
+            high: Expression, "Upper limit of the output; left out: no limit.";
         }
     }
 }
 
 pub(super) const SATURATION: BlockKind = BlockKind {
     keyword: Saturation::KEYWORD,
-    summary: "A signal between two bounds.",
+    summary: "A signal limited to two bounds.",
     formula: "min(max(input, low), high)",
     fields: Saturation::FIELDS,
     example: "\

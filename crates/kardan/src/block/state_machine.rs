@@ -7,12 +7,12 @@ use crate::schema::{BlockKeys, Keys, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A way from one state to another.
+    /// A transition between two states.
     table StateMachineTransition {
         required {
             from: Text, "The state that it leaves.";
             to: Text, "The state that it leads to.";
-            when: Expression, "The condition on which it may be taken: a monitor, `mode.since > 0.2 s and not hands_on`; any number counts above 0.5.";
+            when: Expression, "The guard condition: a monitor, `mode.since > 0.2 s and not hands_on`; a number above 0.5 is true.";
         }
         optional {
         }
@@ -20,14 +20,14 @@ keys! {
 }
 
 keys! {
-    /// A machine that is in one of its states.
+    /// A state machine.
     block StateMachine("state_machine") {
         required {
             states: Names, "Names of its states; it starts in the first.";
-            transitions: Tables(StateMachineTransition), "The ways between them; of two that may be taken, the first in this list is.";
+            transitions: Tables(StateMachineTransition), "The transitions; of several enabled ones, the first in this list is taken.";
         }
         optional {
-            outputs: Lists, "What it answers in each state, in the order of `states`: `{ fade = [1, 0.5, 0] }` is read as `NAME.fade`.";
+            outputs: Lists, "Outputs for each state, in the order of `states`: `{ fade = [1, 0.5, 0] }` is read as `NAME.fade`.";
         }
     }
 }
@@ -35,8 +35,9 @@ keys! {
 pub(super) const STATE_MACHINE: BlockKind = BlockKind {
     keyword: StateMachine::KEYWORD,
     summary: "A machine of states, guards and outputs; it needs a sample time.",
-    formula: "At each sample the first transition from its state whose guard is above 0.5 is taken; transitions that overlap are told. `NAME` is the number of the state, from 0;\n\
-              `NAME.<state>` is 1 there, else 0; `NAME.since` how long it was in it when the sample began; `NAME.<output>` what is listed for it.",
+    formula: "At each sample the first transition from its state whose guard is above 0.5 is taken; kardan reports transitions that overlap. `NAME` \
+              is the number of the state, from 0;\n\
+              `NAME.<state>` is 1 there, else 0; `NAME.since` is the time in it when the sample began; `NAME.<output>` is its listed value.",
     fields: StateMachine::FIELDS,
     example: "\
 [block.mode]
@@ -59,14 +60,14 @@ sample_time = \"1 ms\"
     write,
 };
 
-/// The answer that is the time in the state.
+/// The output with the time in the state.
 const SINCE: &str = "since";
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let h = builder.period("it changes its state at samples")?;
     let states = builder.values.names("states").unwrap_or_default().to_vec();
     if states.iter().any(|state| state == SINCE) {
-        let message = format!("`states`: `{SINCE}` is the time in a state, so no state is called like that");
+        let message = format!("`states`: `{SINCE}` is the time in a state, so no state can have that name");
         return Err(key_error("states", message, "choose another name"));
     }
     let outputs = std::mem::take(&mut builder.lists);

@@ -4,22 +4,22 @@ use crate::expr::Traced;
 use crate::schema::{BlockKeys, Keys, keys};
 
 keys! {
-    /// A table over one signal or two.
+    /// A lookup table over one or two signals.
     block TableBlock("table") {
         required {
-            input: Expression, "What it is looked up at.";
+            input: Expression, "The first input signal.";
             table: Text, "Name of the `[table.NAME]`.";
         }
         optional {
-            input_2: Expression, "What a table over two quantities is looked up at besides.";
+            input_2: Expression, "The second input signal, of a table over two quantities.";
         }
     }
 }
 
 pub(super) const TABLE: BlockKind = BlockKind {
     keyword: TableBlock::KEYWORD,
-    summary: "A table over one signal or two; the same as calling it in an expression.",
-    formula: "table(input) or table(input, input_2); `kardan elements table` shows tables.",
+    summary: "A lookup table over one or two signals; the same as calling it in an expression.",
+    formula: "table(input) or table(input, input_2); `kardan elements table` describes tables.",
     fields: TableBlock::FIELDS,
     example: "\
 [table.boost_curve]
@@ -42,7 +42,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     };
     let expected = table.arguments().to_vec();
     if expected.len() == 1 && builder.inputs.contains_key("input_2") {
-        return Err(key_error("input_2", "the table is over one quantity", "take out `input_2`"));
+        return Err(key_error("input_2", "the table is over one quantity", "remove `input_2`"));
     }
     let mut at = Vec::new();
     for (key, expected) in ["input", "input_2"].into_iter().zip(expected) {

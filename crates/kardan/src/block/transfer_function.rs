@@ -11,22 +11,22 @@ keys! {
     /// A rational transfer function by its zeros, poles and gain.
     block TransferFunction("transfer_function") {
         required {
-            input: Expression, "What it reads.";
+            input: Expression, "The input signal.";
             poles: Poles, "Its poles, 1/s; a pole at 0 integrates.";
         }
         optional {
-            zeros: Poles, "Its zeros, 1/s, no more than poles; left out: none.";
-            gain: Expression, "Its gain at rest, with poles and zeros at 0 taken out; left out: 1.";
-            initial: Expression, "Its answer at the start, where it is at rest; left out: 0.";
+            zeros: Poles, "Its zeros, 1/s, at most as many as poles; left out: none.";
+            gain: Expression, "Its static gain, without the poles and zeros at 0; left out: 1.";
+            initial: Expression, "Output at the start, in equilibrium; left out: 0.";
         }
     }
 }
 
 pub(super) const TRANSFER_FUNCTION: BlockKind = BlockKind {
     keyword: TransferFunction::KEYWORD,
-    summary: "A rational transfer function by its zeros, poles and gain at rest.",
+    summary: "A rational transfer function by its zeros, poles and static gain.",
     formula: "gain * product(1 - s/zero) / product(1 - s/pole); s for a zero or 1/s for a pole at 0. At a sample time h by the bilinear rule,\n\
-              s = (2/h)(z - 1)/(z + 1), in sections of first and second order one after the other.",
+              s = (2/h)(z - 1)/(z + 1), in a cascade of first- and second-order sections.",
     fields: TransferFunction::FIELDS,
     example: "\
 [block.notch]
@@ -43,7 +43,7 @@ sample_time = \"1 ms\"
 /// A factor `1 − s/r`, `s` for a root at 0, of a pair their product; constant first.
 type Factor<'g> = Vec<Traced<'g>>;
 
-/// The factors of roots, the slow ones first; none if a root stands without its conjugate.
+/// The factors of roots, the slow ones first; `None` if a complex root has no conjugate.
 fn factors<'g>(builder: &BlockBuilder<'g>, roots: &[ExactPole]) -> Option<Vec<Factor<'g>>> {
     let (graph, one, zero) = (builder.graph, BlockBuilder::one(), BlockBuilder::zero());
     let number = |x: &Exact| rational(graph, x.to_rational());
@@ -70,13 +70,13 @@ fn factors<'g>(builder: &BlockBuilder<'g>, roots: &[ExactPole]) -> Option<Vec<Fa
     Some(out)
 }
 
-/// Sections of first and second order, each with its numerator and denominator, whose product is that of all factors: one after the other they keep the digits
-/// of slow poles and zeros at a fast sample time, which coefficients of the whole product lose.
+/// First- and second-order sections with numerator and denominator, whose product is that of all factors: a cascade preserves the digits
+/// of slow poles and zeros at a fast sample time, which the coefficients of the whole product lose.
 fn sections<'g>(zeros: Vec<Factor<'g>>, poles: Vec<Factor<'g>>) -> Vec<[Factor<'g>; 2]> {
     let (pairs, single): (Vec<Factor<'g>>, Vec<Factor<'g>>) = zeros.into_iter().partition(|zero| zero.len() > 2);
     let (mut second, mut first): (Vec<Factor<'g>>, Vec<Factor<'g>>) =
         poles.into_iter().partition(|pole| pole.len() > 2);
-    // A pair of zeros needs two poles: where there is no pair left for it, two single ones.
+    // A pair of zeros needs two poles: two single ones if no pair remains.
     while second.len() < pairs.len() && first.len() > 1 {
         let two = product(&first[0], &first[1]);
         first.drain(..2);
@@ -105,18 +105,16 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (zeros, poles) =
         (builder.values.poles("zeros").unwrap_or_default(), builder.values.poles("poles").unwrap_or_default());
     if zeros.len() > poles.len() {
-        let message =
-            format!("there are {} zeros and {} poles: what it answers would depend on rates", zeros.len(), poles.len());
-        return Err(key_error("zeros", message, "add fast poles, as many as are missing"));
+        let message = format!(
+            "there are {} zeros and {} poles: the output would depend on derivatives of the input",
+            zeros.len(),
+            poles.len()
+        );
+        return Err(key_error("zeros", message, "add fast poles until there are as many as zeros"));
     }
     let of_roots = |key, roots| {
-        let not_factored = || {
-            key_error(
-                key,
-                format!("`{key}`: a complex one stands without its conjugate"),
-                "write a pair, `-14 ± 14.3j`",
-            )
-        };
+        let not_factored =
+            || key_error(key, format!("`{key}`: a complex value has no conjugate"), "write a pair, `-14 ± 14.3j`");
         factors(builder, roots).ok_or_else(not_factored)
     };
     let sections = sections(of_roots("zeros", zeros)?, of_roots("poles", poles)?);
@@ -127,11 +125,15 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         (0..power.abs()).try_fold(dimension, |all, _| builder.over("poles", all, Dimension::TIME, power.signum()))?;
     let start = builder.of("initial", dimension)?;
     if start.is_some() && power != 0 {
-        let message = "`initial`: with a pole or a zero at 0 it is at rest at no one answer";
+        let message = "`initial`: with a pole or a zero at 0 the output has no unique equilibrium";
         return Err(key_error("initial", message, "take it out"));
     }
     if start.is_some() && builder.is_zero(gain) {
-        return Err(key_error("initial", "`initial`: with a `gain` of 0 it is at rest at 0 alone", "take it out"));
+        return Err(key_error(
+            "initial",
+            "`initial`: with a `gain` of 0 the only equilibrium output is 0",
+            "take it out",
+        ));
     }
     let start = start.unwrap_or(BlockBuilder::zero());
     let mut answer = gain * input;

@@ -10,9 +10,9 @@ keys! {
     /// A friction brake of a shaft or a mass, whose torque follows from a signal.
     element Brake("brake") {
         required {
-            shaft: Body, "The shaft or mass that it brakes, against the housing.";
+            shaft: Body, "The shaft or mass that it brakes against the housing.";
             torque: Formula(Dimension::TORQUE),
-                "The Coulomb torque that it slips with, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
+                "The Coulomb torque while it slips, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
                  speeds.";
         }
         optional {
@@ -28,7 +28,7 @@ pub const BRAKE: Element = Element {
     sketch: r"
     shaft ===| |--- housing
              ^ torque(t)",
-    signs: "`<name>.tau` turns the shaft back; while it slips it opposes its speed.",
+    signs: "`<name>.tau` acts on the shaft backward; while the brake slips it opposes the speed.",
     symbol: Symbol::Clutch,
     fields: Brake::FIELDS,
     example: "\

@@ -29,8 +29,8 @@ pub const CAPACITOR: Element = Element {
            i >0   C
     from --->----| |------- to
            +      v     -",
-    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
-            of `to`. `<name>.q` is the charge that has gone through: with `initial_voltage` the plates hold C v0 more.",
+    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that of `to`. `<name>.q` is \
+            the charge that has flowed through: with `initial_voltage` the charge of the plates is C v0 more.",
     symbol: Symbol::Capacitor,
     fields: Capacitor::FIELDS,
     example: "\

@@ -12,7 +12,7 @@ keys! {
             shaft_1: Body, "The first shaft or mass.";
             shaft_2: Body, "The second.";
             torque: Formula(Dimension::TORQUE),
-                "The Coulomb torque that it slips with, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
+                "The Coulomb torque while it slips, not negative: an expression of signals `[signal.NAME]`, the time `t`, parameters, angles and \
                  speeds; such as \"mu * radius * pressed\" with the force of a signal.";
         }
         optional {
@@ -24,17 +24,17 @@ keys! {
 pub(super) const STATIC_FACTOR: Field = Field::optional(
     "static_factor",
     Kind::Number(Sign::Positive),
-    "At rest it holds up to so many times that torque, at least 1; left out: 1.",
+    "While it sticks it transmits up to this factor times that torque, at least 1; left out: 1.",
 );
 
 /// A friction clutch between two shafts, whose torque follows from a signal.
 pub const CLUTCH: Element = Element {
     keyword: Clutch::KEYWORD,
-    summary: "Friction clutch: Coulomb friction between two shafts with a torque that a signal commands; it holds at rest, and nothing creeps.",
+    summary: "Friction clutch: Coulomb friction between two shafts with a torque that a signal commands; it sticks exactly, without creep.",
     sketch: r"
     shaft_1 ===| |=== shaft_2
                ^ torque(t)",
-    signs: "`<name>.tau` turns shaft_2 forward and shaft_1 back; while it slips it opposes w1 - w2.",
+    signs: "`<name>.tau` acts on shaft_2 forward and on shaft_1 backward; while the clutch slips it opposes w1 - w2.",
     symbol: Symbol::Clutch,
     fields: Clutch::FIELDS,
     example: "\
@@ -54,8 +54,9 @@ fn check(values: &Values) -> Vec<KeyError> {
 
 pub(super) fn check_static_factor(values: &Values) -> Vec<KeyError> {
     let low = values.exact("static_factor").is_some_and(|factor| factor.to_f64() < 1.0);
-    let key_error =
-        || KeyError::new("static_factor", "below 1 it would hold less at rest than in motion", "give at least 1");
+    let key_error = || {
+        KeyError::new("static_factor", "below 1 the friction would be less at rest than in motion", "give at least 1")
+    };
     low.then(key_error).into_iter().collect()
 }
 

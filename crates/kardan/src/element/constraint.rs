@@ -14,17 +14,17 @@ keys! {
         }
         optional {
             coefficients: Coefficients,
-                "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }. With masses, or with lengths as coefficients \
-                 of shafts, the sum is a length: { rack = 1, pinion = \"-7 mm\" }.";
+                "Coefficients by shaft; { shaft = 1 } fixes one shaft. With masses, or with lengths as coefficients of shafts, the sum is a length: \
+                 { rack = 1, pinion = \"-7 mm\" }.";
             offset: OfTime(Dimension::ANGLE),
                 "The right-hand side, an angle or a length, or a smooth function of the time `t`, parameters, signals `[signal.NAME]` and \
                  tables: its value and its rate must not jump; left out: zero.";
             expression: Surface,
-                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is zero all the time, in any unit: \
+                "In place of `coefficients`: an expression of angles and positions (`crank.phi`, `car.s`) that is always zero, in any unit: \
                  `\"x.s^2 + y.s^2 - l^2\"`; smooth.";
             rates: Formulas,
-                "In place of `coefficients`: coefficients of speeds by shaft and mass, expressions of angles and positions, whose sum is zero: \
-                 `{ x = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }` is a wheel that rolls where it heads and does not slide aside.";
+                "In place of `coefficients`: coefficients of speeds by shaft and mass, expressions of angles and positions, whose sum is zero: `{ x \
+                 = \"-sin(heading.phi)\", y = \"cos(heading.phi)\" }` is a wheel that rolls along its heading without lateral slip.";
         }
     }
 }
@@ -32,8 +32,8 @@ keys! {
 /// Any linear row by hand, \[diss. (4.31)\] with an offset.
 pub const CONSTRAINT: Element = Element {
     keyword: Constraint::KEYWORD,
-    summary: "Any relation between angles and positions, by hand: sum of coefficient times angle = offset, an expression that is zero, or \
-              a relation of speeds.",
+    summary: "Any relation between angles and positions: sum of coefficient times angle = offset, an expression that is zero, or a relation of \
+              speeds.",
     sketch: r"
     a1 q1 + a2 q2 + ... = offset(t)
     expression(q) = 0
@@ -57,7 +57,7 @@ fn check(values: &Values) -> Vec<KeyError> {
     match present[..] {
         [] => {
             let help = "add `coefficients = { ... }`, or an `expression` that is zero, or `rates`";
-            return vec![KeyError::new("coefficients", "nothing says what is constrained", help)];
+            return vec![KeyError::new("coefficients", "no key defines what is constrained", help)];
         }
         [_] => {}
         [_, second, ..] => {
@@ -66,12 +66,12 @@ fn check(values: &Values) -> Vec<KeyError> {
         }
     }
     if present != ["coefficients"] && values.has("offset") {
-        let help = "take it out; an angle that an expression is to have stands in the expression";
+        let help = "remove it; write an offset into the expression itself";
         return vec![KeyError::new("offset", "it belongs to `coefficients`", help)];
     }
     if values.formulas("rates").is_some_and(|row| row.is_empty()) {
         let help = "give the coefficient of at least one speed, as in { x = 1, roll = \"-r\" }";
-        return vec![KeyError::new("rates", "no coefficients, so nothing is constrained", help)];
+        return vec![KeyError::new("rates", "there are no coefficients, so nothing is constrained", help)];
     }
     let all_zero = values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero()));
     if !all_zero {

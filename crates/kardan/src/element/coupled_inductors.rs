@@ -21,9 +21,9 @@ keys! {
         }
         optional {
             mutual_inductance: Quantity(Dimension::INDUCTANCE, Sign::Any),
-                "M, with M^2 < L1 L2; negative if one of the windings is wound the other way.";
+                "M, with M^2 < L1 L2; negative if one of the windings has the opposite sense.";
             coupling: Number(Sign::Any),
-                "In place of `mutual_inductance`: k, between -1 and 1, with M = k sqrt(L1 L2), which is rounded once where the root is no fraction.";
+                "In place of `mutual_inductance`: k, between -1 and 1, with M = k sqrt(L1 L2), which is rounded once where the root is irrational.";
         }
     }
 }
@@ -37,9 +37,8 @@ pub const COUPLED_INDUCTORS: Element = Element {
     from_1 --->---* M *---<--- from_2
            v1  L1 )   ( L2   v2
       to_1 -------)   (------- to_2",
-    signs: "Both currents count positive into the dotted ends `from_1` and `from_2`, both voltages from there to `to_1` and \
-            `to_2`: `<name>.1.i`, `<name>.1.v` and `<name>.2.i`, `<name>.2.v`. With M^2 = L1 L2 it would be a `transformer` beside \
-            an inductor.",
+    signs: "Both currents count positive into the dotted ends `from_1` and `from_2`, both voltages from there to `to_1` and `to_2`: `<name>.1.i`, \
+            `<name>.1.v` and `<name>.2.i`, `<name>.2.v`. M^2 = L1 L2 is a `transformer` beside an inductor.",
     symbol: Symbol::Transformer,
     fields: CoupledInductors::FIELDS,
     example: "\
@@ -61,12 +60,12 @@ fn check(values: &Values) -> Vec<KeyError> {
     match (values.has("mutual_inductance"), values.has("coupling")) {
         (false, false) => {
             let help = "add `mutual_inductance` or `coupling`; coils without it are two elements `inductor`";
-            out.push(KeyError::new("inductance_1", "nothing says how the coils are coupled", help));
+            out.push(KeyError::new("inductance_1", "no key defines the coupling of the coils", help));
         }
         (true, true) => out.push(KeyError::new(
             "coupling",
-            "`mutual_inductance` and `coupling` both say how the coils are coupled",
-            "take out one of the two",
+            "`mutual_inductance` and `coupling` both define the coupling of the coils",
+            "remove one of the two",
         )),
         (has_mutual, _) => {
             out.extend(check_coupling(values, if has_mutual { "mutual_inductance" } else { "coupling" }))
@@ -75,7 +74,7 @@ fn check(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The energy of the coils must be positive whatever their currents are.
+/// The energy of the coils must be positive for all currents.
 fn check_coupling(values: &Values, key: &'static str) -> Option<KeyError> {
     let ideal = "windings that share all of their flux are a `transformer`, with an `inductor` beside winding 1";
     let one = Rational::ONE;
@@ -116,7 +115,7 @@ fn check_coupling(values: &Values, key: &'static str) -> Option<KeyError> {
     Some(KeyError::new(key, message, "give M with M^2 < L1 L2"))
 }
 
-/// M, exact but for a root that is no fraction.
+/// M, exact except for an irrational root.
 fn mutual(values: &Values) -> Option<Exact> {
     if let Some(mutual) = values.exact("mutual_inductance") {
         return Some(mutual.clone());

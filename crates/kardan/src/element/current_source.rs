@@ -26,13 +26,13 @@ keys! {
 /// An ideal current source: a branch whose current is a function of time.
 pub const CURRENT_SOURCE: Element = Element {
     keyword: CurrentSource::KEYWORD,
-    summary: "An ideal current source between two nodes of a circuit: its current follows a function of time, whatever voltage that takes.",
+    summary: "An ideal current source between two nodes of a circuit: its current follows a function of time, at any voltage.",
     sketch: r"
                 i(t)
     from ----- ( -> ) --->--- to
                          i >0",
-    signs: "`<name>.i` flows through the source from `from` to `to`; `<name>.v` is the potential of `to` less that of `from`, so that \
-            v i is the power that the source gives.",
+    signs: "`<name>.i` flows through the source from `from` to `to`; `<name>.v` is the potential of `to` less that of `from`, so that v i is the \
+            power that the source delivers.",
     symbol: Symbol::CurrentSource,
     fields: CurrentSource::FIELDS,
     example: "\
@@ -51,7 +51,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         Some(function) => Arc::clone(function),
         None => Arc::new(OfTime::constant(&values.exact_or_default("current"), Dimension::CURRENT)),
     };
-    // The charge, where it is known at every time, is solved for; else a run keeps the current.
+    // If the charge is known at every time, it is eliminated; else a multiplier enforces the current.
     match function.integral() {
         Some(charge) => {
             out.push(Term::Constraint { direction: Direction::shaft(name), offset: Exact::zero() });

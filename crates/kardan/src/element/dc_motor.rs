@@ -7,40 +7,40 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A machine between a circuit and a shaft: a gyrator, with what a real one has beside it.
+    /// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
     element DcMotor("dc_motor") {
         required {
             from: Node as FROM;
             to: Node as TO;
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
             torque_constant: Mechanical(Dimension::TORQUE_CONSTANT, Sign::NonZero),
-                "k, the torque for each ampere, and by the same number the voltage for each radian per second (\"0.05 N m/A\" or \
-                 \"0.05 V s/rad\"); of a voice coil the force for each ampere. Negative if a positive current turns the shaft back.";
+                "k, the torque for each ampere, and by the same number the voltage for each radian per second (\"0.05 N m/A\" or \"0.05 V s/rad\"); \
+                 of a voice coil the force for each ampere. Negative if a positive current drives the shaft backwards.";
         }
         optional {
             reaction: Body, "The shaft or mass that carries the stator; left out: the housing.";
             resistance: Quantity(Dimension::RESISTANCE, Sign::NonNegative) = "0 Ohm", "Resistance R of the winding.";
             inductance: Quantity(Dimension::INDUCTANCE, Sign::NonNegative) = "0 H",
-                "Inductance L of the winding; without it the current follows at once, and no law can read it.";
+                "Inductance L of the winding; without it the current follows algebraically, and no law can read it.";
             rotor_inertia: Mechanical(Dimension::INERTIA, Sign::NonNegative),
-                "Inertia of the rotor on `shaft`, of a voice coil the mass of what moves; left out: none.";
+                "Inertia of the rotor on `shaft`, of a voice coil the moving mass; left out: none.";
         }
     }
 }
 
-/// A machine between a circuit and a shaft: a gyrator, with what a real one has beside it.
+/// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
 pub const DC_MOTOR: Element = Element {
     keyword: DcMotor::KEYWORD,
-    summary: "A permanent-magnet motor or generator between two nodes of a circuit and a shaft: tau = k i and e = k w with one k, so that what the \
-              circuit gives the shaft gets; with masses a voice coil.",
+    summary: "A permanent-magnet motor or generator between two nodes of a circuit and a shaft: tau = k i and e = k w with one k, so that the \
+              conversion is lossless; with masses a voice coil.",
     sketch: r"
            i >0   R     L     e = k w
     from --->---[   ]--UUUU--( M )--- to
            +          v       |      -
                               '=====  shaft, tau = k i  (opposite on reaction)",
-    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that of `to`, \
-            v = R i + L di/dt + e. `<name>.emf.v` is the back-emf e = k w, with w the speed of `shaft` against `reaction`; `<name>.tau` (along a mass \
-            the force `<name>.f`) is the torque k i on the shaft. With a positive k a positive current turns it forward.",
+    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that of `to`, v = R i + L \
+            di/dt + e. `<name>.emf.v` is the back-emf e = k w, with w the speed of `shaft` against `reaction`; `<name>.tau` (on a mass the force \
+            `<name>.f`) is the torque k i on the shaft. With a positive k a positive current drives it forward.",
     symbol: Symbol::Machine,
     fields: DcMotor::FIELDS,
     example: "\
@@ -60,7 +60,7 @@ rotor_inertia = \"40 g cm^2\"
 fn check(values: &Values) -> Vec<KeyError> {
     let mut out = [check_branch(values), check_moves(values, &["shaft"])].concat();
     if values.word("shaft").is_some() && values.word("shaft") == values.word("reaction") {
-        let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
+        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
         out.push(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"));
     }
     out
@@ -97,7 +97,7 @@ fn gyrator(name: &str, values: &Values, shaft: &str, constant: &Exact) -> Vec<Te
     let relative = if stator.is_some() { "@ * (@ - @)" } else { "@ * @" };
     if let Some(stator) = stator {
         let (speed, moves) = rate(stator);
-        // What the name means if it is the housing.
+        // The meaning of the name if it is the housing.
         let still = Meaning::Constant(Exact::zero(), domain.dimensions()[1]);
         speeds.extend([(speed.clone(), moves), (speed, still)]);
     }

@@ -5,7 +5,7 @@ use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
-    /// A torque or force from outside, set by the scenario and unknown to the laws.
+    /// An external torque or force, set by the scenario and unknown to the laws.
     element Disturbance("disturbance") {
         required {
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
@@ -15,13 +15,13 @@ keys! {
     }
 }
 
-/// A torque or force from outside, set by the scenario and unknown to the laws.
+/// An external torque or force, set by the scenario and unknown to the laws.
 pub const DISTURBANCE: Element = Element {
     keyword: Disturbance::KEYWORD,
-    summary: "A torque from outside on a shaft, or a force on a mass; events of the scenario set it, control laws do not know it.",
+    summary: "An external torque on a shaft, or a force on a mass; events of the scenario set it, control laws do not use it.",
     sketch: r"
     road --> tau on shaft",
-    signs: "Positive in the sense of the angle or position; the signal carries the element's own name.",
+    signs: "Positive in the sense of the angle or position; the signal has the name of the element.",
     symbol: Symbol::Torque,
     fields: Disturbance::FIELDS,
     example: "\

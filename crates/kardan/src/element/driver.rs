@@ -5,11 +5,11 @@ use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
-/// Of a wheel for each metre beside the path, rad/m.
+/// Wheel angle for each metre of lateral deviation, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);
-/// Of a wheel for the curvature of the path, rad m.
+/// Wheel angle over the curvature of the path, rad m.
 const ANGLE_PER_CURVATURE: Dimension = Dimension::mechanical(0, 1, 0, 1);
-/// What the curvature of a path is taken from: so far before and behind.
+/// Step of the difference quotient for the curvature of a path.
 const STEP: &str = "3 m";
 
 keys! {
@@ -18,23 +18,25 @@ keys! {
         required {
             wheel: Shaft, "The steering wheel.";
             kind: Choice(&["open_loop", "preview", "two_level", "hands_off"]),
-                "What the hands do: `open_loop` turns the wheel to `angle`; `preview` aims at a point of a path ahead; `two_level` knows how the path bends \
-                 and puts right how far the car is beside it (both add `angle`, if there is one); `hands_off` nothing: no hand is on the wheel.";
+                "What the driver does: `open_loop` turns the wheel to `angle`; `preview` aims at a point of a path ahead; `two_level` steers by the \
+                 curvature of the path and corrects the lateral deviation of the car (both add `angle`, if given); `hands_off`: no hand is on the \
+                 wheel.";
         }
         optional {
             angle: Formula(Dimension::ANGLE), "Angle to which the hands turn the wheel, a signal or an expression of the time; `open_loop` needs it.";
             path: Text,
-                "The path to follow: the name of a `[path.NAME]`, of a `[table.NAME]` that gives y by x, of what a manoeuvre steers, or an expression of \
-                 `ahead`, the x of the point in view: `lane(ahead)`. `preview` and `two_level` need it.";
-            car: Element(&["vehicle"]), "The car that is driven, which they need too.";
-            gain: Formula(TURN), "Angle of the wheel for each metre that the car would be beside the path (\"20 deg/m\"), which they need too.";
+                "The path to follow: the name of a `[path.NAME]`, of a `[table.NAME]` that gives y by x, of the signal that a manoeuvre makes, or \
+                 an expression of `ahead`, the x of the preview point: `lane(ahead)`. `preview` and `two_level` need it.";
+            car: Element(&["vehicle"]), "The car that is driven; they need it too.";
+            gain: Formula(TURN), "Angle of the wheel for each metre of predicted lateral deviation from the path (\"20 deg/m\"); they need it too.";
             preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
-                "How far ahead the driver looks; of `two_level` how far ahead car and path are compared, both going straight on.";
-            bend_gain: Formula(ANGLE_PER_CURVATURE), "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); \
-                                       `two_level` needs it.";
-            anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "By how much earlier the wheel is turned for it, of `two_level`.";
-            reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Time until what is seen moves the hands.";
-            sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "How often the driver looks; `reaction` is a multiple of it.";
+                "Preview time; of `two_level` the time ahead at which car and path are compared, both extended straight.";
+            bend_gain: Formula(ANGLE_PER_CURVATURE),
+                "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); `two_level` needs \
+                 it.";
+            anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "Lead time of that curvature steering, of `two_level`.";
+            reaction: Quantity(Dimension::TIME, Sign::NonNegative) = "0.15 s", "Delay from observation to motion of the hands.";
+            sample_time: Quantity(Dimension::TIME, Sign::Period) = "10 ms", "Sample time of the driver; `reaction` is a multiple of it.";
             lag: Quantity(Dimension::TIME, Sign::Positive) = "0.1 s", "Time constant of nerves and muscles; a steering robot has about \"5 ms\".";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "60 N m/rad", "Stiffness of the arms; a steering robot has about \"5 kN m/rad\".";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "3 N m s/rad", "Damping of the arms.";
@@ -42,7 +44,7 @@ keys! {
             grip_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "1000 N m/rad", "Stiffness between hands and wheel.";
             grip_damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "2 N m s/rad", "Damping between hands and wheel.";
             hold: Formula(Dimension::NONE),
-                "How firmly the hands hold, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
+                "Grip of the hands, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
         }
     }
 }
@@ -50,13 +52,14 @@ keys! {
 /// A driver at a steering wheel.
 pub const DRIVER: Element = Element {
     keyword: Driver::KEYWORD,
-    summary: "A driver: arms with inertia that hold the steering wheel at an angle, or follow a path with preview, reaction time and muscles.",
+    summary: "A driver: arms with inertia that turn the steering wheel to an angle, or follow a path with preview, reaction time and muscles.",
     sketch: r"
     angle, path --> [reaction, lag] --> stiffness, damping --> ( arm ) ==/\/\/\== wheel
                                                                      grip",
-    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` of the grip: \
-            `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (the angle that the arms are to have), with a path \
-            `<name>_ahead` (x of the point in view), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its curvature).",
+    signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` \
+            of the grip: `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (target angle of the arms), with a \
+            path `<name>_ahead` (x of the preview point), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its \
+            curvature).",
     symbol: Symbol::Torque,
     fields: Driver::FIELDS,
     example: "\
@@ -93,25 +96,25 @@ fn check(values: &Values) -> Vec<KeyError> {
         _ => &[],
     };
     for key in idle.iter().filter(|key| values.has(key)) {
-        let message = format!("`{key}` says nothing for the kind `{kind}`");
+        let message = format!("`{key}` has no effect for the kind `{kind}`");
         out.push(KeyError::new(key, message, "remove it, or choose another kind"));
     }
     if let Some((what, hold)) = values.formula("hold").and_then(|formula| least(formula))
         && !(0.0..=1.0).contains(&hold)
     {
-        let message = format!("{what} is {hold}: hands hold from 0 (off) to 1 (firmly)");
-        out.push(KeyError::new("hold", message, "write a part from 0 to 1, or a signal that stays there"));
+        let message = format!("{what} is {hold}: the grip is between 0 (hands off) and 1 (firm)");
+        out.push(KeyError::new("hold", message, "write a number from 0 to 1, or a signal within that range"));
     }
     out
 }
 
-/// A driver in the making: its name and what is given.
+/// The generator of a driver: its name and its keys.
 struct DriverBuilder<'a> {
     name: &'a str,
     entries: &'a Entries,
 }
 
-/// The tables that a driver is put together of; nothing while it lacks a key that it needs.
+/// The tables that a driver expands to; none if a required key is missing.
 pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     let driver = DriverBuilder { name, entries };
     let mut out = Entries::default();
@@ -129,12 +132,12 @@ pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     Some(out)
 }
 
-/// A name as expressions have it.
+/// A name in the syntax of expressions.
 fn quoted(name: String) -> String {
     if name.contains('-') { format!("'{name}'") } else { name }
 }
 
-/// An expression with a word of it in other words.
+/// An expression with one identifier replaced.
 fn with_word(text: &str, word: &str, by: &str) -> String {
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
     let mut out = String::new();
@@ -154,7 +157,7 @@ impl DriverBuilder<'_> {
         if let Some(RawValue::Text(text)) = self.entries.get(key) { Some(text.clone()) } else { None }
     }
 
-    /// An expression that is given.
+    /// The expression of a key.
     fn formula(&self, key: &str) -> Option<String> {
         match self.entries.get(key)? {
             RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
@@ -163,7 +166,7 @@ impl DriverBuilder<'_> {
         }
     }
 
-    /// A number of the driver, as others name it.
+    /// A number of the driver, by its name in expressions.
     fn own(&self, key: &str) -> String {
         quoted(format!("{}.{key}", self.name))
     }
@@ -185,7 +188,7 @@ impl DriverBuilder<'_> {
         if is_name { format!("{}({x})", quoted(path.into())) } else { format!("({})", with_word(path, "ahead", x)) }
     }
 
-    /// What is seen of the path, when it has got to the muscles: the angle of the wheel that it asks for.
+    /// The wheel angle that the path requests, after the reaction time.
     fn look(&self, out: &mut Entries, two_level: bool) -> Option<String> {
         let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
         let of = |word: &str| quoted(format!("{car}.{word}"));
@@ -199,7 +202,7 @@ impl DriverBuilder<'_> {
         block(out, "ahead", format!("{x} + {look_ahead} * {u}"));
         let at = |x: &str| self.path_at(&path, x);
         let target = match two_level {
-            // The path going straight on from where the car is.
+            // The path extended straight from the position of the car.
             true => {
                 let slope =
                     format!("({} - {}) / (2 * {STEP})", at(&format!("({x} + {STEP})")), at(&format!("({x} - {STEP})")));
@@ -221,7 +224,7 @@ impl DriverBuilder<'_> {
         Some(format!("({bend_gain}) * {} + {preview}", quoted(self.part("bend"))))
     }
 
-    /// What is seen of something, when it has got to the muscles.
+    /// An observed quantity after the reaction time.
     fn react(&self, out: &mut Entries, input: String) {
         let at_once = self.formula("reaction").and_then(|text| crate::units::parse_quantity(&text).ok());
         let kind = match at_once.is_some_and(|(value, _)| value.is_zero()) {
@@ -241,7 +244,7 @@ impl DriverBuilder<'_> {
         self.add(out, "block", "will", &will_keys);
         self.add(out, "shaft", "arm", &[("inertia", self.own("arm_inertia"))]);
         let [phi, w] = ["phi", "w"].map(|word| quoted(format!("{arm}.{word}")));
-        // The muscles damp what differs from the turning that is meant.
+        // The muscles damp the deviation from the intended rate.
         let law = format!("{stiffness} * ({will} - {phi}) + {damping} * (({reference} - {will}) / {lag} - {w})");
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
         let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));

@@ -6,7 +6,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// Stops that an angle or a distance cannot pass.
+    /// Stops that limit an angle or a distance.
     element EndStop("end_stop") {
         required {
             shaft_1: Body, "The first shaft or mass.";
@@ -16,24 +16,24 @@ keys! {
             lower: Mechanical(Dimension::ANGLE, Sign::Any), "The least q1 - q2; left out: no stop on this side.";
             upper: Mechanical(Dimension::ANGLE, Sign::Any), "The largest q1 - q2; left out: no stop on this side.";
             restitution: Number(Sign::NonNegative) = "0",
-                "Of a rigid stop: the part of the speed that it is left with, 0 to 1.";
+                "Of a rigid stop: coefficient of restitution, the part of the speed with which it rebounds, 0 to 1.";
             stiffness: Mechanical(Dimension::STIFFNESS, Sign::Positive), "Of a soft stop; left out: the stop is rigid.";
             damping: Mechanical(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
-                "Of a soft stop: it presses with s d + d d', but never pulls.";
+                "Of a soft stop: its contact force is s d + d d', and never pulls.";
         }
     }
 }
 
-/// Stops that an angle or a distance cannot pass.
+/// Stops that limit an angle or a distance.
 pub const END_STOP: Element = Element {
     keyword: EndStop::KEYWORD,
-    summary: "Stops that an angle or a distance cannot pass: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",
+    summary: "Stops that limit an angle or a distance: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",
     sketch: r"
         |              |
     lower|<-- q1 - q2 -->|upper
         |              |",
-    signs: "`<name>.tau` (between masses `<name>.f`) turns shaft_2 forward and shaft_1 back: above zero at the upper stop, below at the lower one. What \
-            arrives at a rigid stop goes back with `restitution` times its speed; the run tells the energy that the blow takes.",
+    signs: "`<name>.tau` (between masses `<name>.f`) acts on shaft_2 forward and on shaft_1 backward: above zero at the upper stop, below at the \
+            lower one. A rigid stop returns `restitution` times the impact speed; the run reports the energy that the impact dissipates.",
     symbol: Symbol::Stop,
     fields: EndStop::FIELDS,
     example: "\
@@ -56,8 +56,8 @@ fn check(values: &Values) -> Vec<KeyError> {
         }
         (Some(lower), Some(upper)) if lower.to_f64() >= upper.to_f64() => out.push(KeyError::new(
             "upper",
-            "the upper stop is not above the lower one, so nothing fits between them",
-            "make `upper` larger than `lower`; what never moves is a `constraint`",
+            "the upper stop is not above the lower one, so the range between them is empty",
+            "make `upper` larger than `lower`; to fix a shaft use a `constraint`",
         )),
         _ => {}
     }

@@ -18,7 +18,8 @@ keys! {
         optional {
             offset: Mechanical(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
             backlash: Mechanical(Dimension::ANGLE, Sign::NonNegative),
-                "Play between the teeth, as an angle of shaft_1 (a way of the first mass): within half of it either way nothing is carried. Left out: none.";
+                "Backlash of the teeth, as an angle of shaft_1 (a displacement of the first mass): within half of it either way no torque is \
+                 transmitted. Left out: none.";
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
             loss: Formula(Dimension::TORQUE) as LOSS;
@@ -35,9 +36,8 @@ pub const GEAR: Element = Element {
     shaft_1 ====[ ]
                 [ ]   q1 - i q2 + offset = 0
     shaft_2 ====[ ]",
-    signs: "A ratio above zero means that both shafts turn the same way; an external spur pair has a negative ratio. \
-            `<name>.tau` acts on shaft_1, and -i times it on shaft_2. What is lost acts on shaft_1 against its turning, \
-            `<name>.friction`.",
+    signs: "With a ratio above zero both shafts rotate in the same direction; an external spur pair has a negative ratio. `<name>.tau` acts on \
+            shaft_1, and -i times it on shaft_2. The loss torque `<name>.friction` acts on shaft_1 against its rotation.",
     symbol: Symbol::Gear,
     fields: Gear::FIELDS,
     example: "\

@@ -8,7 +8,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+    /// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
     element HarmonicDrive("harmonic_drive") {
         required {
             wave_generator: Shaft, "The shaft of the wave generator.";
@@ -19,13 +19,13 @@ keys! {
         optional {
             offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset of the angles.";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive),
-                "Torsional stiffness as felt at the flexspline while the other two shafts are held; a spring then \
-                 stands in place of the equation of the gear. Left out: rigid.";
+                "Torsional stiffness at the flexspline with the other two shafts fixed; a spring then replaces the constraint of the gear. Left \
+                 out: rigid.";
             damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
-                "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`.";
+                "Viscous damping of that twist, at the flexspline; needs `stiffness`.";
             backlash: Quantity(Dimension::ANGLE, Sign::NonNegative),
-                "Play, as an angle of the flexspline while the other two shafts are held: within half of it either way nothing is carried. Left \
-                 out: none.";
+                "Backlash, as an angle of the flexspline with the other two shafts fixed: within half of it either way no torque is transmitted. \
+                 Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
@@ -34,7 +34,7 @@ keys! {
     }
 }
 
-/// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+/// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
 pub const HARMONIC_DRIVE: Element = Element {
     keyword: HarmonicDrive::KEYWORD,
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
@@ -45,9 +45,9 @@ pub const HARMONIC_DRIVE: Element = Element {
     cs ====( circular spline )
             |  cam  |
     wg ====( wave generator )",
-    signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
-            `<name>.tau` is the constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i \
-            times it act on cs and fs. What is lost acts on wg, and back on cs, against their turning, `<name>.friction`.",
+    signs: "With the circular spline fixed, the flexspline rotates 1/i times as fast as the wave generator, backwards; `<name>.tau` is the \
+            constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i times it act on cs and fs. The loss \
+            torque `<name>.friction` acts on wg, and in reaction on cs, against their rotation.",
     symbol: Symbol::StrainWaveGear,
     fields: HarmonicDrive::FIELDS,
     example: "\
@@ -64,7 +64,7 @@ ratio = 50
 fn check(values: &Values) -> Vec<KeyError> {
     let mut out = check_different(values, &["wave_generator", "circular_spline", "flexspline"]);
     if values.has("damping") && !values.has("stiffness") {
-        let message = "without `stiffness` nothing can twist, so this damping does nothing";
+        let message = "without `stiffness` there is no twist, so this damping has no effect";
         out.push(KeyError::new(
             "damping",
             message,
@@ -99,7 +99,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     teeth.into_iter().chain(loss).collect()
 }
 
-/// What the teeth with play are along the row of the wave generator, where a twist is as many times that of the flexspline as the ratio says.
+/// The backlash along the row of the wave generator, where a twist is that of the flexspline times the ratio.
 fn side(values: &Values, ratio: &Exact) -> Side {
     let felt = |value: Exact| value.div(&(ratio * ratio)).unwrap_or(value);
     match Side::of(values) {

@@ -21,11 +21,11 @@ keys! {
 /// A form-fit lock that a signal engages and releases.
 pub const LOCK: Element = Element {
     keyword: Lock::KEYWORD,
-    summary: "Form-fit lock (dog clutch, parking pawl): while it is engaged both shafts turn alike, whatever the torque.",
+    summary: "Form-fit lock (dog clutch, parking pawl): while it is engaged both shafts have the same speed, at any torque.",
     sketch: r"
     shaft_1 ===[#]=== shaft_2     w1 = w2 while engaged",
-    signs: "`<name>.tau` turns shaft_2 forward and shaft_1 back. To engage at speed is a blow: it keeps the momentum, and the run tells the energy \
-            that it takes.",
+    signs: "`<name>.tau` acts on shaft_2 forward and on shaft_1 backward. Engaging at a speed difference is an impact: it conserves momentum, and \
+            the run reports the energy that it dissipates.",
     symbol: Symbol::Clutch,
     fields: Lock::FIELDS,
     example: "\

@@ -6,7 +6,7 @@ use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A rigid body that moves straight.
+    /// A rigid body in translation.
     element Mass("mass") {
         required {
         }
@@ -16,16 +16,15 @@ keys! {
             friction: Quantity(Dimension::FORCE, Sign::NonNegative) = "0 N",
                 "Coulomb friction force against the ground, the same at rest and in motion without `breakaway`.";
             breakaway: Quantity(Dimension::FORCE, Sign::NonNegative),
-                "Force at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
-                 friction + (breakaway - friction) exp(-(v/stribeck_speed)^2). Only runs know it, designs leave friction out. Left \
-                 out: equal to `friction`.";
+                "Breakaway force at rest, not below `friction`; in motion the friction falls from it as friction + (breakaway - friction) \
+                 exp(-(v/stribeck_speed)^2). Only simulations use it; designs neglect friction. Left out: equal to `friction`.";
             stribeck_speed: Quantity(Dimension::VELOCITY, Sign::Positive),
                 "Velocity with which the friction falls from `breakaway`; needed with it.";
         }
     }
 }
 
-/// A rigid body that moves straight.
+/// A rigid body in translation.
 pub const MASS: Element = Element {
     keyword: Mass::KEYWORD,
     summary: "A rigid body that moves straight, with mass, viscous damping and Coulomb friction against the ground.",

@@ -1,4 +1,4 @@
-//! Elements: named handfuls of terms, one file each.
+//! Elements: named groups of terms, one file each.
 //!
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual (`kardan elements`) and the tests are
 //! derived. Adding an element is one file here and one line there.
@@ -118,7 +118,7 @@ pub fn find(keyword: &str) -> Option<&'static Element> {
     REGISTRY.iter().find(|element| element.keyword == keyword)
 }
 
-/// The tables that an element is put together of, where it is none of its own: by its keyword, its name, what is given, and whether that names a mass.
+/// The tables that a composite element expands to: by its keyword, its name, its keys, and whether these name a mass.
 pub fn parts(keyword: &str, name: &str, entries: &Entries, translational: bool) -> Option<Entries> {
     match keyword {
         _ if keyword == VEHICLE.keyword => vehicle::parts(name, entries, translational),
@@ -127,5 +127,5 @@ pub fn parts(keyword: &str, name: &str, entries: &Entries, translational: bool) 
     }
 }
 
-/// The kinds that are put together of others.
+/// The composite kinds.
 pub const COMPOSITES: [&Element; 2] = [&VEHICLE, &DRIVER];

@@ -19,9 +19,8 @@ keys! {
                 "Largest change of torque per time; left out: unlimited.";
             lag: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Time constant of the first-order lag.";
             ripple: Mechanical(Dimension::TORQUE, Sign::NonNegative),
-                "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft \
-                 against `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as \
-                 `<name>.ripple`; designs leave it out. Left out: none.";
+                "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft against `reaction`. It acts in \
+                 addition to `<name>.tau`, the torque that the drive reports; its signal is `<name>.ripple`; designs neglect it. Left out: none.";
             ripple_order: Number(Sign::Positive),
                 "Periods of the ripple in one turn, such as pole pairs times six; needed with `ripple`.";
         }
@@ -34,8 +33,8 @@ pub const MOTOR: Element = Element {
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"
     command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau (+ ripple) on shaft",
-    signs: "`<name>.tau` (along a mass the force `<name>.f`) is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
-            it is given); `<name>.command` is what was asked for.",
+    signs: "`<name>.tau` (on a mass the force `<name>.f`) is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` \
+            if it is given); `<name>.command` is the commanded torque.",
     symbol: Symbol::Motor,
     fields: Motor::FIELDS,
     example: "\
@@ -58,12 +57,12 @@ fn check(values: &Values) -> Vec<KeyError> {
         )),
         (false, true) => out.push(KeyError::new(
             "ripple_order",
-            "the order of a ripple stands without a ripple",
+            "there is a ripple order, but no ripple",
             "add `ripple`, its amplitude, or remove `ripple_order`",
         )),
         (true, true) if values.translational => out.push(KeyError::new(
             "ripple",
-            "a ripple has periods in a turn, and a mass does not turn",
+            "a ripple has periods per revolution, and a mass does not rotate",
             "remove `ripple` and `ripple_order`",
         )),
         _ => {}
@@ -75,7 +74,7 @@ fn check_shafts(values: &Values) -> Vec<KeyError> {
     if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
         return Vec::new();
     }
-    let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
+    let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
     vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
 }
 

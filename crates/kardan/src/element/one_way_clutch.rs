@@ -10,7 +10,7 @@ keys! {
             driven: Body, "The shaft or mass that may overrun, and never falls behind.";
         }
         optional {
-            driving: Body, "The shaft or mass that drives it; left out: the housing, so that `driven` never turns back.";
+            driving: Body, "The shaft or mass that drives it; left out: the housing, so that `driven` never rotates backwards.";
         }
     }
 }
@@ -21,7 +21,7 @@ pub const ONE_WAY_CLUTCH: Element = Element {
     summary: "One-way clutch (freewheel, backstop): the driven shaft may overrun the driving one and is never slower.",
     sketch: r"
     driving ===|>|=== driven      w(driven) >= w(driving)",
-    signs: "`<name>.tau` turns `driving` forward and `driven` back, so that it is zero or negative; zero while it overruns.",
+    signs: "`<name>.tau` acts on `driving` forward and on `driven` backward; it is zero or negative, and zero while `driven` overruns.",
     symbol: Symbol::Clutch,
     fields: OneWayClutch::FIELDS,
     example: "\

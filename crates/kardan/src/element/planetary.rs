@@ -11,7 +11,7 @@ keys! {
         required {
         }
         optional {
-            sun: Shaft, "The shaft of the sun; needed, as the next four keys, unless `coefficients` stand in their place.";
+            sun: Shaft, "The shaft of the sun; needed, as the next four keys, unless `coefficients` replace them.";
             ring: Shaft, "The shaft of the ring.";
             carrier: Shaft, "The shaft of the carrier.";
             sun_teeth: Number(Sign::Positive), "Teeth of the sun, z_s. Only the ratio to those of the ring counts.";
@@ -35,10 +35,9 @@ pub const PLANETARY: Element = Element {
     ring  r ======[     ]
     carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
     sun   s ======[     ]",
-    signs: "With the ring held, the carrier turns z_s/(z_s + z_r) times as fast as the sun, the same way; with the carrier held, \
-            the ring turns z_s/z_r times as fast, backwards. To hold one, give it a shaft and add `[constraint.NAME]` with \
-            `coefficients = { SHAFT = 1 }`. `<name>.tau` is the multiplier of the row as written: the torque on a shaft is its \
-            coefficient (z_s, z_r, -(z_s + z_r)) times it.",
+    signs: "With the ring fixed, the carrier rotates z_s/(z_s + z_r) times as fast as the sun, in the same direction; with the carrier fixed, the \
+            ring rotates z_s/z_r times as fast, backwards. To fix one, give it a shaft and add `[constraint.NAME]` with `coefficients = { SHAFT = 1 \
+            }`. `<name>.tau` is the multiplier of the row as written: the torque on a shaft is its coefficient (z_s, z_r, -(z_s + z_r)) times it.",
     symbol: Symbol::PlanetaryGear,
     fields: Planetary::FIELDS,
     example: "\
@@ -63,7 +62,7 @@ fn check(values: &Values) -> Vec<KeyError> {
         )],
         (Some(coefficients), None) => check_coefficients(coefficients),
         (Some(_), Some(key)) => {
-            let message = format!("`{key}` and `coefficients` both say how the gear turns");
+            let message = format!("`{key}` and `coefficients` both define the ratio of the gear");
             vec![KeyError::new(
                 key,
                 message,
@@ -95,9 +94,8 @@ fn check_named(values: &Values) -> Vec<KeyError> {
     let missing: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(missing).collect();
     if let Some(first) = missing.first() {
         let keys: Vec<String> = missing.iter().map(|key| format!("`{key}`")).collect();
-        let help = "name the three shafts and the teeth: `sun = \"...\"`, `ring = \"...\"`, `carrier = \"...\"`, `sun_teeth = 30`, \
-                    `ring_teeth = 70`; a part that stands still has a shaft too, held by `[constraint.NAME]` with \
-                    `coefficients = { SHAFT = 1 }`";
+        let help = "name the three shafts and the teeth: `sun = \"...\"`, `ring = \"...\"`, `carrier = \"...\"`, `sun_teeth = 30`, `ring_teeth = \
+                    70`; a fixed part has a shaft too, fixed by `[constraint.NAME]` with `coefficients = { SHAFT = 1 }`";
         return vec![KeyError::new(first, format!("it needs {}", keys.join(", ")), help)];
     }
     let mut out = check_different(values, &SHAFTS);
@@ -128,7 +126,7 @@ mod tests {
     use super::*;
     use crate::element::Resolved;
 
-    /// Willis: (w_s - w_c)/(w_r - w_c) = -z_r/z_s, whatever the speeds of ring and carrier; and the same row by its coefficients.
+    /// Willis: (w_s - w_c)/(w_r - w_c) = -z_r/z_s, for all speeds of ring and carrier; and the same row by its coefficients.
     #[test]
     fn equation_of_willis() {
         let mut values = Values::default();

@@ -19,7 +19,7 @@ keys! {
             angle: OfTime(Dimension::ANGLE),
                 "The angle of a shaft: a smooth function of the time `t`, parameters, signals `[signal.NAME]` and tables. The function and \
                  its rate must not jump.";
-            position: OfTime(Dimension::LENGTH), "The position of a mass, as `angle` is that of a shaft.";
+            position: OfTime(Dimension::LENGTH), "The position of a mass, as `angle` for a shaft.";
             speed: OfTime(Dimension::ANGULAR_VELOCITY),
                 "In place of `angle` or `position`: its speed, which must not jump; angle or position begin at `initial`.";
             acceleration: OfTime(Dimension::ANGULAR_ACCELERATION),
@@ -32,11 +32,11 @@ keys! {
 /// A shaft or a mass that follows a function of time.
 pub const PRESCRIBED_MOTION: Element = Element {
     keyword: PrescribedMotion::KEYWORD,
-    summary: "A shaft or a mass that moves as a function of time says, whatever torque or force that takes.",
+    summary: "A shaft or a mass that moves as a function of time prescribes, at any torque or force.",
     sketch: r"
     angle(t)  -->  shaft  (against reference)",
-    signs: "`<name>.tau` (of a mass the force `<name>.f`) is the torque that the motion takes: positive turns the shaft forward; the opposite \
-            acts on `reference`. Times the rate of the angle it is the power that the motion gives to the model.",
+    signs: "`<name>.tau` (of a mass the force `<name>.f`) is the torque that the motion requires: positive drives the shaft forward; the opposite \
+            acts on `reference`. Times the rate of the angle it is the power that the motion supplies to the model.",
     symbol: Symbol::Torque,
     fields: PrescribedMotion::FIELDS,
     example: "\
@@ -50,7 +50,7 @@ angle = \"30 deg * sin(2 pi t / 1 s)\"
 
 const MOTIONS: [&str; 4] = ["angle", "position", "speed", "acceleration"];
 
-/// The key of where it is, and that of what moves the other way.
+/// The key of its position, and that of the other kind of body.
 fn places(values: &Values) -> [&'static str; 2] {
     if values.translational { ["position", "angle"] } else { ["angle", "position"] }
 }
@@ -68,12 +68,12 @@ fn check(values: &Values) -> Vec<KeyError> {
     match present[..] {
         [] => {
             let help = format!("add `{own}`, `speed` or `acceleration`");
-            out.push(KeyError::new("shaft", "nothing says how it moves", help));
+            out.push(KeyError::new("shaft", "no key defines its motion", help));
         }
         [_] => {}
         [first, second, ..] => {
-            let message = format!("`{first}` and `{second}` both say how it moves");
-            out.push(KeyError::new(second, message, "take out one of the two"));
+            let message = format!("`{first}` and `{second}` both define its motion");
+            out.push(KeyError::new(second, message, "remove one of the two"));
         }
     }
     if values.word("shaft") == values.word("reference") {

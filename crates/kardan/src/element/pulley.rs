@@ -11,13 +11,13 @@ keys! {
     element Pulley("pulley") {
         required {
             shaft: Shaft, "The shaft of the pulley.";
-            mass: Mass, "What hangs on the rope, or moves with the belt.";
+            mass: Mass, "The mass on the rope, or moved by the belt.";
             radius: Quantity(Dimension::LENGTH, Sign::NonZero), "Radius of the pulley to the middle of the rope.";
         }
         optional {
-            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the mass where the pulley stands at zero.";
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the mass at pulley angle zero.";
             backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
-                "Play of the teeth of a belt, a way of the mass: within half of it either way nothing is carried. Left out: none.";
+                "Backlash of a toothed belt, a displacement of the mass: within half of it either way no force is transmitted. Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
@@ -31,8 +31,8 @@ pub const PULLEY: Element = Element {
         ( o )  shaft, phi >0
           |
         [ m ]  s >0            s - r phi = offset",
-    signs: "With a negative radius the mass hangs on the other side. `<name>.f` is the force of the rope on the mass; on the shaft acts \
-            -r times it, `<name>.<shaft>.tau`. The rope pushes as well as it pulls.",
+    signs: "With a negative radius the mass hangs on the other side. `<name>.f` is the force of the rope on the mass; on the shaft acts -r times \
+            it, `<name>.<shaft>.tau`. The rope transmits compression as well as tension.",
     symbol: Symbol::Gear,
     fields: Pulley::FIELDS,
     example: "\

@@ -23,10 +23,11 @@ keys! {
                 "Travel of the rack for a turn of the pinion, in place of `radius`: \"44 mm/rev\".";
             curve: Tables(RackPoint),
                 "Positions of the rack by angles of the pinion, in place of `radius`, for a ratio that varies: a smooth curve through them (a \
-                 natural cubic spline), straight beyond the first and the last. The pinion, or what it hangs on, must be a coordinate.";
-            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack where the pinion stands at zero; not with `curve`.";
+                 natural cubic spline), extrapolated linearly outside the first and the last. The pinion, or a shaft coupled to it, must be a \
+                 coordinate.";
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the rack at pinion angle zero; not with `curve`.";
             backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
-                "Play of the rack, a way: within half of it either way nothing is carried. Left out: none.";
+                "Backlash of the rack, a distance: within half of it either way no force is transmitted. Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
@@ -54,9 +55,8 @@ pub const RACK_AND_PINION: Element = Element {
     sketch: r"
             ( o )  pinion, phi >0
       ======/\/\/\======>  rack, s >0     s - r phi = offset",
-    signs: "A positive radius means that the rack moves forward as the pinion turns forward. `<name>.f` is the force of the \
-            teeth on the rack; on the pinion acts -r times it, `<name>.<pinion>.tau`. What is lost acts on the pinion \
-            against its turning, `<name>.friction`.",
+    signs: "With a positive radius the rack moves forward as the pinion rotates forward. `<name>.f` is the force of the teeth on the rack; on the \
+            pinion acts -r times it, `<name>.<pinion>.tau`. The loss torque `<name>.friction` acts on the pinion against its rotation.",
     symbol: Symbol::Gear,
     fields: RackAndPinion::FIELDS,
     example: "\
@@ -116,7 +116,7 @@ fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values)
         [Term::Measure(Domain::Translation), Term::Transmission { driven, driving, curve: Arc::new(spline) }]
     };
     let Some(backlash) = play_of(values) else { return moves(rack).into() };
-    // The position that the rack would have without play follows from the pinion; the play is between these two.
+    // The position that the rack would have without backlash follows from the pinion; the backlash is between these two.
     let direction = Direction::difference(rack, Some(name));
     let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
     behind.chain(play(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()

@@ -12,13 +12,13 @@ keys! {
     element Screw("screw") {
         required {
             shaft: Shaft, "The shaft of the screw.";
-            nut: Mass, "What moves with the nut.";
+            nut: Mass, "The mass or shaft that moves with the nut.";
             lead: Quantity(Dimension::LENGTH_PER_ANGLE, Sign::NonZero), "Travel for a turn: \"5 mm/rev\".";
         }
         optional {
-            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the nut where the screw stands at zero.";
+            offset: Quantity(Dimension::LENGTH, Sign::Any) = "0 mm", "Position of the nut at screw angle zero.";
             backlash: Quantity(Dimension::LENGTH, Sign::NonNegative),
-                "Play of the nut, a way: within half of it either way nothing is carried. Left out: none.";
+                "Backlash of the nut, a distance: within half of it either way no force is transmitted. Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
             efficiency: Number(Sign::Positive) as EFFICIENCY;
             efficiency_back: Number(Sign::Any) as EFFICIENCY_BACK;
@@ -34,9 +34,8 @@ pub const SCREW: Element = Element {
     sketch: r"
     shaft ====/////[nut]/////====     s - lead phi = offset
         phi >0      ---> s >0",
-    signs: "A positive lead means that the nut moves forward as the screw turns forward. `<name>.f` is the force of the thread on \
-            the nut; on the screw acts -lead times it, `<name>.<shaft>.tau`. What is lost acts on the screw against its turning, \
-            `<name>.friction`.",
+    signs: "A positive lead means that the nut moves forward as the screw turns forward. `<name>.f` is the force of the thread on the nut; on the \
+            screw acts -lead times it, `<name>.<shaft>.tau`. The loss torque `<name>.friction` acts on the screw against its rotation.",
     symbol: Symbol::Gear,
     fields: Screw::FIELDS,
     example: "\

@@ -12,8 +12,8 @@ keys! {
     element Sensor("sensor") {
         required {
             measures: Choice(&["angle", "speed", "torque", "net_torque", "signal"]),
-                "What is measured; the net torque on a shaft is its own inertia times its acceleration. Of a mass they are position, \
-                 velocity and force. A signal is what a vehicle tells, a block without a sample time, a reference, a disturbance, a signal of the file.";
+                "What is measured; the net torque on a shaft is its own inertia times its acceleration. Of a mass they are position, velocity and \
+                 force. A signal is a signal of a vehicle, a block without a sample time, a reference, a disturbance, a signal of the file.";
         }
         optional {
             signal: Signal, "The signal, for `measures = \"signal\"`: `car.a_y`. Blocks and programs with a sample time read the sensor by its name.";
@@ -27,11 +27,10 @@ keys! {
             resolution: AnyQuantity,
                 "Smallest step of the angle or twist, instead of `lines`; of a signal in its unit.";
             phase: Number(Sign::NonNegative) = "0",
-                "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
-                 floor(angle/step + phase); with 0.5 it rounds to the nearest step.";
+                "Position within a step at zero angle, from 0 to below 1: the reading is step * floor(angle/step + phase); with 0.5 it rounds to \
+                 the nearest step.";
             sample_time: Quantity(Dimension::TIME, Sign::Period),
-                "Time between readings, held in between; a speed is then the difference of two rounded angles. Left \
-                 out: continuous.";
+                "Time between readings, with zero-order hold; a speed is then the difference of two rounded angles. Left out: continuous.";
             noise: AnyQuantity,
                 "Standard deviation of the noise in each reading, in the unit of what is measured: Gaussian, white, \
                  added before rounding (to a speed from rounded angles: after), drawn from `seed` of `[scenario]`. \
@@ -70,7 +69,7 @@ fn check(values: &Values) -> Vec<KeyError> {
         check_signal(values, &mut out);
     } else if values.has("signal") {
         let help = "remove `signal`, or set `measures = \"signal\"`";
-        out.push(KeyError::new("signal", "the sensor measures what moves, not a signal", help));
+        out.push(KeyError::new("signal", "the sensor measures a motion or a torque, not a signal", help));
     }
     match measures {
         Some(kind @ ("angle" | "speed" | "net_torque")) => {
@@ -144,11 +143,11 @@ fn check(values: &Values) -> Vec<KeyError> {
 /// The keys of a sensor of a signal.
 fn check_signal(values: &Values, out: &mut Vec<KeyError>) {
     if !values.has("signal") {
-        let help = "add `signal = \"...\"`: what a vehicle tells such as `car.a_y`, a block, or a signal of the file";
+        let help = "add `signal = \"...\"`: a signal of a vehicle such as `car.a_y`, a block, or a signal of the file";
         out.push(KeyError::new("signal", "a sensor of a signal needs its name", help));
     }
     for key in ["shaft", "element"].into_iter().filter(|key| values.has(key)) {
-        let help = format!("remove `{key}`, or say what is measured of it: \"angle\", \"speed\", \"torque\"");
+        let help = format!("remove `{key}`, or set what is measured of it: \"angle\", \"speed\", \"torque\"");
         out.push(KeyError::new(key, "a sensor of a signal measures no shaft and no element", help));
     }
     if values.has("lines") {

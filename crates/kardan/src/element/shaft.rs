@@ -33,8 +33,8 @@ pub const SHAFT: Element = Element {
     ==========[ J ]==========
              d | c
             -------  housing",
-    signs: "Angle, speed and torque of a shaft count positive in one common sense, chosen once for the whole model. \
-            To hold a shaft still, add `[constraint.NAME]` with `coefficients = { SHAFT = 1 }`.",
+    signs: "Angle, speed and torque of a shaft count positive in one common sense for the whole model. To fix a shaft, add `[constraint.NAME]` with \
+            `coefficients = { SHAFT = 1 }`.",
     symbol: Symbol::Shaft,
     fields: Shaft::FIELDS,
     example: "\

@@ -22,7 +22,8 @@ keys! {
             rest: Mechanical(Dimension::ANGLE, Sign::Any),
                 "The angle or distance q1 - q2 at which the spring is relaxed; left out: zero.";
             backlash: Mechanical(Dimension::ANGLE, Sign::NonNegative),
-                "Play: within half of it either way of `rest` spring and damper carry nothing, and beyond they press and never pull. Left out: none.";
+                "Backlash: within half of it either way of `rest` spring and damper transmit nothing, and outside they press and never pull. Left \
+                 out: none.";
         }
     }
 }
@@ -36,8 +37,8 @@ pub const SPRING_DAMPER: Element = Element {
     shaft_1 ===/\/\/\=== shaft_2
             ===[ d ]====
             ===[ c ]====",
-    signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) is the torque that tries to turn \
-            shaft_2 forward and shaft_1 back; between masses it is the force `<name>.f`.",
+    signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) acts on shaft_2 forward and on shaft_1 backward; between masses it is \
+            the force `<name>.f`.",
     symbol: Symbol::SpringDamper,
     fields: SpringDamper::FIELDS,
     example: "\
@@ -56,12 +57,12 @@ fn check(values: &Values) -> Vec<KeyError> {
     if values.has("backlash") && !values.exact("stiffness").is_some_and(|s| s.to_f64() > 0.0) {
         out.push(KeyError::new(
             "backlash",
-            "beyond the play nothing would press, as there is no spring",
+            "without a spring no torque would act outside the backlash",
             "add `stiffness`; rigid stops are an `end_stop`",
         ));
     }
     if values.has("backlash") && values.exact("damping").is_some_and(|d| d.to_f64() < 0.0) {
-        out.push(KeyError::new("damping", "behind play it cannot be negative", "give zero or more"));
+        out.push(KeyError::new("damping", "with backlash it cannot be negative", "give zero or more"));
     }
     out
 }

@@ -9,7 +9,7 @@ keys! {
     element State("state") {
         required {
             rate: Formula(Dimension::FREQUENCY),
-                "How fast it changes, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
+                "Its rate of change, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
         }
         optional {
         }
@@ -19,8 +19,8 @@ keys! {
 /// A state of first order.
 pub const STATE: Element = Element {
     keyword: State::KEYWORD,
-    summary: "A state of first order, a number whose rate an expression gives: a tyre that relaxes, a bristle that bends, a temperature. \
-              Laws of torque name it, `slip.z`.",
+    summary: "A first-order state, a number whose rate an expression gives: tyre relaxation, bristle deflection, a temperature. Torque laws read it \
+              as `slip.z`.",
     sketch: r"
     rate = law(z, phi, w, t)  -->[ integral ]-->  z",
     signs: "`<name>.z` is the state, `<name>.rate` its rate, `<name>.sum` its integral over time, on which nothing depends. It starts at zero, or as \
@@ -35,7 +35,7 @@ rate = \"(1 m/s - 20 m/s * slip.z) / 0.6 m\"
     terms,
 };
 
-/// The state is the rate of a coordinate of inertia one, and what changes it a law along that.
+/// The state is the rate of a coordinate with inertia one, driven by a law along that coordinate.
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = || Direction::shaft(name);
     let one = Exact::one();

@@ -16,8 +16,7 @@ keys! {
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on; left out: `coefficients`.";
             reaction: Body, "The shaft or mass that takes the opposite torque; left out: the housing.";
             coefficients: Coefficients,
-                "In place of `shaft`: the direction that it acts along, coefficients by shaft and mass; on each of them acts its coefficient times \
-                 the torque.";
+                "In place of `shaft`: its direction, coefficients by shaft and mass; on each of them acts its coefficient times the torque.";
         }
     }
 }
@@ -28,7 +27,7 @@ pub const TORQUE: Element = Element {
     summary: "A torque or a force as an expression of angles, speeds, time, parameters, signals and tables: gravity, drag, loads, engine maps.",
     sketch: r"
     tau = law(phi, w, t)  -->  shaft  (opposite on reaction)",
-    signs: "`<name>.tau` (along a mass the force `<name>.f`) is the torque on the shaft: positive turns it forward; the opposite acts on `reaction`.",
+    signs: "`<name>.tau` (on a mass the force `<name>.f`) is the torque on the shaft: positive turns it forward; the opposite acts on `reaction`.",
     symbol: Symbol::Torque,
     fields: Torque::FIELDS,
     example: "\
@@ -45,21 +44,21 @@ fn check(values: &Values) -> Vec<KeyError> {
     if shaft && coefficients {
         return vec![KeyError::new(
             "coefficients",
-            "`shaft` and `coefficients` both say what it acts on",
-            "take out one of the two",
+            "`shaft` and `coefficients` both define where it acts",
+            "remove one of the two",
         )];
     }
     if !shaft && !coefficients {
         return vec![KeyError::new(
             "law",
-            "nothing says what the torque acts on",
+            "no key defines where the torque acts",
             "add `shaft = \"...\"`, or `coefficients = { ... }`",
         )];
     }
     if coefficients && values.has("reaction") {
         return vec![KeyError::new(
             "reaction",
-            "`coefficients` say all that it acts on",
+            "`coefficients` define completely where it acts",
             "put the reaction into them: `{ arm = 1, base = -1 }`",
         )];
     }
@@ -71,7 +70,7 @@ fn check(values: &Values) -> Vec<KeyError> {
         )];
     }
     if shaft && values.word("shaft") == values.word("reaction") {
-        let message = format!("it pushes against `{}` itself, so it does nothing", values.word_or_default("shaft"));
+        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
         return vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
     }
     Vec::new()

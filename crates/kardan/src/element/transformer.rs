@@ -14,7 +14,7 @@ keys! {
             from_2: Node, "The dotted end of winding 2.";
             to_2: Node, "The other end of winding 2.";
             ratio: Number(Sign::NonZero),
-                "n: turns of winding 1 for one turn of winding 2; negative if one of them is wound the other way.";
+                "n: turns of winding 1 for one turn of winding 2; negative if one of them has the opposite sense.";
         }
         optional {
         }

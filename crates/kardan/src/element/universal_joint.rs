@@ -27,7 +27,7 @@ keys! {
                 "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.";
             phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting angle of shaft_2.";
             backlash: Quantity(Dimension::ANGLE, Sign::NonNegative),
-                "Play in the joint, as an angle of shaft_1: within half of it either way nothing is carried. Left out: none.";
+                "Backlash of the joint, as an angle of shaft_1: within half of it either way no torque is transmitted. Left out: none.";
             restitution: Number(Sign::NonNegative) as RESTITUTION;
         }
     }
@@ -43,8 +43,8 @@ pub const UNIVERSAL_JOINT: Element = Element {
     shaft_1 ======+ .
                     \
                      \ shaft_2",
-    signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
-            constraint torque on shaft_1.",
+    signs: "Both shafts rotate in the same direction and have equal angles at every quarter turn (for phase 0); `<name>.tau` is the constraint \
+            torque on shaft_1.",
     symbol: Symbol::UniversalJoint,
     fields: UniversalJoint::FIELDS,
     example: "\
@@ -88,7 +88,7 @@ fn check(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The cosine of an angle, if it is a fraction.
+/// The cosine of an angle, if it is rational.
 fn exact_cosine(angle: f64) -> Option<f64> {
     Some(rational_to_f64(&Surd::recognise_double(angle)?.cosine()?.to_rational()?))
 }
@@ -118,18 +118,18 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     if let Some(shift) = curve.shifted_identity() {
         return play(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
     }
-    // The angle that shaft_1 would have without play follows from shaft_2; the play is between these two.
+    // The angle that shaft_1 would have without backlash follows from shaft_2; the backlash is between these two.
     let behind = [Term::Angle { name: name.into() }, Term::Transmission { driven: name.into(), driving, curve }];
     behind.into_iter().chain(play(name, Exact::zero())).collect()
 }
 
 const ANGLES: [&str; 3] = ["angle", "angle_1", "angle_2"];
 
-/// A joint whose angles have names: for any of them, also for those at which it is a shaft.
+/// A joint with named angles: for all their values, also those at which it is a plain shaft.
 #[derive(Debug, Clone)]
 struct NamedJoint {
     joint: UniversalJointCurve,
-    /// Those that are given, by key.
+    /// The explicit ones, by key.
     angles: Vec<(&'static str, Exact)>,
     phase: Exact,
     /// From shaft_1 to shaft_2.
@@ -234,7 +234,7 @@ impl Curve for UniversalJointCurve {
     }
 
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3] {
-        // A ratio or phase that is no number makes no sense of a joint; the file refuses it.
+        // A NaN ratio or phase is not a joint; the check of the file rejects it.
         let exact = |value: f64| rational_from_f64(value).unwrap_or(Rational::ZERO);
         let (c, one) = (exact(self.ratio), Rational::ONE);
         let theta = graph.sum(exact(self.phase_in), &[(x, one.clone())]);
@@ -284,7 +284,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// (6.100): sin φ1 cos φ2 = C cos φ1 sin φ2, over many turns, without branch jumps.
+        /// (6.100): sin φ1 cos φ2 = C cos φ1 sin φ2, over many revolutions, without branch jumps.
         #[test]
         fn equation_6_100(c in 0.2f64..4.0, x in -1e3f64..1e3, phase in -3.0f64..3.0) {
             let joint = UniversalJointCurve { ratio: c, phase_in: phase, phase_out: 0.0 };

@@ -12,7 +12,7 @@ use crate::units::Dimension;
 const CORNERING: Dimension = Dimension::mechanical(1, 1, -2, -1);
 
 keys! {
-    /// A car on two wheels.
+    /// A car as a single-track vehicle.
     element Vehicle("vehicle") {
         required {
             mass: Quantity(Dimension::MASS, Sign::Positive), "Mass.";
@@ -22,25 +22,25 @@ keys! {
             front_stiffness: Quantity(CORNERING, Sign::Positive),
                 "Cornering stiffness of the front axle, both tyres: side force for each angle of slip at none (\"80 kN/rad\").";
             rear_stiffness: Quantity(CORNERING, Sign::Positive), "The same of the rear axle.";
-            steers: Body, "The rack, a mass, or the shaft that turns the front wheels; it feels what the road does to them.";
+            steers: Body, "The rack, a mass, or the shaft that turns the front wheels; the road forces on the wheels act back on it.";
             speed: Formula(Dimension::VELOCITY),
-                "Forward speed, zero or more: a number, or an expression of the time, signals, and velocities that the model has.";
+                "Forward speed, zero or more: a number, or an expression of the time, signals, and velocities of the model.";
         }
         optional {
             steering_arm: Quantity(Dimension::LENGTH, Sign::NonZero),
                 "Travel of the rack for a radian at the wheels (\"140 mm\"); needed where a mass steers, or `curve`.";
-            steering_ratio: Number(Sign::NonZero), "Angle of the shaft for that of the wheels; needed where a shaft steers.";
+            steering_ratio: Number(Sign::NonZero), "Angle of the shaft over that of the wheels; needed where a shaft steers.";
             curve: Tables(WheelPoint), "Positions of the rack by angles of the wheels, in place of `steering_arm`: a smooth curve through them.";
             tyre: Choice(&["linear", "magic_formula", "tmeasy"]) = "linear",
-                "How the side force follows from the slip angle. `linear` goes with small angles of the wheels, its force has no limit; \
-                 `magic_formula` is mu Fz sin(C atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles; \
-                 `tmeasy` goes over the tangent of the slip angle from that slope to the peak mu Fz at `peak_slip`, and from there down to what slides.";
+                "The side force over the slip angle. `linear` uses small wheel angles, and its force has no limit; `magic_formula` is mu Fz sin(C \
+                 atan(B a - E (B a - atan(B a)))), with B such that the slope is the stiffness, and exact angles; `tmeasy` rises over the tangent \
+                 of the slip angle from that slope to the peak mu Fz at `peak_slip`, and falls from there to the sliding force.";
             shape: Number(Sign::Positive) = "1.3", "C of the Magic Formula.";
             curvature: Number(Sign::Any) = "0", "E of the Magic Formula, at most one.";
             peak_slip: Number(Sign::Positive),
-                "With `tmeasy`: tangent of the slip angle at the largest side force, at mu = 1 and the load at rest; it goes with friction and load as the \
-                 force does. At least twice that force over the stiffness; left out: three times.";
-            slide_slip: Number(Sign::Positive), "The same from which on the tyre slides, above `peak_slip`; left out: three times that.";
+                "With `tmeasy`: tangent of the slip angle at the largest side force, at mu = 1 and the static load; it scales with friction and \
+                 load as the force does. At least twice that force over the stiffness; left out: three times.";
+            slide_slip: Number(Sign::Positive), "The same from which the tyre slides, above `peak_slip`; left out: three times that.";
             slide_factor: Number(Sign::Positive) = "0.9", "With `tmeasy`: force of the sliding tyre over the largest one, at most one.";
             mu: Formula(Dimension::NONE),
                 "Friction between tyres and road, above 0, at most 2: a number, a signal, or an expression of the time; needed with `magic_formula`, `tmeasy`, \
@@ -49,40 +49,41 @@ keys! {
             mu_left: Formula(Dimension::NONE), "The same of the wheels on the left, in place of `mu`; needs `mu_right` and `track`.";
             mu_right: Formula(Dimension::NONE), "The same of the wheels on the right.";
             braking: Formula(Dimension::FORCE),
-                "Braking force that is asked for, of all wheels, zero or more. The speed is what `speed` says: let it fall by this force over the mass. A wheel gives \
-                 at most its friction times its load. Left out: none.";
-            brake_share: Number(Sign::NonNegative), "Part of it that the front axle brakes, at most one; left out: as the axles are loaded.";
+                "Requested braking force of all wheels, zero or more. It does not change `speed`: let that fall by this force over the mass. A \
+                 wheel brakes with at most its friction times its load. Left out: none.";
+            brake_share: Number(Sign::NonNegative), "Part of it on the front axle, at most one; left out: in proportion to the axle loads.";
             scrub_radius: Quantity(Dimension::LENGTH, Sign::Any) = "0 m",
-                "By how much the front wheels touch the road outside of their king-pins' axes: unequal braking forces steer by it.";
+                "Scrub radius: distance of the front tyre contacts outside of their king-pin axes; unequal braking forces steer by it.";
             height: Quantity(Dimension::LENGTH, Sign::Positive),
-                "Height of the centre of gravity: with it braking loads the front axle and a bend the outer wheels; needs `track`. Left out: loads stay as at rest.";
+                "Height of the centre of gravity: with it braking loads the front axle and cornering the outer wheels; needs `track`. Left out: \
+                 loads stay at their static values.";
             roll_share: Number(Sign::NonNegative),
-                "Part of what a bend moves from wheel to wheel that the front axle takes, at most one; left out: as the axles are loaded at rest.";
+                "Part of the lateral load transfer in cornering on the front axle, at most one; left out: in proportion to the static axle loads.";
             roll_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive),
-                "Torque for each radian of roll, of springs and stabilisers of both axles: with it the car rolls, and loads the outer wheels as it does; needs \
-                 `height`, `roll_inertia` and `roll_damping`. Left out: it does not roll.";
-            roll_damping: Quantity(Dimension::DAMPING, Sign::NonNegative), "Torque for each radian of roll in a second, of the dampers of both axles.";
+                "Torque for each radian of roll, of springs and stabilisers of both axles: with it the car rolls, and the load transfer to the \
+                 outer wheels follows the roll; needs `height`, `roll_inertia` and `roll_damping`. Left out: it does not roll.";
+            roll_damping: Quantity(Dimension::DAMPING, Sign::NonNegative), "Torque for each radian per second of roll, of the dampers of both axles.";
             roll_inertia: Quantity(Dimension::INERTIA, Sign::Positive), "Inertia about the longitudinal axis through the centre of gravity.";
-            roll_height: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "Height of the axis about which it rolls.";
+            roll_height: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "Height of the roll axis.";
             load_sensitivity: Number(Sign::NonNegative) = "0",
-                "By which part friction falls when the load of a wheel doubles, below one.";
+                "Fraction by which friction falls when the load of a wheel doubles, below one.";
             relaxation_length: Quantity(Dimension::LENGTH, Sign::Positive),
-                "Way that a tyre rolls until its force has followed to 63 %. With it the car may stand still. Left out: the force follows at once, and \
-                 the speed has to stay above zero.";
+                "Distance that a tyre rolls until its force reaches 63 % of its new value. With it standstill is allowed. Left out: the force \
+                 follows without lag, and the speed has to stay above zero.";
             caster_trail: Quantity(Dimension::LENGTH, Sign::Any) = "0 m",
-                "By how much the front wheels touch the road behind their king-pins' axis.";
+                "Distance of the front tyre contacts behind their king-pin axis.";
             pneumatic_trail: Quantity(Dimension::LENGTH, Sign::NonNegative) = "0 m",
-                "By how much the side force of the front tyres acts behind the middle of what touches, at small slip; with `magic_formula` it falls \
+                "Distance of the side force of the front tyres behind the middle of the contact patch, at small slip; with `magic_formula` it falls \
                  with the slip angle as cos(atan(B a)).";
             wheel_inertia: Quantity(Dimension::INERTIA, Sign::NonNegative) = "0 kg m^2", "Inertia of both front wheels about their king-pins.";
             bore_torque: Quantity(Dimension::TORQUE, Sign::Positive),
-                "Torque at which the front tyres turn on the spot, both of them, at mu = 1; needs `bore_stiffness`. Left out: none.";
-            bore_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive), "Torque for each radian until then.";
+                "Torque of both front tyres turning at standstill, at mu = 1; needs `bore_stiffness`. Left out: none.";
+            bore_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive), "Torque for each radian below that torque.";
             centring: Quantity(Dimension::STIFFNESS, Sign::NonNegative),
                 "Torque for each radian at the wheels by which the weight of the car centres them (king-pin inclination). Left out: none.";
             wind: Formula(Dimension::FORCE), "Side force of the wind, to the left. Left out: none.";
-            wind_arm: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "By how much it acts in front of the centre of gravity.";
-            cross_slope: Formula(Dimension::NONE), "How much the road rises to the left for each metre. Left out: it is level.";
+            wind_arm: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "Distance of that force in front of the centre of gravity.";
+            cross_slope: Formula(Dimension::NONE), "Rise of the road to the left for each metre. Left out: level.";
             track: Quantity(Dimension::LENGTH, Sign::Positive), "Distance between left and right wheels, for the speeds and the loads of the four.";
         }
     }
@@ -100,11 +101,11 @@ keys! {
     }
 }
 
-/// A car on two wheels.
+/// A car as a single-track vehicle.
 pub const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
-    summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it follows what steers it, and pushes \
-              back.",
+    summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it is \
+              steered by a mass or a shaft, and its forces act back on that.",
     sketch: r"
                  x (forward)             front wheels, delta >0: to the left
       y <--.     |      .-----------------(//)
@@ -112,14 +113,16 @@ pub const VEHICLE: Element = Element {
            '-----(+)----'                  |  steering_arm, steering_ratio, curve
                   |   rear_axle          [steers]
                  (||)  rear wheels",
-    signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces on the car positive to the left. Its parts are elements that \
-            others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and `<name>_wheel` \
-            (angle of the front wheels), the gear `<name>_steering` with the force on what steers, the torques `<name>_side` and `<name>_side_rear` of \
-            the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` (twist). Blocks and programs read \
-            `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y` (of the centre of gravity), where it rolls `.roll` and `.roll_rate` (shaft `<name>_roll`, to the \
-            right in a bend to the left), and with `track` the speeds of the wheels `.v_fl`, `.v_fr`, `.v_rl`, `.v_rr`. \
-            Frictions that are no numbers are `.friction`, `.friction_rear`, `.friction_left` and `.friction_right`. Where wheels are told apart, `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), `.braking_fl` and so on (backward), `.braking_left`, \
-            `.braking_right`, `.braking_lack` (what is asked for and not given); of TMeasy `.slip_front`, `.slip_rear` (slip over that of the peak).",
+    signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces on the car positive to the left. Its parts are elements \
+            that others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and \
+            `<name>_wheel` (angle of the front wheels), the gear `<name>_steering` with the force on the steering mass or shaft, the torques \
+            `<name>_side` and `<name>_side_rear` of the tyres, states `<name>_front`, `<name>_rear` (tangent of the slip angle) and `<name>_bore` \
+            (twist). Blocks and programs read `<name>.yaw_rate`, `.heading`, `.v_x`, `.v_y`, `.a_y`, `.x`, `.y` (of the centre of gravity), with \
+            roll `.roll` and `.roll_rate` (shaft `<name>_roll`, to the right in a left turn), and with `track` the speeds of the wheels `.v_fl`, \
+            `.v_fr`, `.v_rl`, `.v_rr`. Frictions given as signals or expressions are `.friction`, `.friction_rear`, `.friction_left` and \
+            `.friction_right`. With separate wheels there are `.load_fl` and so on, `.grip_front` and `.grip_rear` (largest side forces), \
+            `.braking_fl` and so on (backward), `.braking_left`, `.braking_right`, `.braking_lack` (requested less delivered braking force); of \
+            TMeasy `.slip_front`, `.slip_rear` (slip over that of the peak).",
     symbol: Symbol::Vehicle,
     fields: Vehicle::FIELDS,
     example: "\
@@ -150,8 +153,7 @@ fn check(values: &Values) -> Vec<KeyError> {
             out.push(KeyError::new("speed", message, "keep the speed at zero or more, `max(0 m/s, ...)`"));
         }
         Some((what, 0.0)) if !values.has("relaxation_length") => {
-            let message =
-                format!("{what} is 0 m/s, and a tyre whose force follows at once has no slip angle at standstill");
+            let message = format!("{what} is 0 m/s, and a tyre without relaxation has no slip angle at standstill");
             out.push(KeyError::new("speed", message, "give the tyres a `relaxation_length`, such as \"0.5 m\""));
         }
         _ => {}
@@ -169,12 +171,12 @@ fn check_steering(values: &Values) -> Vec<KeyError> {
         }
         [] if mass => vec![KeyError::new(
             "steers",
-            "nothing says how far the rack moves for an angle of the wheels",
+            "no key defines the travel of the rack for an angle of the wheels",
             "add `steering_arm = \"140 mm\"`, or points of a `curve`",
         )],
         [] => vec![KeyError::new(
             "steers",
-            "nothing says how far the shaft turns for an angle of the wheels",
+            "no key defines the angle of the shaft for an angle of the wheels",
             "add `steering_ratio = 16`",
         )],
         ["steering_ratio"] if mass => vec![KeyError::new(
@@ -195,7 +197,7 @@ fn check_steering(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The tables that a car is put together of, by the keys of a model file; nothing while it lacks a key that it needs.
+/// The tables that a car expands to, by the keys of a model file; none if a required key is missing.
 pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Option<Entries> {
     let needed = Vehicle::FIELDS.iter().filter(|field| field.required);
     if needed.into_iter().any(|field| entries.keyed(field.name).is_none()) {
@@ -214,7 +216,7 @@ pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Opt
 }
 
 impl Car<'_> {
-    /// What moves; the lateral velocity turns with the car.
+    /// The moving parts; the lateral velocity is in axes that rotate with the car.
     fn body(&self, out: &mut Entries) {
         self.add(out, "mass", "lateral", &[("mass", self.own("mass"))]);
         self.add(out, "shaft", "yaw", &[("inertia", self.own("yaw_inertia"))]);
@@ -223,7 +225,7 @@ impl Car<'_> {
         self.push(out, "turning", &[("lateral", "1".into())], law);
         if self.rolls() {
             self.add(out, "shaft", "roll", &[("inertia", self.own("roll_inertia"))]);
-            // The weight beside the axis pushes on.
+            // The weight beside the axis increases the roll.
             let weight = format!("{} * 9.80665 m/s^2 * {} / (1 rad)", self.own("mass"), self.roll_arm());
             let keys = [
                 ("shaft_1", self.part("roll")),
@@ -234,7 +236,7 @@ impl Car<'_> {
         }
     }
 
-    /// A force on the tyres, which act at the axis about which the car rolls, under its centre of gravity.
+    /// A tyre force, which acts at the roll axis, under the centre of gravity.
     pub(in crate::element) fn at_tyres(&self) -> Vec<(&'static str, String)> {
         let roll = self.rolls().then(|| ("roll", self.roll_arm()));
         [("lateral", "1".to_string())].into_iter().chain(roll).collect()
@@ -270,7 +272,7 @@ impl Car<'_> {
             (false, _) => [format!("({v} - {b} * {r})"), u],
             (true, false) => [format!("({v} + {a} * {r} - {u} * {delta} - {trail} * {turn})"), u],
             (true, true) => {
-                // Of the point where the king-pins' axis meets the road.
+                // Of the intersection of the king-pin axis with the road.
                 let across = format!("({v} + ({a} + {trail}) * {r})");
                 let lateral = format!("({across} * cos({delta}) - {u} * sin({delta}) - {trail} * ({r} + {turn}))");
                 [lateral, format!("({u} * cos({delta}) + {across} * sin({delta}))")]
@@ -278,7 +280,7 @@ impl Car<'_> {
         }
     }
 
-    /// The slip angle of an axle, of TMeasy its tangent, and what makes it by a state.
+    /// The slip angle of an axle (of TMeasy its tangent), and the state that defines it.
     fn slip_angle(&self, axle: &str) -> (String, Option<String>) {
         let [lateral, forward] = self.slips(axle == "front");
         let (tangent, rate) = if self.has("relaxation_length") {
@@ -344,7 +346,7 @@ impl Car<'_> {
         self.bore(out);
     }
 
-    /// What turning on the spot costs: a bristle that bends, slides at its limit, and is rolled off.
+    /// The torque of steering at standstill: a bristle that deflects, slides at its limit, and relaxes as the tyre rolls.
     fn bore(&self, out: &mut Entries) {
         if self.has("centring") {
             let law = format!("-{} * {}", self.own("centring"), self.of("wheel", "phi"));
@@ -372,13 +374,13 @@ impl Car<'_> {
         }
     }
 
-    /// The weight along a road that falls to a side.
+    /// The weight component along a banked road.
     fn downhill(&self) -> Option<String> {
         let slope = self.formula("cross_slope")?;
         Some(format!("(-{} * 9.80665 m/s^2 * sin(atan({slope})))", self.own("mass")))
     }
 
-    /// What blocks and programs read of the car.
+    /// Signals of the car for blocks and programs.
     fn readings(&self, out: &mut Entries) {
         let [u, v, r] = [self.speed(), self.of("lateral", "v"), self.of("yaw", "w")];
         let axis = self.at_axis();
@@ -386,7 +388,7 @@ impl Car<'_> {
         let mut add = |name: &str, kind: &str, input: String| {
             let mut table = Entries::default();
             let gain = (kind == "gain").then(|| ("gain", "1".to_string()));
-            // Of a slip angle nothing is left in its unit.
+            // The unit of the result contains no slip angle.
             let unit = (name == "a_y").then(|| ("unit", "m/s^2".to_string()));
             let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain).chain(unit);
             keys.for_each(|(key, text)| table.set(key, RawValue::Text(text)));

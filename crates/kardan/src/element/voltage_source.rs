@@ -14,7 +14,7 @@ keys! {
         }
         optional {
             voltage_limit: Quantity(Dimension::VOLTAGE, Sign::Positive),
-                "Largest voltage either way, what a controller asks for beyond is not given; left out: unlimited.";
+                "Largest voltage either way; commands beyond it are limited; left out: unlimited.";
         }
     }
 }
@@ -27,8 +27,8 @@ pub const VOLTAGE_SOURCE: Element = Element {
                  v
     from ----- ( - + ) --->--- to
                          i >0",
-    signs: "`<name>.v` is the potential of `to` less that of `from`, zero until a law or an event sets it; `<name>.i` leaves at `to`, \
-            so that v i is the power that the source gives.",
+    signs: "`<name>.v` is the potential of `to` less that of `from`, zero until a law or an event sets it; `<name>.i` leaves at `to`, so that v i \
+            is the power that the source delivers.",
     symbol: Symbol::Source,
     fields: VoltageSource::FIELDS,
     example: "\

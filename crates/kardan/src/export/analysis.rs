@@ -11,7 +11,7 @@ use crate::results::{
     Sensitivity, SystemProperties, Zeros,
 };
 
-/// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
+/// The structure of a model: modes, controllability, observability, zeros, least numbers and locations of motors and sensors.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Analysis")]
 pub(super) struct AnalysisView<'a> {
@@ -19,27 +19,27 @@ pub(super) struct AnalysisView<'a> {
     name: &'a str,
     /// From the file.
     description: &'a str,
-    /// Its parts, and who is joined to whom; none of a plain state-space input.
+    /// Its parts and their connections; none of a plain state-space input.
     mechanism: &'a Mechanism,
     /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
     model_class: Option<&'a Class>,
     /// Names of the reduced coordinates.
     coordinates: &'a [String],
-    /// Motions without inertia that were eliminated; `null` if there was none.
+    /// Eliminated motions without inertia; `null` if there was none.
     elimination: Option<&'a Elimination>,
-    /// Charges that only count, where it is they alone that are not reached or not seen; `null` if that is not so.
+    /// Charges that are integrators without effect, if only they are uncontrollable or unobservable; else `null`.
     integrals_without_effect: Option<&'a Counting>,
     /// The modes, by size of their eigenvalue.
     modes: Vec<ModeView<'a>>,
-    /// Whether every state can be reached; `null` where a proof was asked for and not found.
+    /// Whether the system is controllable; `null` if a requested proof was not found.
     controllable: Option<bool>,
-    /// Whether every state can be told from the outputs; `null` where a proof was asked for and not found.
+    /// Whether the system is observable; `null` if a requested proof was not found.
     observable: Option<bool>,
     /// Both; `null` where that is not decided.
     minimal: Option<bool>,
-    /// Modes that the inputs do not reach.
+    /// Uncontrollable modes.
     uncontrollable: &'a [FailingMode],
-    /// Modes that the outputs do not show.
+    /// Unobservable modes.
     unobservable: &'a [FailingMode],
     /// Rank of the controllability matrix.
     controllable_rank: Option<usize>,
@@ -69,11 +69,11 @@ pub(super) struct AnalysisView<'a> {
     invariant_factors: &'a [String],
     /// Inputs of the least number, built factor by factor.
     construction: Option<&'a Construction>,
-    /// Sets of places, best first, motors before sensors.
+    /// Sets of locations, best first, motors before sensors.
     placements: Vec<PlacedView<'a>>,
-    /// How the places were searched for.
+    /// The search method of the locations.
     placement_search: &'a Placement,
-    /// How far away the next change of structure is.
+    /// Distance to the next change of structure.
     sensitivity: Option<&'a Sensitivity>,
     /// Stability, decoupling and transmission zeros, indices.
     properties: Option<&'a SystemProperties>,
@@ -85,7 +85,7 @@ pub(super) struct AnalysisView<'a> {
     descriptor: Option<&'a DescriptorSystem>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     matrix_distance: Option<&'a MatrixDistances>,
-    /// Which faults sensors can tell, and by which relations between them; `null` without `--parity`.
+    /// Detectable and isolable sensor faults, with their parity relations; `null` without `--parity`.
     parity: Option<&'a Parity>,
     /// Reduced matrices for three bases of the constraint kernel.
     bases: &'a [Basis],
@@ -93,7 +93,7 @@ pub(super) struct AnalysisView<'a> {
     constraint_forces: Option<&'a ConstraintForces>,
     /// The proof of the numbers above. Its whole numbers may exceed 2⁵³.
     certificate: &'a Certificate,
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: &'a [String],
     #[serde(flatten)]
     ending: Ending<'a>,
@@ -105,13 +105,13 @@ pub(super) struct AnalysisView<'a> {
 struct ModeView<'a> {
     #[serde(flatten)]
     mode: &'a Mode,
-    /// Whether the inputs reach it; `null` where that is not decided.
+    /// Whether it is controllable; `null` if that is not decided.
     controllable: Option<bool>,
-    /// Whether the outputs show it; `null` where that is not decided.
+    /// Whether it is observable; `null` if that is not decided.
     observable: Option<bool>,
 }
 
-/// How often an output is differentiated until an input appears.
+/// Number of differentiations of an output until an input appears.
 #[derive(Serialize, JsonSchema)]
 struct Degrees<'a> {
     /// Names of the outputs.
@@ -136,14 +136,14 @@ struct FactorView<'a> {
     output_defect: Option<usize>,
 }
 
-/// A set of places that keeps the model controllable (observable).
+/// A set of locations with which the model is controllable (observable).
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "PlacedSet")]
 struct PlacedView<'a> {
-    /// The places of motors.
+    /// The locations of motors.
     #[serde(skip_serializing_if = "Option::is_none")]
     inputs: Option<&'a [String]>,
-    /// The places of sensors.
+    /// The locations of sensors.
     #[serde(skip_serializing_if = "Option::is_none")]
     outputs: Option<&'a [String]>,
     /// The physical measure.
@@ -156,7 +156,7 @@ struct PlacedView<'a> {
     efficient: bool,
 }
 
-/// What a run says of the structure of its model.
+/// The structure of a model in the result of a run.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Short<'a> {
     /// Names of the inputs.
@@ -165,9 +165,9 @@ pub(super) struct Short<'a> {
     outputs: &'a [String],
     /// Number of the states.
     states: usize,
-    /// Whether every state can be reached.
+    /// Whether the system is controllable.
     controllable: bool,
-    /// Whether every state can be told from the outputs.
+    /// Whether the system is observable.
     observable: bool,
     /// Rank of the controllability matrix.
     controllable_rank: usize,
@@ -181,14 +181,14 @@ pub(super) struct Short<'a> {
     eigenvalues_per_s: Vec<Complex>,
     /// Invariant zeros, 1/s.
     zeros: &'a [Complex],
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: &'a [String],
 }
 
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
 /// `[re, im]`, an exact one a text (`"-3/2"`), an index counts from 0, and a part that does not apply is `null` or empty.
 ///
-/// What its keys are says [`schema`](super::schema()) of `analyze`.
+/// Its keys are described by [`schema`](super::schema()) of `analyze`.
 pub fn analysis_json(analysis: &Analysis) -> String {
     printed(AnalysisView::of(analysis))
 }

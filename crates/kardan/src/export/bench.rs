@@ -23,23 +23,23 @@ pub struct LogFiles {
     pub files: Vec<String>,
 }
 
-/// What a virtual bench gives: the excitation, the true values, the logs.
+/// The result of a virtual bench: the excitation, the true values, the logs.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Bench")]
 pub(super) struct BenchView<'a> {
     /// Name of the model.
     model: &'a str,
-    /// The excitation; `null` where the file's own controllers and scenario ran.
+    /// The excitation; `null` if the controllers and the scenario of the file ran.
     plan: Option<PlanView<'a>>,
-    /// What the plant has and the model does not know.
+    /// True values of the plant that the model does not contain.
     truth: &'a [TrueValue],
     /// One log for each repetition.
     logs: &'a [LogFiles],
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: &'a [String],
 }
 
-/// The whole way on a virtual bench: excited, logged, identified, designed, controlled.
+/// The whole procedure on a virtual bench: excitation, logging, identification, design, control.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "BenchStudy")]
 pub(super) struct StudyView<'a> {
@@ -47,43 +47,43 @@ pub(super) struct StudyView<'a> {
     model: &'a str,
     /// The excitation.
     plan: PlanView<'a>,
-    /// What the plant has and the model does not know.
+    /// True values of the plant that the model does not contain.
     truth: &'a [TrueValue],
     /// One log for each repetition.
     logs: &'a [LogFiles],
-    /// Paths of the files that were written.
+    /// Paths of the written files.
     files: &'a [String],
-    /// What was found in its logs.
+    /// The identification from its logs.
     identification: IdentificationView<'a>,
-    /// The controller that was designed on the values found.
+    /// The controller designed with the identified values.
     controller: &'a str,
-    /// How long after an event a transient lasts, s.
+    /// Duration of a transient after an event, s.
     transient_s: f64,
-    /// Each variant in which it runs.
+    /// Each variant with this controller.
     experiments: Vec<ExperimentView<'a>>,
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: Vec<&'a str>,
 }
 
-/// An excitation that is designed to tell parameters.
+/// An excitation designed to identify parameters.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "BenchPlan")]
 struct PlanView<'a> {
     /// `constant_speeds`, `multisine` or `random_steps`.
     kind: &'a str,
-    /// What it is to tell.
+    /// The parameters to identify.
     parameters: &'a [PlannedParameter],
-    /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
+    /// Coefficients that this kind of motion, or the selection of the file, does not identify.
     fixed_coefficients: &'a [String],
-    /// The parts chosen, in the order of the log.
+    /// The selected parts, in the order of the log.
     points: Vec<PointView<'a>>,
-    /// Candidates that keep the limits.
+    /// Candidates within the limits.
     candidates: usize,
-    /// `ln det(XᵀX)` of the parts chosen.
+    /// `ln det(XᵀX)` of the selected parts.
     log_det: f64,
-    /// The same of all candidates, for as many parts as were chosen.
+    /// The same of all candidates, for the number of selected parts.
     baseline_log_det: f64,
-    /// How many parts of the plan tell as much as one of the undesigned plan.
+    /// Number of parts of the plan with as much information as one of the undesigned plan.
     gain: f64,
     /// Length, s.
     duration: f64,
@@ -97,10 +97,10 @@ struct PointView<'a> {
     from: f64,
     /// When it ends, s.
     until: f64,
-    /// Speed of each shaft by its name, rad/s; the largest sizes in a section of sines or steps.
+    /// Speed of each shaft by its name, rad/s; the largest magnitudes in a section of sines or steps.
     #[schemars(with = "BTreeMap<String, f64>")]
     speeds: ByName<'a>,
-    /// Torque of each motor by its name that the model expects, N m; the largest sizes in a section.
+    /// Torque of each motor by its name that the model predicts, N m; the largest magnitudes in a section.
     #[schemars(with = "BTreeMap<String, f64>")]
     torques: ByName<'a>,
 }
@@ -126,14 +126,14 @@ enum OutcomeView<'a> {
     Completed(Completed),
     /// At its end, with an energy balance that does not close.
     Unbalanced {
-        /// How much energy is not accounted for, and what to try.
+        /// The unexplained energy, and what to try.
         unbalanced: &'a str,
     },
     /// Before.
     Failed {
         /// Time reached, s.
         failed_at: f64,
-        /// What went wrong, why, and what to try.
+        /// The error, its reason, and what to try.
         cause: &'a str,
     },
 }
@@ -169,7 +169,7 @@ struct Outcomes<'a> {
 
 /// Gives the plan, the true values and the files of the logs as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema()) of `bench`.
+/// Its keys are described by [`schema`](super::schema()) of `bench`.
 ///
 /// ```
 /// use kardan::export::bench_json;
@@ -188,7 +188,7 @@ pub fn bench_json(
 
 /// Gives a study on the bench as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema()) of `bench-study`.
+/// Its keys are described by [`schema`](super::schema()) of `bench-study`.
 pub fn bench_study_json(study: &BenchStudy, logs: &[LogFiles], files: &[String]) -> String {
     let found = &study.closed_loop;
     printed(StudyView {

@@ -1,4 +1,4 @@
-//! A design, and the controller that came of it, as JSON.
+//! A design and its controller as JSON.
 
 use serde_json::{Map, Value, json as object};
 
@@ -10,15 +10,15 @@ use crate::results::{ControllerData, Design};
 const VERSION: u32 = 1;
 
 /// Gives a design as one JSON object on one line, in SI; a number that is not finite is `null`, a pole is `[re, im]` in
-/// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty. Names that a law uses twice are
-/// told apart by `_2`.
+/// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty. Duplicate names of a law are
+/// distinguished by `_2`.
 ///
-/// What its keys are says [`schema`](super::schema()) of `design`.
+/// Its keys are described by [`schema`](super::schema()) of `design`.
 pub fn design_json(design: &Design) -> String {
     printed(design)
 }
 
-/// Gives what a designed controller runs with as a JSON object, a line for each key. Numbers are the shortest that read
+/// Gives the data of a designed controller as a JSON object, a line for each key. Numbers are the shortest that read
 /// back to the same 64 bits.
 ///
 /// Keys: `format` (`kardan-controller`), `version` of the format, `description` (how to run it), `model`, `variant`,
@@ -56,17 +56,17 @@ pub fn controller_json(design: &Design) -> String {
 }
 
 fn how_to_run(data: &ControllerData) -> String {
-    let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
+    let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as possible" };
     let excess = if data.reads.iter().any(|one| SignalName::new(&one.signal).is(Quantity::Excess)) {
-        " `<motor>.excess`, which moves the block's states, is what the motor's torque limit leaves of the torque just returned, \
-         less that torque: zero within the limit."
+        " `<motor>.excess`, an input to the block's states, is the torque just returned after the motor's torque limit, minus that torque: zero \
+         within the limit."
     } else {
         ""
     };
     let precision = if data.single { "f32" } else { "f64" };
     format!(
-        "Make a kardan_rt::{}, computing in {precision}, of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
-         in SI {when}, and send what it returns to the inputs of `writes` in their order.{excess}",
+        "Construct a kardan_rt::{}, computing in {precision}, from the matrices (row by row) and numbers, pass it the signals of `reads` in their \
+         order and in SI {when}, and send its outputs to the inputs of `writes` in their order.{excess}",
         data.block
     )
 }

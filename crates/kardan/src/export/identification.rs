@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::printed::printed;
 use crate::results::Identification;
 
-/// Parameters found in measured logs.
+/// Parameters identified from measured logs.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Identification")]
 pub(super) struct IdentificationView<'a> {
@@ -14,7 +14,7 @@ pub(super) struct IdentificationView<'a> {
     model: &'a str,
     /// From the file.
     description: &'a str,
-    /// What came of it in one sentence.
+    /// The result in one sentence.
     verdict: String,
     /// Whether every parameter is determined from whole logs without a warning.
     reliable: bool,
@@ -24,7 +24,7 @@ pub(super) struct IdentificationView<'a> {
 
 /// Gives an identification as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// What its keys are says [`schema`](super::schema()) of `identify`.
+/// Its keys are described by [`schema`](super::schema()) of `identify`.
 pub fn identification_json(found: &Identification) -> String {
     printed(IdentificationView::of(found))
 }

@@ -1,4 +1,4 @@
-//! The outcome of a study as one JSON object, and why there is none.
+//! The result of a study as one JSON object, or the reason why there is none.
 
 use std::collections::BTreeMap;
 
@@ -14,10 +14,10 @@ use crate::results::{
     RequirementResult, Run, RunVerdict, Signal, Study, extremes,
 };
 
-/// The files that were written for a study.
+/// The written files of a study.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Files {
-    /// Paths for each run, in the order of [`Study::runs`]; a run beyond the end has none.
+    /// Paths for each run, in the order of [`Study::runs`]; later runs have none.
     pub runs: Vec<Vec<String>>,
     /// Path of the table of the figures of all runs.
     pub figures: Option<String>,
@@ -25,11 +25,11 @@ pub struct Files {
     pub report: Option<String>,
     /// Paths of the plots.
     pub plots: Vec<String>,
-    /// What could not be written, and why.
+    /// Files that could not be written, and why.
     pub unwritten: Vec<String>,
 }
 
-/// The outcome of a study.
+/// The result of a study.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Study")]
 pub(super) struct StudyView<'a> {
@@ -49,7 +49,7 @@ pub(super) struct StudyView<'a> {
     warnings: &'a [String],
     /// Key results of the structure of the first variant, under the names of `analyze`; `null` where it was not analysed.
     analysis: Option<Short<'a>>,
-    /// What could not be written, if so.
+    /// Files that could not be written, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Problem<'a>>,
 }
@@ -60,7 +60,7 @@ pub(super) struct StudyView<'a> {
 struct RunView<'a> {
     /// The model's name if there are no variants.
     name: &'a str,
-    /// Whether it reached its end, with numbers that may be used.
+    /// Whether it reached its end with usable numbers.
     outcome: OutcomeView<'a>,
     /// The values that make this variant by name, SI.
     #[serde(serialize_with = "values")]
@@ -78,32 +78,32 @@ struct RunView<'a> {
     figures: &'a [FigureResult],
     /// Events in order of time.
     events: &'a [Event],
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: &'a [String],
-    /// What speaks against its numbers.
+    /// Reasons to doubt its numbers.
     warnings: &'a [String],
-    /// What the run asked of each motor that has limits.
+    /// The load of each motor with limits.
     motors: Vec<MotorLoadView<'a>>,
-    /// What the integrator did.
+    /// Statistics of the integrator.
     effort: Effort,
-    /// How far the integration may be wrong, estimated by a second run; null with `--runs-only`, and where one of both ended early.
+    /// Estimated integration error, from a second run; null with `--runs-only`, and if one of both ended early.
     accuracy: Option<&'a Accuracy>,
     /// Paths of its files.
     files: &'a [String],
 }
 
-/// Whether a run reached its end, with numbers that may be used.
+/// Whether a run reached its end with usable numbers.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Outcome")]
 struct OutcomeView<'a> {
     /// Whether it did.
     completed: bool,
-    /// What the run comes to, what speaks against its numbers included.
+    /// The status of the run, including reasons to doubt its numbers.
     verdict: RunVerdict,
-    /// Time reached otherwise, s; everything up to it is kept.
+    /// Else the time reached, s; the results up to it are valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
-    /// What went wrong, why, and what to try.
+    /// The error, its reason, and what to try.
     #[serde(skip_serializing_if = "Option::is_none")]
     cause: Option<&'a str>,
 }
@@ -127,42 +127,42 @@ struct SignalView {
     unit: Physical,
 }
 
-/// Why there is no outcome.
+/// Why there is no result.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Error")]
 pub(super) struct ErrorView<'a> {
-    /// What went wrong.
+    /// The error.
     error: Problem<'a>,
 }
 
-/// What went wrong.
+/// The error.
 #[derive(Serialize, JsonSchema)]
 struct Problem<'a> {
     /// In one sentence.
     message: String,
-    /// Each mistake with its place.
+    /// Each error with its position.
     diagnostics: Vec<Place<'a>>,
 }
 
-/// A mistake with its place.
+/// An error with its position.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Diagnostic")]
 pub(super) struct Place<'a> {
-    /// How bad it is.
+    /// Its severity.
     severity: Word,
     /// Its kind: `unit::unknown`.
     code: &'a str,
-    /// In words.
+    /// The message.
     message: &'a str,
-    /// Line, from 1; `null` without a place.
+    /// Line, from 1; `null` without a position.
     line: Option<usize>,
-    /// Column, from 1; `null` without a place.
+    /// Column, from 1; `null` without a position.
     column: Option<usize>,
-    /// What to do.
+    /// How to correct it.
     help: Option<&'a str>,
 }
 
-/// How bad a mistake is.
+/// The severity of an error.
 #[derive(Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Severity")]
@@ -173,7 +173,7 @@ enum Word {
 
 /// Gives the study and its files as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// What its keys are says [`schema`](super::schema()) of `run`.
+/// Its keys are described by [`schema`](super::schema()) of `run`.
 pub fn json(study: &Study, files: &Files) -> String {
     let problem = || Problem { message: files.unwritten.join("; "), diagnostics: Vec::new() };
     printed(StudyView {
@@ -194,15 +194,15 @@ pub fn json(study: &Study, files: &Files) -> String {
     })
 }
 
-/// Gives what went wrong as one JSON object on one line, for a reader who asked for JSON.
+/// Gives an error as one JSON object on one line, for commands with `--json`.
 ///
-/// Line and column count from 1 in `source` and are `null` for a diagnostic without a place. What its keys are says
+/// Line and column count from 1 in `source` and are `null` for a diagnostic without a position. Its keys are described by
 /// [`schema`](super::schema()) of `error`.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     printed(ErrorView { error: Problem { message: message.into(), diagnostics: places(source, diagnostics) } })
 }
 
-/// Diagnostics with line and column in the text that they are about.
+/// Diagnostics with line and column in their source text.
 pub(super) fn places<'a>(source: &str, diagnostics: &'a [Diagnostic]) -> Vec<Place<'a>> {
     let lines = Lines::new(source);
     let places = diagnostics.iter().map(|d| {

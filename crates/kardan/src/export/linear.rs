@@ -24,7 +24,7 @@ enum ExactEntry {
 pub(super) struct LinearView<'a> {
     /// Name of the model.
     name: &'a str,
-    /// What it is, in words.
+    /// Its description.
     description: String,
     #[serde(flatten)]
     exact: Matrices<ExactEntry>,
@@ -32,15 +32,15 @@ pub(super) struct LinearView<'a> {
     names: Signals<'a>,
     /// Their SI units.
     units: Signals<'a>,
-    /// Where the coordinates are; of an operating point in motion also their speeds and the torques of inputs, else nothing moves.
+    /// The coordinates; of an operating point in motion also their speeds and the torques of inputs, else all speeds are zero.
     operating_point: Vec<PointView<'a>>,
     /// The matrices rounded to floating point.
     decimal: Matrices<f64>,
-    /// Where a torque has a kink at the operating point: the side that this is about; else `null`.
+    /// If a torque has a kink at the operating point: the side of this model; else `null`.
     side: Option<&'a str>,
     /// The same on the opposite side of the kink; `null` where there is none.
     opposite_side: Option<Box<LinearView<'a>>>,
-    /// What the reader must know.
+    /// Notes to the reader.
     notes: &'a [String],
 }
 
@@ -75,7 +75,7 @@ struct Signals<'a> {
     outputs: Vec<&'a str>,
 }
 
-/// Where a coordinate is.
+/// The value of a coordinate.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "PointOfCoordinate")]
 struct PointView<'a> {
@@ -181,7 +181,7 @@ pub fn linear_python(model: &Linearised) -> String {
         None => ["A", "B"],
     };
     out += "try:\n    import control\nexcept ImportError:\n    control = None\n";
-    out += "\n\ndef plain(names):\n    \"\"\"python-control takes no dots in names.\"\"\"\n";
+    out += "\n\ndef plain(names):\n    \"\"\"Names for python-control, which allows no dots.\"\"\"\n";
     out += "    return [name.replace(\".\", \"_\") for name in names]\n\n\n";
     let names = "states=plain(states), inputs=plain(inputs), outputs=plain(outputs)";
     out += &format!("system = control and control.ss({a}, {b}, C, D, {names})\n");
@@ -285,7 +285,7 @@ fn title(model: &Linearised) -> String {
     format!("{}{variant}: deviations from the operating point, SI units", model.name)
 }
 
-/// The matrices by name, those of the opposite side of a kink with `_opposite` behind their names.
+/// The matrices by name, those of the opposite side of a kink with the suffix `_opposite`.
 fn all_matrices(model: &Linearised) -> Vec<(String, &Matrix<Rational>)> {
     let opposite = model.opposite_side.iter().flat_map(|model| model.matrices());
     let own = model.matrices().into_iter().map(|(name, matrix)| (name.to_string(), matrix));

@@ -6,20 +6,20 @@
 //! | [`parquet()`] | the same table, with units in the metadata | pyarrow, polars, DuckDB, MATLAB |
 //! | [`mat()`] | the same table | MATLAB, Octave, SciPy |
 //! | [`mdf()`] | tables with a time of their own each | CANape, dSPACE, asammdf |
-//! | [`json`] | the outcome of a study in a few numbers | scripts |
+//! | [`json`] | the result of a study in a few numbers | scripts |
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`linear_json`], [`linear_mat`], [`linear_python`] | A, B, C, D of a model with names and units | `kardan analyze`, MATLAB, python-control |
 //! | [`realisations_json`], [`realisations_mat`] | minimal realisation, Kalman's decomposition, staircase form | any tool |
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
-//! | [`identification_json`] | parameters found in logs | scripts |
+//! | [`identification_json`] | parameters identified from logs | scripts |
 //! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
 //! | [`bench_study_json`] | a study on a virtual bench | scripts |
-//! | [`safety_json`], [`safety_csv`] | what faults do, and whether they are detected | scripts, spreadsheets |
-//! | [`sweep_json`], [`sweep_rows`] | what a sweep found, its rows | scripts; pyarrow, polars, DuckDB |
-//! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
-//! | [`json_error`] | why there is no outcome | scripts |
-//! | [`equations_json`], [`check_json`], [`models_json`], [`elements_json`] … | what commands tell that compute nothing | scripts, editors |
+//! | [`safety_json`], [`safety_csv`] | the effects of faults, and their detection | scripts, spreadsheets |
+//! | [`sweep_json`], [`sweep_rows`] | the results of a sweep, its rows | scripts; pyarrow, polars, DuckDB |
+//! | [`truth_toml`] | true values of the plant of a virtual bench | `kardan bench --truth` |
+//! | [`json_error`] | why there is no result | scripts |
+//! | [`equations_json`], [`check_json`], [`models_json`], [`elements_json`] … | output of commands that compute nothing | scripts, editors |
 //! | [`schema()`] | the JSON schema of one of these | validators |
 
 mod analysis;

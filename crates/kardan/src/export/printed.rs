@@ -1,4 +1,4 @@
-//! What all objects that commands print have: one line, and the version of the format.
+//! Common to all printed objects: one line, and the version of the format.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 /// The version of the format, first in each object.
 #[derive(Serialize, JsonSchema)]
 enum Version {
-    /// Keys may be added; none goes away or changes what it means.
+    /// Later versions may add keys; they remove none and change no meaning.
     #[serde(rename = "kardan/2")]
     One,
 }
@@ -23,6 +23,6 @@ pub(super) struct Printed<T> {
 
 /// An object on one line, with the version of the format first.
 pub(super) fn printed(body: impl Serialize) -> String {
-    // Only keys that are no text, and a `Serialize` that fails by itself, are errors; there are none.
+    // Only non-text keys and a failing `Serialize` are errors; there are none.
     serde_json::to_string(&Printed { schema: Version::One, body }).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! What commands tell that compute nothing, as JSON objects.
+//! The output of commands that compute nothing, as JSON objects.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,15 +8,15 @@ use super::printed::printed;
 use crate::diagnostics::Diagnostic;
 use crate::results::{BuiltinModel, ManualTable, MotionEquations, SignalNode};
 
-/// A model file without mistakes.
+/// A model file without errors.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Check")]
 pub(super) struct CheckView<'a> {
-    /// The model file that was read.
+    /// The model file.
     file: &'a str,
     /// Blocks, formulas of signals and laws that are programs, in the order in which they compute; of the first variant.
     signals: &'a [SignalNode],
-    /// What its author should look at.
+    /// Warnings of the model file.
     warnings: Vec<Place<'a>>,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct EquationsView<'a> {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Models")]
 pub(super) struct ModelsView<'a> {
-    /// All of them, or the one asked for.
+    /// All of them, or the requested one.
     models: &'a [BuiltinModel],
 }
 
@@ -42,7 +42,7 @@ pub(super) struct ModelsView<'a> {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Elements")]
 pub(super) struct ElementsView<'a> {
-    /// All of them, or the one asked for.
+    /// All of them, or the requested one.
     tables: &'a [ManualTable],
 }
 
@@ -56,7 +56,7 @@ pub(super) struct CompletionsView<'a> {
     script: &'a str,
 }
 
-/// Gives the blocks and the warnings of a model file without mistakes as one JSON object on one line.
+/// Gives the blocks and the warnings of a model file without errors as one JSON object on one line.
 pub fn check_json(checked: &str, source: &str, signals: &[SignalNode], warnings: &[Diagnostic]) -> String {
     printed(CheckView { file: checked, signals, warnings: places(source, warnings) })
 }

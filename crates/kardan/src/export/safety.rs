@@ -6,7 +6,7 @@ use kardan_tables::write::csv_cell;
 
 /// The table of faults as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema()) of `safety`.
+/// Its keys are described by [`schema`](super::schema()) of `safety`.
 ///
 /// ```
 /// let text = kardan::export::safety_json(&kardan::results::Safety::default());

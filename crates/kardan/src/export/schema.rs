@@ -1,4 +1,4 @@
-//! The schemas of what is written as JSON.
+//! The schemas of the JSON outputs.
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
@@ -10,28 +10,28 @@ use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
 use crate::results::{Design, Safety, Sweep};
 
-/// What there are schemas of, and which command prints it.
+/// The outputs with a schema, and the command that prints each.
 pub const SCHEMAS: [(&str, &str); 17] = [
-    ("run", "`kardan run --json`: the outcome of a study"),
+    ("run", "`kardan run --json`: the result of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
     ("design", "`kardan design --json`: a designed controller with its proofs"),
-    ("identify", "`kardan identify --json`: parameters found in logs"),
+    ("identify", "`kardan identify --json`: parameters identified from logs"),
     ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
     ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
-    ("safety", "`kardan safety --json`: what faults do, and whether they are detected"),
-    ("sweep", "`kardan sweep --json`: what a model does over many values of its parameters"),
+    ("safety", "`kardan safety --json`: the effects of faults, and their detection"),
+    ("sweep", "`kardan sweep --json`: the results of a model over many values of its parameters"),
     ("equations", "`kardan equations --json`: the equations of motion of a model"),
     ("linearise", "`kardan linearise`: the linear model of a model file"),
     (
         "realisations",
         "`kardan analyze --export FILE.json`: minimal realisation, Kalman's decomposition, staircase form",
     ),
-    ("check", "`kardan check --json`: a model file without mistakes, and its warnings"),
+    ("check", "`kardan check --json`: a model file without errors, and its warnings"),
     ("models", "`kardan models --json`: the built-in models"),
     ("elements", "`kardan elements --json`: the tables of a model file"),
-    ("schemas", "`kardan schema --json`: the schemas that there are"),
+    ("schemas", "`kardan schema --json`: the available schemas"),
     ("completions", "`kardan completions --json`: a completion script"),
-    ("error", "any of them: why there is no outcome"),
+    ("error", "any of them: why there is no result"),
 ];
 
 /// The JSON schema (draft 2020-12) of an output by its name in [`SCHEMAS`].
@@ -67,7 +67,7 @@ pub fn schema(name: &str) -> Option<String> {
     serde_json::to_string_pretty(&schema).ok()
 }
 
-/// The schemas that there are.
+/// The available schemas.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Schemas")]
 struct SchemasView {

@@ -1,25 +1,25 @@
-//! What a sweep found, as JSON, and its rows as Parquet, to be read again.
+//! The results of a sweep as JSON, and its rows as Parquet, with the reader of these files.
 
 use kardan_tables::{Column, write};
 
 use super::printed::printed;
 use crate::results::{RowAgain, Sweep, SweepHead, SweepRequirement, SweepRow};
 
-/// Columns before those of what varies.
+/// Columns before those of the varied values.
 const SAMPLE: &str = "sample";
 const VARIANT: &str = "variant";
 /// The column of differences from the reference.
 const DIFFERENCE: &str = "difference";
-/// The column of why a run did not come to its end.
+/// The column of the reason why a run did not reach its end.
 const REASON: &str = "reason";
-/// The keys of what the rows follow from; of how many samples they are some, and of their seed.
+/// The metadata keys: identity of the sweep, its number of samples, and its seed.
 const IDENTITY: &str = "kardan:sweep";
 const SAMPLES: &str = "kardan:samples";
 const SEED: &str = "kardan:seed";
 
-/// What a sweep found as one JSON object on one line, in SI.
+/// The results of a sweep as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema()) of `sweep`.
+/// Its keys are described by [`schema`](super::schema()) of `sweep`.
 ///
 /// ```
 /// let text = kardan::export::sweep_json(&kardan::results::Sweep::default());
@@ -29,7 +29,7 @@ pub fn sweep_json(found: &Sweep) -> String {
     printed(found)
 }
 
-/// Names and units of the columns of numbers behind `sample`: what varies, figures, what requirements measure and whether they hold.
+/// Names and units of the columns of numbers after `sample`: varied values, figures, measures of requirements and whether they are satisfied.
 fn columns(head: &SweepHead) -> Vec<(String, String)> {
     let mut out: Vec<(String, String)> = head.varied.iter().map(|one| (one.name.clone(), one.unit.clone())).collect();
     out.extend(head.figures.iter().map(|(name, unit)| (format!("figure.{name}"), unit.clone())));
@@ -40,11 +40,11 @@ fn columns(head: &SweepHead) -> Vec<(String, String)> {
     out
 }
 
-/// Rows of a sweep as an Apache Parquet file: `sample`, what varies, `figure.NAME`, `requirement.K.measured` and `.passed` (1, 0, NaN for those of
-/// other variants), `difference` (of runs in lanes from the reference, NaN where they were not compared), all `DOUBLE` and in SI, then the texts `variant` and `reason`. Requirements in words stand in the metadata, as `requirement.K`.
+/// Rows of a sweep as an Apache Parquet file: `sample`, varied values, `figure.NAME`, `requirement.K.measured` and `.passed` (1, 0, NaN for those of
+/// other variants), `difference` (of runs in lanes from the reference, NaN where they were not compared), all `DOUBLE` and in SI, then the texts `variant` and `reason`. The metadata contain the requirements as text, as `requirement.K`.
 ///
 /// # Errors
-/// Those of the encoder; writing to memory has given none so far.
+/// Those of the encoder; none is known for writing to memory.
 pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write::ParquetError> {
     let columns = columns(head);
     let mut values: Vec<Vec<f64>> = vec![Vec::with_capacity(rows.len()); columns.len() + 2];
@@ -73,20 +73,20 @@ pub fn sweep_rows(head: &SweepHead, rows: &[SweepRow]) -> Result<Vec<u8>, write:
     write::rows(&numbers, &[(VARIANT, &variants), (REASON, &reasons)], &metadata)
 }
 
-/// Why a file is not taken as rows of a sweep.
+/// Why kardan rejects a file as rows of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RowsError {
-    /// It is not what was written, in words.
+    /// The file is damaged; the text says how.
     Damaged(String),
-    /// It is of another sweep, which follows from this.
+    /// It is of another sweep, with this identity.
     SweepMismatch(String),
 }
 
-/// The pairs of the metadata with the rows, if no bit of them has changed; what they follow from.
+/// The pairs of the metadata with the rows, if no bit of them has changed; the identity of their sweep.
 fn read(bytes: Vec<u8>) -> Result<(String, write::Rows), String> {
     let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
     let identity = value(&read, IDENTITY).map(String::from);
-    identity.map(|identity| (identity, read)).ok_or_else(|| "it holds no rows of a sweep".into())
+    identity.map(|identity| (identity, read)).ok_or_else(|| "it contains no rows of a sweep".into())
 }
 
 /// A value of the metadata.
@@ -97,23 +97,23 @@ fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
 /// How many samples the sweep of a file of rows has, and its seed.
 ///
 /// # Errors
-/// The file is damaged, or holds no rows of a sweep.
+/// The file is damaged, or contains no rows of a sweep.
 pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
     let (_, read) = read(bytes)?;
     let number = |key: &str| value(&read, key).and_then(|value| value.parse().ok());
-    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it holds no rows of a sweep".to_string())
+    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it contains no rows of a sweep".to_string())
 }
 
-/// What rows follow from, and each with the numbers of its columns: values of what varies, beside others.
+/// The identity of the sweep of rows, and each row with the numbers of its columns: the varied values among others.
 ///
 /// # Errors
-/// The file is damaged, or holds no rows of a sweep.
+/// The file is damaged, or contains no rows of a sweep.
 pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), String> {
     let (identity, read) = read(bytes)?;
     let samples = read.numbers.iter().find(|(name, _)| name == SAMPLE).map(|(_, values)| values);
     let variants = read.texts.iter().find(|(name, _)| name == VARIANT).map(|(_, values)| values);
     let (Some(samples), Some(variants)) = (samples, variants) else {
-        return Err("it holds no rows of a sweep".into());
+        return Err("it contains no rows of a sweep".into());
     };
     if read.numbers.iter().any(|(_, column)| column.len() != samples.len()) || variants.len() < samples.len() {
         return Err("its columns have different lengths".into());

@@ -8,19 +8,19 @@ use crate::results::{Run, Series, Study};
 /// The run as CSV, see [`write::csv`].
 ///
 /// # Panics
-/// If a signal has not as many values as there are times.
+/// If the number of values of a signal differs from the number of times.
 pub fn csv(run: &Run) -> Vec<u8> {
     write::csv(&table(&run.series))
 }
 
-/// The run as a Parquet file, see [`write::parquet`]; its metadata hold `model`, `variant` and `parameter:<name>`, as written in
+/// The run as a Parquet file, see [`write::parquet`]; its metadata contain `model`, `variant` and `parameter:<name>`, as written in
 /// the model file.
 ///
 /// # Errors
-/// Those of the encoder; writing to memory has given none so far.
+/// Those of the encoder; none is known for writing to memory.
 ///
 /// # Panics
-/// If a signal has not as many values as there are times.
+/// If the number of values of a signal differs from the number of times.
 pub fn parquet(model: &str, run: &Run) -> Result<Vec<u8>, ParquetError> {
     let parameters: Vec<_> = run.parameters.iter().map(|one| (format!("parameter:{}", one.name), &one.text)).collect();
     let mut metadata = vec![("model", model), ("variant", run.name.as_str())];
@@ -31,7 +31,7 @@ pub fn parquet(model: &str, run: &Run) -> Result<Vec<u8>, ParquetError> {
 /// A series as a MAT file, see [`write::mat`]. `None` if a column is longer than the 2 GiB that the format allows.
 ///
 /// # Panics
-/// If a signal has not as many values as there are times.
+/// If the number of values of a signal differs from the number of times.
 pub fn mat(series: &Series) -> Option<Vec<u8>> {
     write::mat(&table(series))
 }
@@ -39,7 +39,7 @@ pub fn mat(series: &Series) -> Option<Vec<u8>> {
 /// Series as an MDF file, a group for each, see [`write::mdf`].
 ///
 /// # Panics
-/// If a signal has not as many values as its raster has times.
+/// If the number of values of a signal differs from that of the times of its raster.
 ///
 /// ```
 /// use kardan::results::{Physical, Series, Signal};
@@ -56,7 +56,7 @@ pub fn mdf(rasters: &[(&str, &Series)]) -> Vec<u8> {
     write::mdf(&tables.iter().map(|(name, table)| (*name, table)).collect::<Vec<_>>())
 }
 
-/// The figures of all runs as CSV, a row for each with its variant, in SI; `None` if the model has no figures. One that a run does not have
+/// The figures of all runs as CSV, a row for each with its variant, in SI; `None` if the model has no figures. A figure that a run does not have
 /// is an empty cell.
 pub fn figures_csv(study: &Study) -> Option<String> {
     let mut out = String::from("variant,figure,value,unit\n");

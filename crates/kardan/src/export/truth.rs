@@ -12,7 +12,7 @@ use crate::results::TrueValue;
 /// assert!(truth_toml(&[one]).ends_with("\"wg.damping\" = \"0.5 N m s/rad\"   # the model has 0.4\n"));
 /// ```
 pub fn truth_toml(values: &[TrueValue]) -> String {
-    let mut out = "# What the plant on the bench has.\n[bench.truth]\n".to_string();
+    let mut out = "# True values of the plant on the bench.\n[bench.truth]\n".to_string();
     for TrueValue { name, value, unit, nominal } in values {
         let text = format!("{value:?} {unit}");
         let _ = write!(out, "\"{name}\" = \"{}\"", text.trim_end());

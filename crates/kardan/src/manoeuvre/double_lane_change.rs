@@ -4,9 +4,9 @@ use super::path::{KEYS, lane_change};
 /// The double lane change of ISO 3888-1.
 pub(super) const DOUBLE_LANE_CHANGE: ManoeuvreKind = ManoeuvreKind {
     keyword: "double_lane_change",
-    summary: "The double lane change of ISO 3888-1, which a driver with a path drives.",
-    measures: "`room`: least distance of the corners of the car, at its axles, from the limits of the lanes; `a_y`, `yaw_rate`, `angle` and `rate` of the wheel, \
-               `torque`: largest sizes. Criterion: `room` above zero.",
+    summary: "The double lane change of ISO 3888-1, driven by a driver with a path.",
+    measures: "`room`: least distance of the corners of the car, at its axles, from the limits of the lanes; `a_y`, `yaw_rate`, `angle` and `rate` \
+               of the wheel, `torque`: largest magnitudes. Criterion: `room` above zero.",
     keys: KEYS,
     write,
 };

@@ -1,9 +1,9 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// A manoeuvre of one's own.
+/// A custom manoeuvre.
 pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
     keyword: "free",
-    summary: "One of your own: the angle of the wheel as an expression, with a duration; figures and requirements stand beside it.",
+    summary: "A custom manoeuvre: the wheel angle as an expression, with a duration; figures and requirements are separate tables.",
     measures: "None.",
     keys: &[("duration", Need::Required), ("course", Need::Optional)],
     write,

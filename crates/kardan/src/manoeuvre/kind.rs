@@ -1,4 +1,4 @@
-//! What a kind of manoeuvre is, and what it writes itself into.
+//! The description of a kind of manoeuvre, and the tables that it expands to.
 
 use crate::entries::{Entries, Entry, RawValue};
 use crate::schema::{Sign, keys};
@@ -8,34 +8,35 @@ keys! {
     /// `[manoeuvre.<name>]`.
     table Manoeuvre {
         required {
-            kind: Choice(KINDS), "Which manoeuvre; which of the other keys it takes, and what holds for those left out, is listed with it.";
+            kind: Choice(KINDS), "The kind of manoeuvre; its list shows its other keys and their defaults.";
         }
         optional {
             steers: Name,
-                "The signal that it makes, for a driver to follow: the angle of the wheel, left out: `steer`; of a double lane change the path, left \
-                 out: `lane`. Manoeuvres may share one: in each variant it is that of its own.";
+                "The signal that it generates for a driver: the angle of the wheel, left out: `steer`; of a double lane change the path, left out: \
+                 `lane`. Manoeuvres may share one: each variant uses that of its own manoeuvre.";
             car: Element(&["vehicle"]), "The car; left out: the one of the model.";
             wheel: Shaft, "The steering wheel, whose angle is measured; left out: that of the driver.";
             torque: Signal, "The steering torque that is measured, a signal or an expression; left out: that of the driver's hands.";
             set: Overrides, "Parameter values of the variants that drive it, such as the speed: { pace = \"80 km/h\" }.";
             duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run.";
-            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are taken.";
+            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are used.";
             amplitude: Quantity(Dimension::ANGLE, Sign::NonZero), "Angle of the steering wheel, to the left where positive.";
             start: AnyQuantity, "When it begins (of a double lane change: x where the first lane begins).";
-            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second (in Hz).";
-            rate: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive), "How fast the wheel is turned.";
-            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes until the wheel is at its angle.";
-            dwell: Quantity(Dimension::TIME, Sign::NonNegative), "How long the wheel waits at its second peak.";
-            periods: Number(Sign::Positive), "Whole waves that are measured, the last ones.";
-            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
-            offset: Quantity(Dimension::LENGTH, Sign::Positive), "By how much the second lane lies aside.";
-            side: Choice(&["left", "right"]), "To which side it lies.";
-            speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Speed from which the car brakes, the one that it has.";
-            deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "How fast the speed falls.";
-            brakes: Name, "The signal of the braking force that it makes, for `braking` of the car; left out: `braking`.";
-            slows: Name, "The signal of what the speed has lost, for `speed` of the car; left out: `slowed`.";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency.";
+            rate: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive), "Rate of the steering wheel angle.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "Time until the wheel reaches its angle.";
+            dwell: Quantity(Dimension::TIME, Sign::NonNegative), "How long the wheel stays at its second peak.";
+            periods: Number(Sign::Positive), "Whole periods that are evaluated, the last ones.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which defines the lane widths.";
+            offset: Quantity(Dimension::LENGTH, Sign::Positive), "Lateral offset of the second lane.";
+            side: Choice(&["left", "right"]), "The side of that lane.";
+            speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Initial speed of the braking, which must be that of the car.";
+            deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "Deceleration.";
+            brakes: Name, "The signal of the braking force that it generates, for `braking` of the car; left out: `braking`.";
+            slows: Name, "The signal of the speed reduction, for `speed` of the car; left out: `slowed`.";
             corrects: Choice(&["yes", "no"]),
-                "Whether a driver with a path keeps the car straight on, along what `steers` names (left out: `lane`); else the wheel is to be straight.";
+                "Whether a driver with a path steers the car straight ahead, along the signal of `steers` (left out: `lane`); else the wheel stays \
+                 straight.";
             course: Text, "The angle of the wheel as an expression of the time and signals.";
         }
     }
@@ -60,31 +61,31 @@ const KINDS: &[&str] = &[
 pub struct ManoeuvreKind {
     /// The word after `kind =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
-    /// Its figures and criteria, in words.
+    /// Text on its figures and criteria.
     pub measures: &'static str,
-    /// The keys that it takes beside those that all take.
+    /// Its keys besides the common ones.
     pub keys: &'static [(&'static str, Need)],
-    /// Writes what it is.
+    /// Writes its tables.
     pub write: fn(&ManoeuvreSpec<'_>, &mut Made),
 }
 
 /// Whether a key is needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
-    /// It must be there.
+    /// Required.
     Required,
-    /// It may be left out.
+    /// Optional.
     Optional,
-    /// It may be left out, and then has this value.
+    /// Optional, with this default.
     Default(&'static str),
 }
 
-/// Keys that all kinds take.
+/// Keys of all kinds.
 pub const COMMON: [&str; 7] = ["kind", "steers", "car", "wheel", "torque", "set", "measures"];
 
-/// What is given for a manoeuvre.
+/// The input of a manoeuvre.
 pub struct ManoeuvreSpec<'a> {
     /// Its name.
     pub name: &'a str,
@@ -100,20 +101,20 @@ pub struct ManoeuvreSpec<'a> {
     pub torque: Option<String>,
 }
 
-/// Cones that the car must be through before a figure says anything.
+/// Cones that the car must have passed before a figure is valid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cones {
     /// The manoeuvre.
     pub manoeuvre: String,
     /// The figure.
     pub figure: String,
-    /// How far the car has come, an expression of its signals: x of its rear axle.
+    /// Position of the car, an expression of its signals: x of its rear axle.
     pub reached: String,
-    /// Where the last cones stand, an expression of parameters.
+    /// Position of the last cones, an expression of parameters.
     pub end: String,
 }
 
-/// What a manoeuvre stands for.
+/// The expansion of a manoeuvre.
 #[derive(Debug, Clone, Default)]
 pub struct Made {
     /// Tables by their groups and names.
@@ -122,7 +123,7 @@ pub struct Made {
     pub angle: Option<String>,
     /// The path, an expression of `ahead`.
     pub path: Option<String>,
-    /// What it does to the car itself: signals that manoeuvres share, by their names, with the name of its own part.
+    /// Its effects on the car: signals that manoeuvres share, by their names, with the name of its own part.
     pub shared: Vec<(String, String)>,
     /// Figures.
     pub figures: Vec<Entries>,
@@ -134,7 +135,7 @@ pub struct Made {
     pub cones: Option<Cones>,
 }
 
-/// A name as expressions have it.
+/// A name in the syntax of expressions.
 pub fn quoted(name: &str) -> String {
     if name.contains('-') { format!("'{name}'") } else { name.to_string() }
 }
@@ -147,7 +148,7 @@ pub fn table(keys: &[(&str, &str)]) -> Entries {
 }
 
 impl ManoeuvreSpec<'_> {
-    /// A value as an expression: what is written, or what holds where it is left out.
+    /// A value as an expression: the given one, or its default.
     pub fn value(&self, key: &str) -> Option<String> {
         match self.keys.get(key) {
             Some(RawValue::Text(text) | RawValue::Number(text)) => Some(format!("({text})")),
@@ -160,17 +161,17 @@ impl ManoeuvreSpec<'_> {
         }
     }
 
-    /// The same; empty where there is none, and that is told where its keys are read.
+    /// The same; empty if there is none, which the reader of the keys reports.
     pub fn text(&self, key: &str) -> String {
         self.value(key).unwrap_or_default()
     }
 
-    /// A word that is given.
+    /// The word of a key.
     pub fn word(&self, key: &str) -> Option<&str> {
         if let Some(RawValue::Text(word)) = self.keys.get(key) { Some(word) } else { None }
     }
 
-    /// The name of something of it.
+    /// The name of one of its parts.
     pub fn own(&self, part: &str) -> String {
         format!("{}_{part}", self.name)
     }
@@ -182,7 +183,7 @@ impl ManoeuvreSpec<'_> {
 }
 
 impl Made {
-    /// Adds a figure: the name behind that of the manoeuvre, and its keys.
+    /// Adds a figure: the name after that of the manoeuvre, and its keys.
     pub fn figure(&mut self, spec: &ManoeuvreSpec<'_>, name: &str, keys: &[(&str, &str)]) {
         let own = spec.own(name);
         let mut out = table(&[("name", own.as_str())]);
@@ -196,7 +197,7 @@ impl Made {
         self.requirements.push(table(&[("figure", own.as_str()), bound]));
     }
 
-    /// Adds a signal that manoeuvres share, by the key that names it and what is its name where it is left out, with its own part.
+    /// Adds a signal that manoeuvres share, by the key that names it and its default name, with its own part.
     pub fn share(&mut self, spec: &ManoeuvreSpec<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
         let name = spec.own(usual);
         self.tables.push(("signal", name.clone(), table(keys)));

@@ -1,6 +1,6 @@
-//! Manoeuvres: what steering engineers drive, one file for each kind.
+//! Manoeuvres: driving tests of steering engineers, one file for each kind.
 //!
-//! [`REGISTRY`] is the one list from which the parser, its checks, the manual and the tests are derived. A manoeuvre stands for tables that
+//! [`REGISTRY`] is the one list from which the parser, its checks, the manual and the tests are derived. A manoeuvre expands to tables that
 //! exist: a signal or a path, figures, requirements, and values of variants.
 
 mod double_lane_change;

@@ -4,7 +4,7 @@ use super::path::{KEYS, lane_change};
 /// The obstacle avoidance of ISO 3888-2.
 pub(super) const OBSTACLE_AVOIDANCE: ManoeuvreKind = ManoeuvreKind {
     keyword: "obstacle_avoidance",
-    summary: "The obstacle avoidance of ISO 3888-2 (moose test), which a driver with a path drives.",
+    summary: "The obstacle avoidance of ISO 3888-2 (moose test), driven by a driver with a path.",
     measures: "Those of `double_lane_change`.",
     keys: KEYS,
     write,

@@ -3,9 +3,9 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 /// Steering at standstill.
 pub(super) const PARKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "parking",
-    summary: "Parking: one wave of the wheel from side to side, at standstill where `set` says so.",
-    measures: "`torque`: largest steering torque; `hysteresis`: how far its branches over the angle of the wheel are apart at the middle; `power`: largest power of the \
-               hands. Criteria: none.",
+    summary: "Parking: one period of the wheel from side to side, at standstill if `set` defines it.",
+    measures: "`torque`: largest steering torque; `hysteresis`: distance of its branches over the wheel angle at the centre; `power`: largest power \
+               of the hands. Criteria: none.",
     keys: &[
         ("amplitude", Need::Default("360 deg")),
         ("start", Need::Default("1 s")),

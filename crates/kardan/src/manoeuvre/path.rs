@@ -10,14 +10,14 @@ keys! {
     table Path {
         required {
             kind: Choice(&["iso_3888_1", "iso_3888_2"]), "Double lane change of ISO 3888-1, or obstacle avoidance of ISO 3888-2.";
-            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which the lanes are made for.";
+            width: Quantity(Dimension::LENGTH, Sign::Positive), "Width of the car, which defines the lane widths.";
         }
         optional {
             start: Quantity(Dimension::LENGTH, Sign::Any) = "0 m", "The x where the first lane begins.";
             offset: Quantity(Dimension::LENGTH, Sign::Positive),
-                "Of part 1 the distance of the middles of first and second lane, left out: 3.5 m; of part 2 that of the edges that face each other, left out: \
-                 1 m.";
-            side: Choice(&["left", "right"]) = "left", "To which side the second lane lies.";
+                "Of part 1 the distance of the centre lines of first and second lane, left out: 3.5 m; of part 2 that of their facing edges, left \
+                 out: 1 m.";
+            side: Choice(&["left", "right"]) = "left", "The side of the second lane.";
         }
     }
 }
@@ -60,7 +60,7 @@ impl Track {
         if kind == "iso_3888_2" { PART_2 } else { PART_1 }
     }
 
-    /// Where its sections begin and end, x.
+    /// Start and end of its sections, x.
     fn ends(&self, start: &str) -> Vec<String> {
         let mut ends = vec![start.to_string()];
         for length in self.lengths {
@@ -85,7 +85,7 @@ pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &
     let second_middle = format!("{sign}{middle}");
     let smooth = [(0, "0 m"), (1, "0 m"), (2, &second_middle), (3, &second_middle), (4, "0 m"), (5, "0 m")];
     let centre = curve(&smooth.map(|(k, y)| at(k, y)), "cubic");
-    // Limits as they are for a second lane to the left: y and the half widths; a right one has them in the mirror.
+    // Limits for a second lane to the left: y and the half widths; for a right one they are mirrored.
     let limit = |outer: bool| {
         let half = |w: &str| format!("{}{w} / 2", if outer { "" } else { "-" });
         let lanes = [half(&first), format!("{middle} + ({})", half(&second)), half(&third)];
@@ -111,7 +111,7 @@ pub fn lanes(kind: &str, width: &str, offset: Option<&str>, start: &str, side: &
     [("", centre), ("_left", left), ("_right", right)]
 }
 
-/// What both double lane changes take.
+/// The keys of both double lane changes.
 pub(super) const KEYS: &[(&str, Need)] = &[
     ("width", Need::Required),
     ("duration", Need::Required),
@@ -120,7 +120,7 @@ pub(super) const KEYS: &[(&str, Need)] = &[
     ("side", Need::Default("left")),
 ];
 
-/// A double lane change: its path, how far the corners of the car stay within its lanes, and what that takes.
+/// A double lane change: its path, the distance of the corners of the car from the lane limits, and figures of the steering.
 pub(super) fn lane_change(spec: &ManoeuvreSpec<'_>, made: &mut Made, kind: &str) {
     let (width, start) = (spec.text("width"), spec.text("start"));
     let side = spec.text("side");

@@ -3,9 +3,9 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 /// The sine of ISO 7401.
 pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
     keyword: "sine_steer",
-    summary: "One wave of the sinusoidal input of ISO 7401.",
-    measures: "`yaw_lag_1`, `yaw_lag_2`: how much later than the first and the second peak of the wave those of the yaw rate are; `a_y_lag_1`, `a_y_lag_2`: the \
-               same of the lateral acceleration; `yaw_rate`, `a_y`: largest sizes. Criteria: none.",
+    summary: "One period of the sinusoidal input of ISO 7401.",
+    measures: "`yaw_lag_1`, `yaw_lag_2`: delay of the peaks of the yaw rate after the first and the second peak of the wave; `a_y_lag_1`, \
+               `a_y_lag_2`: the same of the lateral acceleration; `yaw_rate`, `a_y`: largest magnitudes. Criteria: none.",
     keys: &[
         ("amplitude", Need::Required),
         ("start", Need::Default("1 s")),

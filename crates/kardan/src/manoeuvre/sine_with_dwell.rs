@@ -4,9 +4,10 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
     keyword: "sine_with_dwell",
     summary: "The sine with dwell of FMVSS 126 and UN R140.",
-    measures: "`peak`: largest yaw rate against the first half wave, by the amplitude, from the middle of the wave to its end; `ratio_1`, `ratio_2`: yaw rate 1.0 s and 1.75 s behind \
-               the end as a part of it; `way`: size of y 1.07 s behind the begin, the start being at y = 0. Criteria: `ratio_1` below 0.35, `ratio_2` \
-               below 0.2, `way` above 1.83 m (cars up to 3.5 t, from five times the angle that gives 0.3 g on).",
+    measures: "`peak`: largest yaw rate opposite to the first half wave, over the amplitude, from the middle of the wave to its end; `ratio_1`, \
+               `ratio_2`: yaw rate 1.0 s and 1.75 s after the end, over `peak`; `way`: magnitude of y 1.07 s after the start, with y = 0 at the \
+               start. Criteria: `ratio_1` below 0.35, `ratio_2` below 0.2, `way` above 1.83 m (cars up to 3.5 t, at five times the angle for 0.3 g \
+               or more).",
     keys: &[
         ("amplitude", Need::Required),
         ("start", Need::Default("1 s")),

@@ -1,12 +1,13 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// Braking straight ahead on a road that sticks differently left and right.
+/// Braking straight ahead on split friction.
 pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "split_braking",
     summary: "Braking straight ahead to standstill; with `mu_left` and `mu_right` of the car on split friction.",
-    measures: "`yaw_rate`, `heading`, `offset` (y): largest sizes; `correction`, `torque`: those of the angle of the wheel and of the steering torque; `lack`: \
-               largest braking force that is asked for and not given; `speed`: the least one. Criteria: `lack` below 1 N, as the speed falls as if all were given; \
-               `speed` at zero or more, but for rounding: the car had the speed from which it brakes.",
+    measures: "`yaw_rate`, `heading`, `offset` (y): largest magnitudes; `correction`, `torque`: those of the steering wheel angle and of the \
+               steering torque; `lack`: largest difference of requested and delivered braking force; `speed`: the least one. Criteria: `lack` below \
+               1 N, because the speed falls as if all were delivered; `speed` at zero or more, to rounding: the car had the speed from which it \
+               brakes.",
     keys: &[
         ("speed", Need::Required),
         ("deceleration", Need::Required),
@@ -23,7 +24,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let [speed, deceleration, start] = ["speed", "deceleration", "start"].map(|key| spec.text(key));
     let over = format!("{speed} / {deceleration}");
     let force = format!("{} * {deceleration}", spec.of_car("mass"));
-    // One pulse: the next one is far behind the end.
+    // One pulse: the next one is long after the end.
     let period = format!("1000 * {over}");
     let pulse = [("kind", "pulses"), ("high", force.as_str()), ("width", &over), ("period", &period)];
     made.share(spec, ("brakes", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());

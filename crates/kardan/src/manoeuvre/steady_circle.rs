@@ -3,10 +3,10 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 /// The steady circle of ISO 4138.
 pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
     keyword: "steady_circle",
-    summary: "Steady circles of ISO 4138 at one speed: the wheel is turned slowly up to an angle.",
-    measures: "`understeer`: understeer gradient, the slope over the lateral acceleration of what the front wheels are turned beyond the angle of Ackermann; \
-               `a_y`: largest lateral acceleration; `sideslip`: slope of the angle of sideslip; `torque`: largest steering torque. They are measured from a \
-               quarter of the way on. Criteria: none.",
+    summary: "Steady circles of ISO 4138 at one speed: the wheel turns slowly to an angle.",
+    measures: "`understeer`: understeer gradient, the slope of the front wheel angle minus the Ackermann angle over the lateral acceleration; \
+               `a_y`: largest lateral acceleration; `sideslip`: slope of the sideslip angle; `torque`: largest steering torque. They are evaluated \
+               from a quarter of `over` on. Criteria: none.",
     keys: &[
         ("amplitude", Need::Required),
         ("start", Need::Default("1 s")),

@@ -3,9 +3,10 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 /// The step of ISO 7401.
 pub(super) const STEP_STEER: ManoeuvreKind = ManoeuvreKind {
     keyword: "step_steer",
-    summary: "The step input of ISO 7401: the wheel is turned to an angle at a rate, and held there.",
-    measures: "Times count from when the wheel is half way. `response_time`: until the yaw rate is at 90 % of its last value; `peak_time`: until its largest value; `overshoot`; `yaw_gain`: last yaw rate over the angle of the wheel that is asked for; \
-               `sideslip`: last angle of sideslip; `tb`: TB factor, `peak_time` times the size of `sideslip`; `a_y`: last lateral acceleration. Criteria: none.",
+    summary: "The step input of ISO 7401: the wheel turns to an angle at a rate, and stays there.",
+    measures: "Times count from half of the wheel angle. `response_time`: until the yaw rate is at 90 % of its last value; `peak_time`: until its \
+               largest value; `overshoot`; `yaw_gain`: last yaw rate over the commanded wheel angle; `sideslip`: last sideslip angle; `tb`: TB \
+               factor, `peak_time` times the magnitude of `sideslip`; `a_y`: last lateral acceleration. Criteria: none.",
     keys: &[
         ("amplitude", Need::Required),
         ("start", Need::Default("1 s")),
@@ -22,7 +23,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     made.duration = spec.value("duration").or(Some(format!("{start} + {over} + 4 s")));
     let half = format!("{start} + {over} / 2");
     let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));
-    // To the left whatever the sign of the angle is.
+    // To the left for both signs of the angle.
     let rise = format!("{r} / {amplitude}");
     let rising = [("signal", rise.as_str()), ("from", half.as_str())];
     made.figure(spec, "peak_time", &[&[("measure", "time_of_max"), ("display", "ms")][..], &rising].concat());

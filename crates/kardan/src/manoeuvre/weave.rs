@@ -4,10 +4,10 @@ use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
     keyword: "weave",
     summary: "The weave of ISO 13674-1: a sine about straight ahead.",
-    measures: "Over the last `periods`: `torque_gradient`: steering torque over lateral acceleration where that passes zero rising; `torque_hysteresis`: how far the \
-               branches of the torque are apart there; `a_y_hysteresis`: those of the lateral acceleration at no torque; `angle_hysteresis`: those of the angle of \
-               the wheel over the lateral acceleration; `yaw_gain`, `yaw_lag`, `a_y_gain`, `a_y_lag`: gain and delay over the angle of the wheel at the \
-               frequency; `a_y`: largest. Without a torque those of it are left out. Criteria: none.",
+    measures: "Over the last `periods`: `torque_gradient`: steering torque over lateral acceleration at its rising zero crossing; \
+               `torque_hysteresis`: distance of the branches of the torque there; `a_y_hysteresis`: that of the lateral acceleration at zero \
+               torque; `angle_hysteresis`: that of the wheel angle over the lateral acceleration; `yaw_gain`, `yaw_lag`, `a_y_gain`, `a_y_lag`: \
+               gain and delay over the wheel angle at the frequency; `a_y`: largest. Without a torque its figures are omitted. Criteria: none.",
     keys: &[
         ("amplitude", Need::Required),
         ("start", Need::Default("1 s")),

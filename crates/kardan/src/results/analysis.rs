@@ -1,4 +1,4 @@
-//! What an analysis of structure gives: chapters 4 and 5 of the source for one model at one operating point.
+//! The result of a structure analysis: chapters 4 and 5 of the source for one model at one operating point.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ use super::{
     Realisations, SparseMatrix, StabilityVerdict, SystemProperties,
 };
 
-/// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
+/// All results of `kardan analyze`. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Analysis {
@@ -19,7 +19,7 @@ pub struct Analysis {
     pub name: String,
     /// From the file.
     pub description: String,
-    /// Its parts, and who is joined to whom; none of a plain state-space input.
+    /// Its parts and their connections; none of a plain state-space input.
     pub mechanism: Mechanism,
     /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
     pub class: Option<Class>,
@@ -29,48 +29,48 @@ pub struct Analysis {
     pub bases: Vec<Basis>,
     /// The projector of the constraint forces.
     pub constraint_forces: Option<ConstraintForces>,
-    /// What was eliminated because no mass moves with it.
+    /// Eliminated motions without inertia.
     pub elimination: Option<Elimination>,
-    /// Charges that only count, where it is they alone that are not reached or not seen.
+    /// Charges that are integrators without effect, if only they are uncontrollable or unobservable.
     pub counting: Option<Counting>,
     /// The modes, by size of their eigenvalue.
     pub modes: Vec<Mode>,
     /// Exact answers on controllability, observability, zeros and the least numbers of inputs and outputs.
     pub structure: Structure,
-    /// Where motors and sensors may sit.
+    /// Possible locations of motors and sensors.
     pub placement: Placement,
-    /// How far away the next change of structure is.
+    /// Distance to the next change of structure.
     pub sensitivity: Option<Sensitivity>,
     /// Stability, decoupling and transmission zeros, indices.
     pub properties: Option<SystemProperties>,
-    /// Where a torque has a kink at the operating point: the model on the opposite side of it.
+    /// If a torque has a kink at the operating point: the model on the opposite side of it.
     pub opposite_side: Option<OppositeModel>,
     /// Kalman's decomposition, the minimal realisation and the staircase form.
     pub realisations: Option<Realisations>,
-    /// In discrete time: how long a sample takes.
+    /// In discrete time: the sample time.
     pub discrete: Option<DiscreteTime>,
     /// Of plain matrices with a singular E: what that means. The rest is about the equivalent state space.
     pub descriptor: Option<DescriptorSystem>,
-    /// Of plain matrices: how far they are from losing controllability or observability.
+    /// Of plain matrices: distance to a loss of controllability or observability.
     pub matrix_distance: Option<MatrixDistances>,
-    /// Which faults sensors can tell, where it was asked for.
+    /// Detectable and isolable sensor faults, if requested.
     pub parity: Option<Parity>,
-    /// What the reader must know: choices made for him, parts left out.
+    /// Notes to the reader: choices by default, omitted parts.
     pub notes: Vec<String>,
-    /// Of an analysis that ended early: why, and which parts are missing. They are empty then, which says nothing of the model.
+    /// Of an analysis that ended early: why, and which parts are missing. Missing parts are empty, without a statement on the model.
     pub unfinished: Option<String>,
 }
 
 /// The linear model on the opposite side of the kinks at its operating point.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OppositeModel {
-    /// The side that everything else is about: ``a.phi` > 0`.
+    /// The side of all other results: ``a.phi` > 0`.
     pub reference_side: String,
     /// This side.
     pub side: String,
-    /// Whether every state can be reached here; `None` where that is not decided.
+    /// Whether the system is controllable here; `None` if that is not decided.
     pub controllable: Option<bool>,
-    /// Whether every state can be told from the outputs here; `None` where that is not decided.
+    /// Whether the system is observable here; `None` if that is not decided.
     pub observable: Option<bool>,
     /// Whether it is stable here.
     pub stability: StabilityVerdict,
@@ -78,40 +78,40 @@ pub struct OppositeModel {
     pub modes: Vec<Mode>,
 }
 
-/// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].
+/// Eliminated motions without inertia: the remaining states are those of [`Structure::states`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Elimination {
     /// Number of independent motions without inertia.
     pub motions: usize,
     /// One of them, over the coordinates: `a - 2 b`.
     pub direction: String,
-    /// States that are none any more: they follow from the others and the inputs at once.
+    /// Former states: they follow algebraically from the others and the inputs.
     pub removed: Vec<String>,
     /// States that are combinations of the original ones.
     pub definitions: Vec<Definition>,
 }
 
-/// Charges that act on nothing: they count what has flowed. The rest of the system is told without them.
+/// Charges without effect: integrals of a current. The other results exclude them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Counting {
     /// Each charge, or sum of charges.
     pub charges: Vec<String>,
-    /// Whether all other states are reached.
+    /// Whether all other states are controllable.
     pub remaining_controllable: bool,
-    /// Whether all other states are seen, where no output shows these charges.
+    /// Whether all other states are observable, if no output depends on these charges.
     pub remaining_observable: bool,
 }
 
-/// Definition 4.4, judged.
+/// The verdict on Definition 4.4.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Class {
-    /// Whether all five assumptions hold without linearisation.
+    /// Whether all five assumptions are true without linearisation.
     pub constant_linear: bool,
     /// The five assumptions, in the order of the source.
     pub assumptions: Vec<Assumption>,
     /// The kind of every constraint.
     pub constraints: Vec<ConstraintClass>,
-    /// Where the model was linearised.
+    /// The operating point of the linearisation.
     pub operating_point: OperatingPoint,
 }
 
@@ -120,13 +120,13 @@ pub struct Class {
 pub struct Assumption {
     /// `the inertia matrix is constant, symmetric and positive definite (4.27)`.
     pub statement: String,
-    /// Whether it holds.
+    /// Whether it is satisfied.
     pub satisfied: bool,
-    /// What breaks it.
+    /// What violates it.
     pub violations: Vec<Breach>,
 }
 
-/// What breaks an assumption.
+/// A violation of an assumption.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Breach {
     /// The element.
@@ -144,18 +144,18 @@ pub struct ConstraintClass {
     pub equation: String,
     /// An equality (Table 4.1), or an inequality (Table 4.2).
     pub equality: bool,
-    /// On positions alone; `None`: not decided.
+    /// Holonomic (on positions alone); `None`: not decided.
     pub holonomic: Option<bool>,
     /// Without time.
     pub scleronomic: bool,
     /// With constant coefficients.
     pub linear: bool,
-    /// How that was decided, and what of the source applies, where it is not one of constant coefficients or a transmission.
+    /// How that was decided, and what of the source applies, if it has no constant coefficients and is no transmission.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
-/// Where a model was linearised.
+/// The operating point of a linearisation.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OperatingPoint {
     /// The angle of every shaft.
@@ -181,7 +181,7 @@ pub struct OperatingSignal {
     pub value: f64,
 }
 
-/// Where a shaft is.
+/// The angle of a shaft.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ShaftAngle {
     /// The shaft.
@@ -191,7 +191,7 @@ pub struct ShaftAngle {
     pub angle: f64,
 }
 
-/// What a friction direction does at an operating point.
+/// The state of a friction direction at an operating point.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct FrictionState {
     /// The element.
@@ -199,7 +199,7 @@ pub struct FrictionState {
     /// Its Coulomb torque, N m.
     #[serde(rename = "coulomb_torque_N_m")]
     pub coulomb_torque: f64,
-    /// Whether it is stuck; then it is a constraint.
+    /// Whether it sticks; then it is a constraint.
     pub stuck: bool,
 }
 
@@ -220,13 +220,13 @@ pub struct Basis {
     pub input: NamedMatrix,
     /// Largest `|⟨bᵢ, bⱼ⟩_H| / (‖bᵢ‖‖bⱼ‖)` of two different columns; near zero certifies an orthogonal basis.
     pub orthogonality: f64,
-    /// Bounds (4.43), (4.45), (4.46) beside the true eigenvalues: inertia, damping, stiffness.
+    /// Bounds (4.43), (4.45), (4.46) with the true eigenvalues: inertia, damping, stiffness.
     pub bounds: Vec<EigenvalueBounds>,
 }
 
-/// Geršgorin's discs of a reduced matrix beside its true eigenvalues.
+/// Geršgorin's discs of a reduced matrix with its true eigenvalues.
 ///
-/// Every eigenvalue lies in at least one disc; a disc need not hold an eigenvalue of its own number (erratum to (4.43)).
+/// Every eigenvalue lies in at least one disc; a disc need not contain the eigenvalue of its own number (erratum to (4.43)).
 /// In ascending order `|λ_k − centre_k| ≤ max radius` (Weyl).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct EigenvalueBounds {
@@ -269,23 +269,23 @@ pub struct Mode {
     pub natural_frequency: f64,
     /// −Re λ / |λ|; 1 for λ = 0.
     pub damping_ratio: f64,
-    /// What moves in it, and how.
+    /// Its mode shape.
     pub shape: Vec<ShapePart>,
     /// Shares of the energy stored during the motion, kinetic and potential, by element.
     pub stored: Vec<StoredShare>,
     /// Shares of the loss by element.
     pub dissipated: Vec<ElementShare>,
-    /// The exact factor of the characteristic polynomial that it is a root of: `s + 2`.
+    /// The exact factor of the characteristic polynomial with this root: `s + 2`.
     pub factor: String,
-    /// Whether the inputs reach it (Hautus).
+    /// Whether it is controllable (Hautus).
     #[serde(skip)]
     pub controllable: bool,
-    /// Whether the outputs show it (Hautus).
+    /// Whether it is observable (Hautus).
     #[serde(skip)]
     pub observable: bool,
 }
 
-/// How fast a mode is.
+/// The frequency of a mode.
 #[derive(Serialize, JsonSchema)]
 struct Frequencies {
     /// |λ|/(2π), Hz.
@@ -299,7 +299,7 @@ fn frequencies<S: Serializer>(natural: &f64, to: S) -> Result<S::Ok, S::Error> {
     Frequencies { frequency: natural / TAU, natural_frequency_rad_per_s: *natural }.serialize(to)
 }
 
-/// What moves in a mode.
+/// A component of a mode shape.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ShapePart {
     /// The shaft or state.
@@ -316,18 +316,18 @@ impl ShapePart {
     }
 }
 
-/// What an element has of the energy stored during a motion.
+/// The share of an element in the energy stored during a motion.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct StoredShare {
     /// The element.
     pub element: String,
-    /// As what it is stored.
+    /// The form of the energy.
     pub energy: EnergyKind,
     /// The share.
     pub share: f64,
 }
 
-/// What an element has of a whole: of the energy stored, of the loss.
+/// The share of an element in a total: stored energy or loss.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ElementShare {
     /// The element.
@@ -336,7 +336,7 @@ pub struct ElementShare {
     pub share: f64,
 }
 
-/// What has a part in a mode that fails.
+/// A component of a failing mode.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NamedShare {
     /// The shaft, state or element.
@@ -345,7 +345,7 @@ pub struct NamedShare {
     pub share: f64,
 }
 
-/// Where energy is stored.
+/// The form of stored energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum EnergyKind {
     /// In an inertia.
@@ -370,15 +370,15 @@ pub struct Structure {
     pub controllable_rank: usize,
     /// Rank of the observability matrix, exact; if [`Undecided::observability`], only a lower bound.
     pub observable_rank: usize,
-    /// What a proof was asked for and not found.
+    /// Requested proofs that were not found.
     pub undecided: Undecided,
-    /// Coprime square-free factors of the characteristic polynomial, with what holds for all their roots.
+    /// Coprime square-free factors of the characteristic polynomial, with the properties of all their roots.
     pub factors: Vec<Factor>,
-    /// Modes that the inputs do not reach.
+    /// Uncontrollable modes.
     pub uncontrollable: Vec<FailingMode>,
-    /// Modes that the outputs do not show.
+    /// Unobservable modes.
     pub unobservable: Vec<FailingMode>,
-    /// `relative_degrees[output][input]`; `None`: the input never reaches the output.
+    /// `relative_degrees[output][input]`; `None`: the input does not affect the output.
     pub relative_degrees: Vec<Vec<Option<usize>>>,
     /// Invariant zeros.
     pub zeros: Zeros,
@@ -396,7 +396,7 @@ pub struct Structure {
     pub certificate: Certificate,
 }
 
-/// A proof was asked for that a rank is not larger, and not found.
+/// A proof that a rank is not larger was requested and not found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Undecided {
     /// Of the controllability matrix.
@@ -406,22 +406,22 @@ pub struct Undecided {
 }
 
 impl Structure {
-    /// Whether every state can be reached; `false` also where that is not decided.
+    /// Whether the system is controllable; `false` also if that is not decided.
     pub fn controllable(&self) -> bool {
         self.controllable_rank == self.states.len()
     }
 
-    /// Whether every state can be told from the outputs; `false` also where that is not decided.
+    /// Whether the system is observable; `false` also if that is not decided.
     pub fn observable(&self) -> bool {
         self.observable_rank == self.states.len()
     }
 
-    /// Whether every state can be reached, if that is decided.
+    /// Whether the system is controllable, if that is decided.
     pub fn controllability(&self) -> Option<bool> {
         (!self.undecided.controllability).then(|| self.controllable())
     }
 
-    /// Whether every state can be told from the outputs, if that is decided.
+    /// Whether the system is observable, if that is decided.
     pub fn observability(&self) -> Option<bool> {
         (!self.undecided.observability).then(|| self.observable())
     }
@@ -449,7 +449,7 @@ pub struct Factor {
     /// Its roots, 1/s.
     #[serde(rename = "roots_per_s")]
     pub roots: Vec<Pole>,
-    /// How often each root is an eigenvalue.
+    /// Algebraic multiplicity of each root as an eigenvalue.
     pub algebraic: usize,
     /// Independent eigenvectors of each root: the rank defect of `λ²H + λD + S`.
     pub geometric: usize,
@@ -461,13 +461,13 @@ pub struct Factor {
     pub output_defect: usize,
 }
 
-/// A mode that inputs do not reach or outputs do not show.
+/// An uncontrollable or unobservable mode.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct FailingMode {
     /// λ, 1/s, imaginary part ≥ 0.
     #[serde(rename = "eigenvalue_per_s")]
     pub eigenvalue: Pole,
-    /// The exact factor that its eigenvalue is a root of.
+    /// The exact factor with its eigenvalue as a root.
     pub factor: String,
     /// Number of independent motions at this eigenvalue that fail.
     pub defect: usize,
@@ -484,7 +484,7 @@ pub struct Zeros {
     pub polynomial: String,
     /// Its roots, 1/s, with multiplicity.
     pub values: Vec<Pole>,
-    /// How many of them lie in the open right half-plane, exact; `None`: not decided, for the polynomial is not written out.
+    /// Number of them in the open right half-plane, exact; `None`: not decided, because the polynomial is not written out.
     #[serde(rename = "in_right_half_plane")]
     pub growing: Option<usize>,
     /// Normal rank of the transfer matrix; below the smaller of inputs and outputs, some combination of them is empty.
@@ -498,14 +498,14 @@ pub struct Construction {
     pub rows: Vec<String>,
     /// The input matrix, fractions: one row per coordinate or state, `min_inputs` columns.
     pub input: Vec<Vec<String>>,
-    /// What was added, in order.
+    /// The steps, in order.
     pub steps: Vec<ConstructionStep>,
 }
 
 /// One step: the eigenvalues of one factor are reached by adding a multiple of a direction to a column.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ConstructionStep {
-    /// The factor whose roots were not all reached.
+    /// The factor whose roots were not all controllable.
     pub factor: String,
     /// Rank defect of `[λI - A, B]` at its roots before the step.
     pub defect: usize,
@@ -513,20 +513,20 @@ pub struct ConstructionStep {
     pub column: usize,
     /// The direction, by row; fractions.
     pub direction: Vec<String>,
-    /// What it is multiplied by, chosen so that no eigenvalue reached before is lost.
+    /// Its factor, chosen so that all eigenvalues controllable before remain so.
     pub multiplier: String,
 }
 
-/// What a short independent check needs to confirm the answers.
+/// Data with which a short independent check confirms the results.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Certificate {
-    /// Every answer is proven over the rationals; otherwise see `failure_probability`.
+    /// Every result is proven over the rationals; otherwise see `failure_probability`.
     pub proven: bool,
-    /// Bound on the probability that a modular answer is wrong (0 if proven).
+    /// Bound on the probability that a modular result is wrong (0 if proven).
     pub failure_probability: f64,
-    /// The primes that the proofs are about. Those that decide what is not proven are others each time, and not listed.
+    /// The primes of the proofs. Decisions without proof use new primes in each run, which are not listed.
     pub primes: Vec<u64>,
-    /// What is proven and how, one sentence each.
+    /// The proven statements and methods, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`.
     #[serde(serialize_with = "super::pencil::named")]
@@ -536,7 +536,7 @@ pub struct Certificate {
     pub inputs: Option<Count>,
     /// Proof of `min_outputs`, for the transposed pencil.
     pub outputs: Option<Count>,
-    /// Proof that the rank of the controllability matrix is not larger: left vectors that no input reaches.
+    /// Proof that the rank of the controllability matrix is not larger: left vectors that no input affects.
     pub uncontrollable_invariant: Option<Invariant>,
     /// The same for the transposed pencil.
     pub unobservable_invariant: Option<Invariant>,
@@ -544,7 +544,7 @@ pub struct Certificate {
     pub controllability_minor: Option<Minor>,
     /// The same for the transposed pencil.
     pub observability_minor: Option<Minor>,
-    /// Proofs of what is called stable, stabilisable and detectable, or not; left out where that is not decided.
+    /// Proofs of the verdicts on stability, stabilisability and detectability; omitted if a verdict is not decided.
     pub stability: StabilityProofs,
 }
 
@@ -553,9 +553,9 @@ pub struct Certificate {
 pub struct StabilityProofs {
     /// Of all motions: the polynomial is det(sE - A) over det E.
     pub stable: Option<StabilityProof>,
-    /// Of what no input reaches: that of the action of `unreached`, 1 where all is reached.
+    /// Of the uncontrollable part: that of the action of `unreached`, 1 if there is none.
     pub stabilisable: Option<StabilityProof>,
-    /// Of what no output shows: that of the action of `unobservable`.
+    /// Of the unobservable part: that of the action of `unobservable`.
     pub detectable: Option<StabilityProof>,
 }
 
@@ -607,7 +607,7 @@ pub struct MinorColumn {
     pub power: usize,
 }
 
-/// Independent rows Y with `Y A = M Y E` and `Y B = 0`: what no input reaches.
+/// Independent rows Y with `Y A = M Y E` and `Y B = 0`: the uncontrollable part.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Invariant {
     /// Y, fractions.
@@ -616,7 +616,7 @@ pub struct Invariant {
     pub action: Vec<Vec<String>>,
 }
 
-/// Where motors and sensors may sit.
+/// Possible locations of motors and sensors.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Placement {
     /// Smallest sets of motors, best first.
@@ -625,14 +625,14 @@ pub struct Placement {
     pub outputs: Option<PlacementSearch>,
 }
 
-/// The outcome of one search.
+/// The result of one search.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PlacementSearch {
     /// `2 of the 5 places are needed: 3 of the 10 possible sets of 2 are enough (all were tried)`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
     pub exhaustive: bool,
-    /// Bound on what a better set could gain where the search was not exhaustive: `(cost found − lower bound) / cost`.
+    /// Bound on the gain of a better set if the search was not exhaustive: `(cost found − lower bound) / cost`.
     pub gap: f64,
     /// Sets tried.
     pub tried: usize,
@@ -641,7 +641,7 @@ pub struct PlacementSearch {
     /// The sets, best first.
     #[serde(skip)]
     pub sets: Vec<PlacedSet>,
-    /// What `score` is: `smallest eigenvalue of the Gramian over 1 s`.
+    /// The meaning of `score`: `smallest eigenvalue of the Gramian over 1 s`.
     pub measure: String,
     /// Its unit.
     pub unit: String,
@@ -651,19 +651,19 @@ pub struct PlacementSearch {
     pub infeasible_reason: Option<String>,
 }
 
-/// Where a motor or a sensor may sit.
+/// A possible location of a motor or a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Place {
-    /// The place.
+    /// The location.
     pub place: String,
-    /// What it costs, as the user says.
+    /// The cost given by the user.
     pub cost: f64,
 }
 
-/// A set of places that keeps the model controllable (observable).
+/// A set of locations with which the model is controllable (observable).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlacedSet {
-    /// The places.
+    /// The locations.
     pub places: Vec<String>,
     /// Sum of the user's costs.
     pub cost: f64,
@@ -673,7 +673,7 @@ pub struct PlacedSet {
     pub efficient: bool,
 }
 
-/// How far away the next change of structure is.
+/// Distance to the next change of structure.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// The box of parameters.
@@ -699,10 +699,10 @@ pub struct ParameterRange {
     pub unit: String,
 }
 
-/// How far the parameters are from values at which controllability, or observability, is lost.
+/// Distance of the parameters to values at which controllability, or observability, is lost.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct DistanceToUncontrollability {
-    /// The nearest loss found; `None` if there was none within ten tolerances, or none was looked for (`method` is empty).
+    /// The nearest loss found; `None` if there was none within ten tolerances, or there was no search (`method` is empty).
     pub nearest: Option<UncontrollablePoint>,
     /// Number of points that the search for it started from; 0 if there was no search.
     pub starts: usize,
@@ -712,7 +712,7 @@ pub struct DistanceToUncontrollability {
     /// Verdict over the whole box of parameters.
     #[serde(rename = "box")]
     pub box_verdict: BoxVerdict,
-    /// How the verdict was reached; empty: nothing was searched.
+    /// The method of the verdict; empty: there was no search.
     pub method: String,
     /// Sampling of the box.
     pub sampling: Option<Sampling>,
@@ -721,7 +721,7 @@ pub struct DistanceToUncontrollability {
 /// Parameters at which controllability or observability is lost.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct UncontrollablePoint {
-    /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
+    /// Largest deviation in units of each parameter's tolerance; below one it is inside the box.
     #[serde(rename = "distance_tolerances")]
     pub distance: f64,
     /// The parameters that differ from their nominal values; at distance 0 all of them.
@@ -735,7 +735,7 @@ pub struct UncontrollablePoint {
     pub shafts: Vec<NamedShare>,
 }
 
-/// How far plain matrices are from losing controllability or observability.
+/// Distance of plain matrices to a loss of controllability or observability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MatrixDistances {
     /// To the nearest system that is not controllable; `null` if it is one, without inputs, or for more than 200 states.
@@ -744,7 +744,7 @@ pub struct MatrixDistances {
     pub observability: Option<MatrixDistance>,
 }
 
-/// The Frobenius norm of the least change of `[A, B]` after which some mode is not reached, between two bounds. It depends on
+/// The Frobenius norm of the least change of `[A, B]` after which some mode is uncontrollable, between two bounds. It depends on
 /// the units of the states.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MatrixDistance {
@@ -764,10 +764,10 @@ pub struct MatrixDistance {
     pub change_of_b: Vec<Vec<f64>>,
     /// Rows Y and M: the change is exactly `−Yᵀ (Y Yᵀ)⁻¹ [Y A − M Y, Y B]`, and after it `Y A = M Y`, `Y B = 0`.
     pub proof: Invariant,
-    /// How far the numbers of the file may lie from what was meant: half a unit of the last digit of decimals, or 2⁻⁵³ of each
+    /// Possible rounding of the numbers of the file: half a unit of the last digit of decimals, or 2⁻⁵³ of each
     /// binary number times the number of states; Frobenius norm.
     pub data_uncertainty: f64,
-    /// Whether `upper` is below `last_digit`: the data do not tell such a system from one that has lost the mode.
+    /// Whether `upper` is below `last_digit`: the data do not distinguish such a system from one that has lost the mode.
     pub within_data_uncertainty: bool,
 }
 
@@ -782,7 +782,7 @@ pub struct ParameterPoint {
     pub unit: String,
 }
 
-/// What is known over a whole box of parameters.
+/// The verdict over a whole box of parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum BoxVerdict {
     /// No loss anywhere in the box, proven.

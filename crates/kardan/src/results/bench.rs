@@ -12,7 +12,7 @@ pub struct TrueValue {
     pub value: f64,
     /// SI unit; empty for a plain number.
     pub unit: String,
-    /// What the model has; `None` if it has no such value.
+    /// The value of the model; `None` if it has no such value.
     pub nominal: Option<f64>,
 }
 
@@ -23,13 +23,13 @@ pub struct BenchPoint {
     pub from: f64,
     /// When it ends, s.
     pub until: f64,
-    /// Speed of each shaft, rad/s; the largest sizes in a section of sines or steps.
+    /// Speed of each shaft, rad/s; the largest magnitudes in a section of sines or steps.
     pub speeds: Vec<f64>,
-    /// Torque of each motor that the model expects, N m; the largest sizes in a section.
+    /// Torque of each motor that the model predicts, N m; the largest magnitudes in a section.
     pub torques: Vec<f64>,
 }
 
-/// What a plan promises for one parameter.
+/// The expected accuracy of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PlannedParameter {
     /// `wg.damping`
@@ -38,61 +38,61 @@ pub struct PlannedParameter {
     pub nominal: f64,
     /// SI unit.
     pub unit: String,
-    /// Standard error to be expected from white noise of the logged torques alone; `None` if none is stated.
+    /// Expected standard error from white noise of the logged torques alone; `None` if none is stated.
     pub standard_error: Option<f64>,
 }
 
-/// An excitation that is designed to tell parameters.
+/// An excitation designed to identify parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BenchPlan {
     /// `constant_speeds`, `multisine` or `random_steps`.
     pub kind: String,
-    /// What it is to tell.
+    /// The parameters to identify.
     pub parameters: Vec<PlannedParameter>,
-    /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
+    /// Coefficients that this kind of motion, or the selection of the file, does not identify.
     pub fixed: Vec<String>,
     /// Names of the shafts, in the order of the speeds.
     pub shafts: Vec<String>,
     /// Names of the motors, in the order of the torques.
     pub motors: Vec<String>,
-    /// The parts chosen, in the order of the log.
+    /// The selected parts, in the order of the log.
     pub points: Vec<BenchPoint>,
-    /// Candidates that keep the limits.
+    /// Candidates within the limits.
     pub candidates: usize,
-    /// `ln det(XᵀX)` of the parts chosen.
+    /// `ln det(XᵀX)` of the selected parts.
     pub log_det: f64,
-    /// The same of all candidates, for as many parts as were chosen.
+    /// The same of all candidates, for the number of selected parts.
     pub undesigned_log_det: f64,
-    /// How many parts of the plan tell as much as one of the undesigned plan, `exp((log det − undesigned)/parameters)`.
+    /// Number of parts of the plan with as much information as one of the undesigned plan, `exp((log det − undesigned)/parameters)`.
     pub gain: f64,
     /// Length, s.
     pub duration: f64,
 }
 
-/// What a virtual bench gives.
+/// The result of a virtual bench.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bench {
     /// Name of the model.
     pub model: String,
-    /// What the plant has and the model does not know.
+    /// True values of the plant that the model does not contain.
     pub truth: Vec<TrueValue>,
-    /// The excitation; `None` where the file's own controllers and scenario ran.
+    /// The excitation; `None` if the controllers and the scenario of the file ran.
     pub plan: Option<BenchPlan>,
     /// One log for each repetition.
     pub logs: Vec<Run>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
 }
 
-/// One of the things in which the bench differs from the simulation, and how far an output gets from the simulation by it: largest
-/// distances in the transient, in the unit of the output; `None` where such a plant cannot be, or its run failed.
+/// One difference between bench and simulation, and the resulting deviation of an output from the simulation: largest
+/// differences in the transient, in the unit of the output; `None` if such a plant is impossible, or its run failed.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Difference {
     /// `compliance of hd`, `sampling, delay and sensors`.
     pub source: String,
-    /// Put into the simulation alone.
+    /// Added alone to the simulation.
     pub added_to_simulation: Option<f64>,
-    /// Taken from the bench alone.
+    /// Removed alone from the bench.
     pub removed_from_bench: Option<f64>,
 }
 
@@ -108,7 +108,7 @@ pub struct Compared {
 /// An output of a controller in the simulation and on the bench.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Response {
-    /// The output as the file names it.
+    /// The name of the output in the file.
     pub output: String,
     /// The signal that shows it without the noise of a sensor.
     pub signal: String,
@@ -119,14 +119,14 @@ pub struct Response {
     pub physical: Physical,
     /// Mean over the last tenth of the run.
     pub steady_state: Compared,
-    /// Farthest from the reference in the transient.
+    /// Largest deviation from the reference in the transient.
     pub max_deviation: Compared,
     /// Largest distance between simulation and bench in the transient.
     pub max_difference: f64,
-    /// When that is, s.
+    /// Its time, s.
     #[serde(rename = "at_s")]
     pub distance_at: f64,
-    /// What makes them differ.
+    /// The causes of the difference.
     pub differences: Vec<Difference>,
 }
 
@@ -146,31 +146,31 @@ pub struct Experiment {
 /// A controller that was designed on a model, in the simulation and on a virtual bench.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedLoop {
-    /// The controller as it was designed.
+    /// The controller design.
     pub design: Design,
-    /// How long after an event a transient lasts, s: ten time constants of the slowest pole of a channel.
+    /// Duration of a transient after an event, s: ten time constants of the slowest pole of a channel.
     pub transient: f64,
-    /// Each variant in which it runs.
+    /// Each variant with this controller.
     pub experiments: Vec<Experiment>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
 }
 
-/// The whole way on a virtual bench: excited, logged, identified, designed, controlled.
+/// The whole procedure on a virtual bench: excitation, logging, identification, design, control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BenchStudy {
     /// Name of the model.
     pub model: String,
     /// From the file.
     pub description: String,
-    /// What the plant has and the model does not know.
+    /// True values of the plant that the model does not contain.
     pub truth: Vec<TrueValue>,
     /// The excitation.
     pub plan: BenchPlan,
-    /// What was found in its logs.
+    /// The identification from its logs.
     pub identification: Identification,
-    /// The controller on the values found.
+    /// The controller with the identified values.
     pub closed_loop: ClosedLoop,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
 }

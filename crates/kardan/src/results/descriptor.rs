@@ -1,4 +1,4 @@
-//! What a singular E means: the pencil sE − A taken apart.
+//! Descriptor systems with a singular E: the decomposition of the pencil sE − A.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{Definition, Entry, PolynomialRoots, SparseMatrix};
 
 /// A descriptor system `E x' = A x + B u`, `y = C x + D u` with a singular E and a regular pencil sE − A, all decided exactly. What is
-/// said of impulses in continuous time is said of answers ahead of the inputs in discrete time.
+/// stated on impulses in continuous time applies to noncausal responses in discrete time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct DescriptorSystem {
     /// Number of the variables x.
@@ -19,19 +19,19 @@ pub struct DescriptorSystem {
     pub index: usize,
     /// Number of finite eigenvalues, with multiplicity: the order of the equivalent state space.
     pub finite_eigenvalues: usize,
-    /// Orders of the blocks at infinity, largest first; only those above 1 can answer with impulses.
+    /// Orders of the blocks at infinity, largest first; only those above 1 can respond with impulses.
     pub infinite_blocks: Vec<usize>,
     /// Whether the index is at most 1.
     pub impulse_free: bool,
-    /// What the inputs reach.
+    /// Controllability.
     pub controllability: DescriptorVerdicts,
-    /// What the outputs show.
+    /// Observability.
     pub observability: DescriptorVerdicts,
     /// States of the equivalent state space that are combinations of the variables.
     pub definitions: Vec<Definition>,
-    /// Where outputs respond to derivatives of inputs; empty if the transfer matrix is proper.
+    /// Outputs that respond to derivatives of inputs; empty if the transfer matrix is proper.
     pub polynomial_part: Vec<ImproperEntry>,
-    /// Outputs with a polynomial part: no state space has them, and the equivalent one is without them.
+    /// Outputs with a polynomial part: no state space contains them, and the equivalent one omits them.
     pub improper_outputs: Vec<String>,
     /// Normal rank of the transfer matrix from all inputs to all outputs; `null` if it is not decided.
     pub normal_rank: Option<usize>,
@@ -43,18 +43,18 @@ pub struct DescriptorSystem {
     pub proof: SeparatedPencil,
 }
 
-/// What holds of one side.
+/// The properties of one side.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct DescriptorVerdicts {
-    /// All finite modes are met: R-controllable (R-observable); `null` if that is not decided.
+    /// All finite modes: R-controllable (R-observable); `null` if that is not decided.
     pub finite: Option<bool>,
-    /// All impulses can be met: impulse controllable (observable), the rank of `[E, A K, B]` is full with K a basis of the kernel of E.
+    /// All impulses: impulse controllable (observable), the rank of `[E, A K, B]` is full with K a basis of the kernel of E.
     pub impulse: bool,
-    /// All is met, finite or not: completely controllable (observable), C-controllable; also `[E, B]` has full rank.
+    /// All modes, finite or not: completely controllable (observable), C-controllable; also `[E, B]` has full rank.
     pub complete: Option<bool>,
-    /// By how much the rank for impulses falls short.
+    /// Rank deficiency for impulses.
     pub impulse_defect: usize,
-    /// Infinite eigenvalues that are not met.
+    /// Infinite eigenvalues that are not controllable (observable).
     pub infinite_defect: usize,
 }
 
@@ -69,10 +69,10 @@ pub struct ImproperEntry {
     pub polynomial: String,
 }
 
-/// A regular pencil parted into its finite and its infinite structure.
+/// A regular pencil decomposed into its finite and its infinite structure.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SeparatedPencil {
-    /// E, A, B, C, D as they are given.
+    /// E, A, B, C, D of the input.
     #[serde(serialize_with = "super::pencil::named")]
     #[schemars(with = "BTreeMap<String, Vec<Entry>>")]
     pub pencil: Vec<SparseMatrix>,

@@ -1,4 +1,4 @@
-//! What a design gives: chapter 6 of the source for one controller, proven and measured.
+//! The result of a design: chapter 6 of the source for one controller, proven and measured.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub struct ExactMatrix {
     /// Short name, a key of the JSON object: `K`, `L`, `Kx`, `observer_gain`.
     #[serde(skip)]
     pub name: String,
-    /// What it is, for a reader: `state gain, u = -K x + L r`.
+    /// Its description: `state gain, u = -K x + L r`.
     pub title: String,
     /// SI unit of the entries, if they share one.
     pub unit: String,
@@ -32,49 +32,49 @@ pub struct ExactMatrix {
     pub exact: Option<Vec<Vec<String>>>,
 }
 
-/// Everything that `kardan design` finds for one controller. Parts that do not apply to its law are empty or `None`.
+/// All results of `kardan design` for one controller. Parts that do not apply to its law are empty or `None`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Design {
     /// Name of the model.
     pub model: String,
     /// From the file.
     pub description: String,
-    /// Parts of the model, and who is joined to whom.
+    /// Parts of the model and their connections.
     #[serde(skip)]
     pub mechanism: Mechanism,
-    /// Variant that it was designed for; the model's name if there are none.
+    /// Variant of the design; the model's name if there are none.
     pub variant: String,
-    /// Name of the controller in the file; `design` for one asked for on the command line.
+    /// Name of the controller in the file; `design` for one from the command line.
     pub controller: String,
     /// Keyword of its law.
     pub law: String,
     /// Names of the other controllers of the file, which are in the loop too.
     #[serde(rename = "other_controllers")]
     pub other_controllers: Vec<String>,
-    /// The model it is designed on, in words: `linear, at the initial position, beta = 0 deg`.
+    /// The design model as text: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
-    /// Constraints whose rows are rounded numbers at the operating point: what is proven holds for these numbers.
+    /// Constraints whose rows are rounded numbers at the operating point: the proofs are valid for these numbers.
     #[serde(rename = "rounded_constraints")]
     pub rounded: Vec<String>,
     /// States of the design model after the reduction.
     pub states: Vec<String>,
-    /// Inputs that it commands.
+    /// Commanded inputs.
     pub inputs: Vec<String>,
-    /// Outputs that it controls.
+    /// Controlled outputs.
     pub outputs: Vec<String>,
     /// States that stand for combinations of coordinates, such as `wg.phi - 51 rk.phi + 50 fs.phi`; a combination that is short
     /// enough to be a name itself is not listed.
     pub definitions: Vec<Definition>,
-    /// What of the model the outputs do not show: eigenvalues that the reduction took away.
+    /// Unobservable part of the model: eigenvalues that the reduction removed.
     #[serde(rename = "hidden_poles")]
     pub hidden: Vec<Pole>,
-    /// Relative degree of each output: derivatives until an input appears (6.64). `None`: no input ever reaches it.
+    /// Relative degree of each output: derivatives until an input appears (6.64). `None`: no input affects it.
     pub relative_degrees: Vec<Option<usize>>,
     /// G (6.66): outputs × inputs.
     pub decoupling_matrix: ExactMatrix,
     /// Whether and how the outputs can be decoupled.
     pub decouplability: Decouplability,
-    /// How this law decouples, which need not be the best that can be done; `None`: it does not, or does not say.
+    /// The decoupling by this law, which need not be the best possible; `None`: it does not decouple, or there is no statement.
     pub feedback: Option<Feedback>,
     /// The gains by name.
     #[serde(serialize_with = "gains")]
@@ -82,21 +82,21 @@ pub struct Design {
     pub gains: Vec<ExactMatrix>,
     /// The canonically decoupled form (6.73)-(6.81).
     pub canonical: Option<Canonical>,
-    /// What each channel does.
+    /// The behaviour of each channel.
     pub channels: Vec<ChannelResult>,
     /// Poles of the linear loop with all controllers of the file, at the design point, 1/s, by size.
     pub closed_loop_poles: Vec<Pole>,
     /// Whether these are roots of an exact polynomial with proven signs; else they are eigenvalues in floating point.
     #[serde(rename = "closed_loop_poles_exact")]
     pub exact_poles: bool,
-    /// Charges that only count what has flowed: nothing depends on them, no law holds them. Each is a pole exactly at zero that is not
+    /// Charges that are integrators without effect; no law controls them. Each is a pole exactly at zero that is not
     /// listed.
     pub integrals_without_effect: Vec<String>,
-    /// What the outputs do not show of the decoupled loop.
+    /// The unobservable part of the decoupled loop.
     #[serde(serialize_with = "zero_dynamics")]
     #[schemars(with = "ZerosView")]
     pub zero_dynamics: ZeroDynamics,
-    /// Whether the law inverts the plant, so that its zeros become poles behind the outputs.
+    /// Whether the law inverts the plant, so that its zeros become hidden poles.
     pub cancels_zeros: bool,
     /// The observer.
     pub observer: Option<ObserverResult>,
@@ -104,39 +104,39 @@ pub struct Design {
     #[serde(serialize_with = "transfer")]
     #[schemars(with = "Vec<TransferView>")]
     pub transfer: Vec<TransferEntry>,
-    /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` where no such claim is made.
+    /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` if decoupling was not requested.
     pub decoupled: Option<bool>,
     /// Whether every entry between different blocks is exactly zero, for a law that decouples blocks of outputs.
     pub blocks_decoupled: Option<bool>,
-    /// What steps of each reference do to the outputs of the other channels in the nonlinear simulation.
+    /// Effects of a step of each reference on the outputs of the other channels in the nonlinear simulation.
     pub cross_coupling: Vec<CrossCoupling>,
-    /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
+    /// Margins with sampling, delay, lag and limits; `None` if not requested.
     pub margins: Option<Margins>,
-    /// The same on the opposite side of where the loop bends at its operating point; `None` where it does not.
+    /// The same on the opposite side of a kink at its operating point; `None` if there is no kink.
     pub opposite_side: Option<OppositeSide>,
-    /// What the loop answers to sines and to steps; `None` if nobody asked, or several sample times are in it.
+    /// Frequency and step responses of the loop; `None` if not requested, or with several sample times.
     pub responses: Option<LoopResponses>,
-    /// What the scenario of the file asks of its motors, where it was run.
+    /// Motor loads in the scenario of the file, if it was run.
     #[serde(serialize_with = "motor_loads")]
     #[schemars(with = "Vec<ScenarioView>")]
     pub motor_loads: Vec<ScenarioMotorLoad>,
-    /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
+    /// The loop with the parameters of the variant, at its joint positions; `None` if it is the linear loop of the design.
     pub loop_along_path: Option<LoopAlongPath>,
-    /// Designs beside this one; `None` if nobody asked.
+    /// Alternative designs; `None` if not requested.
     pub exploration: Option<Exploration>,
-    /// The loop over a box of plants; `None` if nobody asked.
+    /// The loop over a box of plants; `None` if not requested.
     pub robustness: Option<Robustness>,
     /// Whether the outputs are flat (Theorem 6.4).
     pub flatness: Option<Flatness>,
-    /// What runs in firmware.
+    /// The controller data for firmware.
     pub controller_data: ControllerData,
     /// The observer that runs before it.
     pub observer_data: Option<ControllerData>,
-    /// What must not be overlooked: cancellations of lightly damped or unstable poles, torques beyond limits.
+    /// Warnings: cancellations of lightly damped or unstable poles, torques beyond limits.
     pub warnings: Vec<String>,
-    /// What the reader must know: choices made for him, parts left out.
+    /// Notes to the reader: choices by default, omitted parts.
     pub notes: Vec<String>,
-    /// Of a design that ended early: why, and which parts are missing. They are empty then, which says nothing of the loop.
+    /// Of a design that ended early: why, and which parts are missing. Missing parts are empty, without a statement on the loop.
     #[serde(flatten, serialize_with = "serial::ending")]
     #[schemars(with = "serial::Ending")]
     pub incomplete_reason: Option<String>,
@@ -175,7 +175,7 @@ pub enum Feedback {
     /// By dynamic state feedback: integrators before some inputs.
     #[serde(rename = "dynamic")]
     Dynamic,
-    /// Not at all: the outputs depend on each other, or no input reaches one of them.
+    /// Impossible: the outputs depend on each other, or no input affects one of them.
     #[serde(rename = "impossible")]
     Impossible,
 }
@@ -187,7 +187,7 @@ pub struct Decouplability {
     pub rank: usize,
     /// Exact rank of the transfer matrix over the rational functions.
     pub normal_rank: usize,
-    /// The best that can be done.
+    /// The best possible decoupling.
     pub possible: Feedback,
     /// Names of the finest blocks of outputs that static feedback can decouple; empty if there are none.
     pub blocks: Vec<Vec<String>>,
@@ -200,7 +200,7 @@ pub struct Decouplability {
 /// Integrators before an input.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Integrators {
-    /// The input, or a combination of inputs in words.
+    /// The input, or a combination of inputs as text.
     pub input: String,
     /// How many.
     pub count: usize,
@@ -236,20 +236,20 @@ pub struct ChannelResult {
     pub reference: String,
     /// `position`, `torque`, …
     pub kind: String,
-    /// The transfer function in words: `400/(s^2 + 28 s + 400)`.
+    /// The transfer function as text: `400/(s^2 + 28 s + 400)`.
     pub transfer: String,
     /// Poles of the channel, 1/s.
     pub poles: Vec<Pole>,
 }
 
-/// The zero dynamics of the decoupled loop: what goes on while the outputs are held still.
+/// The zero dynamics of the decoupled loop: the motion while all outputs are zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ZeroDynamics {
     /// The exact polynomial: `11 s^2 + 2060 s + 10000000`; `1` if there is none.
     pub polynomial: String,
     /// Its modes, by size.
     pub modes: Vec<ZeroMode>,
-    /// Whether they die away (decided exactly).
+    /// Whether they decay (decided exactly).
     pub stability: StabilityVerdict,
 }
 
@@ -263,7 +263,7 @@ pub struct ZeroMode {
     pub natural_frequency: f64,
     /// −Re λ/|λ|; 1 for λ = 0.
     pub damping_ratio: f64,
-    /// What moves in it, and how: `cj 1, wg -51`.
+    /// Its mode shape: `cj 1, wg -51`.
     pub shape: Vec<ShapePart>,
     /// Share of the energy stored during the motion, by element; adds up to one.
     pub stored: Vec<ElementShare>,
@@ -288,7 +288,7 @@ pub struct ObserverResult {
     pub poles: Vec<Pole>,
     /// Its gain L, states × sensors.
     pub gain: ExactMatrix,
-    /// What can be told apart with these sensors: one sentence each.
+    /// Distinguishable disturbances with these sensors: one sentence each.
     pub distinguishable: Vec<String>,
 }
 
@@ -305,7 +305,7 @@ pub struct TransferEntry {
     pub denominator: Vec<String>,
 }
 
-/// What a step of one reference does to another output, or to its own.
+/// The effect of a step of one reference on another output, or on its own.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct CrossCoupling {
     /// The reference that steps.
@@ -314,7 +314,7 @@ pub struct CrossCoupling {
     pub step: f64,
     /// Unit of the step.
     pub step_unit: String,
-    /// The output that is watched.
+    /// The observed output.
     pub output: String,
     /// Unit of the output.
     pub unit: String,
@@ -342,20 +342,20 @@ pub struct Flatness {
     pub remainder: String,
     /// Its roots, 1/s.
     pub poles: Vec<Pole>,
-    /// Highest derivative of each output that is needed.
+    /// Highest required derivative of each output.
     pub derivatives: Vec<usize>,
     /// One sentence.
     pub statement: String,
 }
 
-/// A designed controller as data: what a `kardan-rt` block needs to run.
+/// A designed controller as the data of a `kardan-rt` block.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ControllerData {
     /// The block: `StateSpace`, `Noninteracting`, …
     pub block: String,
-    /// Signals that it reads, in order.
+    /// Its input signals, in order.
     pub reads: Vec<ReadSignal>,
-    /// Inputs that it writes.
+    /// Plant inputs that it commands.
     pub writes: Vec<String>,
     /// Sample time, s; `None`: continuous time.
     #[serde(rename = "sample_time_s")]
@@ -375,7 +375,7 @@ pub struct ControllerData {
     pub numbers: Vec<DataNumber>,
 }
 
-/// A signal that a controller reads.
+/// An input signal of a controller.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ReadSignal {
     /// Its name.
@@ -453,7 +453,7 @@ fn precision<S: Serializer>(single: &bool, to: S) -> Result<S::Ok, S::Error> {
     if *single { Precision::Single } else { Precision::Double }.serialize(to)
 }
 
-/// What the scenario of a file asks of a motor.
+/// The load of a motor in the scenario of a file.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "ScenarioStrain")]
 struct ScenarioView<'a> {
@@ -461,7 +461,7 @@ struct ScenarioView<'a> {
     variant: &'a str,
     /// Length of its run, s.
     duration_s: f64,
-    /// What it asked.
+    /// The load.
     motor: MotorLoadView<'a>,
 }
 
@@ -473,7 +473,7 @@ fn motor_loads<S: Serializer>(all: &[ScenarioMotorLoad], to: S) -> Result<S::Ok,
     }))
 }
 
-/// What goes on while the outputs are held still.
+/// Zero dynamics: the motion while all outputs are zero.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "ZeroDynamics")]
 struct ZerosView<'a> {
@@ -481,7 +481,7 @@ struct ZerosView<'a> {
     polynomial: &'a str,
     /// Its roots, both of a conjugate pair, 1/s.
     poles: Vec<Complex>,
-    /// Whether they die away, decided exactly; not decided if it was not asked.
+    /// Whether they decay, decided exactly; not decided if not requested.
     #[serde(flatten)]
     stability: StabilityVerdict,
     /// Its modes, by size; of a pair the upper one.
@@ -497,7 +497,11 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
     let view = ZerosView {
         polynomial: &found.polynomial,
         poles: found.modes.iter().flat_map(both).collect(),
-        stability: if is_analysed { found.stability.clone() } else { StabilityVerdict::undecided("it was not asked") },
+        stability: if is_analysed {
+            found.stability.clone()
+        } else {
+            StabilityVerdict::undecided("it was not requested")
+        },
         modes: &found.modes,
     };
     view.serialize(to)

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Designs beside the one of the file.
+/// Alternatives to the design of the file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Exploration {
-    /// What the ordinate of the picture is: `driver.tau after a step of ref_rk by 0.4 rad`.
+    /// The ordinate of the diagram: `driver.tau after a step of ref_rk by 0.4 rad`.
     pub interaction: String,
     /// Its unit.
     pub unit: String,
@@ -14,18 +14,18 @@ pub struct Exploration {
     pub relative_to_limits: bool,
     /// Combinations for which there is no stable design.
     pub failed: usize,
-    /// Combinations that are not judged: their sample times have no short common period.
+    /// Combinations without a verdict: their sample times have no short common period.
     pub not_evaluated: usize,
     /// All designs that were found; that of the file first.
     pub designs: Vec<Alternative>,
-    /// What more sensors would bring, the best first.
+    /// Gain by additional sensors, the best first.
     pub sensors: Vec<WithSensor>,
-    /// What to take from it, one sentence each.
+    /// Conclusions, one sentence each.
     pub advice: Vec<String>,
 }
 
 impl Exploration {
-    /// A torque or noise of a design in words, with so many decimals: `52 %`, of no limit `0.52 N m`.
+    /// A torque or noise of a design as text, with a number of decimals: `52 %`, of no limit `0.52 N m`.
     ///
     /// ```
     /// use kardan::results::Exploration;
@@ -61,13 +61,13 @@ pub struct Alternative {
     pub bandwidth: f64,
     /// Factor of acceptable rates of torques.
     pub effort: f64,
-    /// What is measured: `wg_encoder.phi, bar.tau`; `all angles and speeds` without an observer.
+    /// Measured signals: `wg_encoder.phi, bar.tau`; `all angles and speeds` without an observer.
     pub sensors: String,
-    /// Largest size of the interaction of [`Exploration::interaction`] in the linear loop.
+    /// Largest magnitude of the interaction of [`Exploration::interaction`] in the linear loop.
     pub interaction: f64,
-    /// Largest torque that steps ask of a motor, over its limit, or N m: [`Exploration::limited`].
+    /// Largest torque command of a motor after steps, over its limit, or N m: [`Exploration::limited`].
     pub torque: f64,
-    /// Root mean square of what the sensors' rounding makes of the torques, the largest, over the limits, or N m.
+    /// Largest root mean square torque from the rounding of the sensors, over the limits, or N m.
     pub noise: f64,
     /// Spectral radius per sample time.
     pub spectral_radius: f64,

@@ -1,6 +1,6 @@
-//! The few numbers that stand for a time series.
+//! A time series in a few numbers.
 
-/// Where a signal goes: its least and its greatest value, when, and where it ends.
+/// The least and the greatest value of a signal with their times, and its last value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
     /// Least finite value, and when first.

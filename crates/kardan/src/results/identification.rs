@@ -1,4 +1,4 @@
-//! What an identification gives.
+//! The result of an identification.
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use super::verdict::{counted, early};
 use super::{Interval, Mechanism, Span, Verdict, serial};
 
-/// Parameters found in measured logs.
+/// Parameters identified from measured logs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Identification {
     /// Name of the model.
@@ -15,7 +15,7 @@ pub struct Identification {
     /// From the file.
     #[serde(skip)]
     pub description: String,
-    /// Parts of the model, and who is joined to whom.
+    /// Parts of the model and their connections.
     #[serde(skip)]
     pub mechanism: Mechanism,
     /// `steady` or `dynamic`.
@@ -31,56 +31,56 @@ pub struct Identification {
     pub coordinates: Vec<String>,
     /// Inputs whose torque was measured.
     pub measured: Vec<String>,
-    /// Inputs whose torque nobody measured: eliminated.
+    /// Inputs without measured torque: eliminated.
     pub eliminated: Vec<String>,
     /// The logs that were read.
     pub logs: Vec<LogRead>,
-    /// What became of the windows.
+    /// Statistics of the windows.
     pub windows: WindowCount,
     /// Rows of the fit: steady segments or windows.
     pub samples: usize,
-    /// Samples that a robust loss left out or counted by less than a tenth.
+    /// Samples that a robust loss removed or weighted by less than a tenth.
     pub outliers: usize,
     /// Rows less parameters.
     pub degrees_of_freedom: usize,
-    /// Residual over what the noise of the sensors explains.
+    /// Residual over the noise of the sensors.
     pub scale: f64,
     /// Largest over smallest singular value of the regressor, columns scaled to one.
     pub condition: f64,
     /// Lags over which errors were taken as correlated; 0: none.
     pub lags: usize,
-    /// What was found.
+    /// The identified parameters.
     pub parameters: Vec<IdentifiedParameter>,
     /// Combinations of parameters that are not determined.
     pub unidentifiable: NotDetermined,
     /// Correlations of the errors.
     pub correlation: Correlation,
-    /// The reduced damping matrix at what was found; `None` where none was asked for.
+    /// The reduced damping matrix at the identified values; `None` if not requested.
     pub damping: Option<IdentifiedDamping>,
-    /// Tests of what is left over.
+    /// Residual tests.
     pub tests: Vec<ResidualTest>,
-    /// Each row of the balance: how well segments are predicted that the fit has not seen.
+    /// Each row of the balance: prediction of segments outside the fit.
     pub validation: Vec<Validation>,
     /// Models compared by cross-validation.
     pub candidates: Vec<Candidate>,
-    /// Terms that what is left over asks for; `None` where nobody asked, or all ended early.
+    /// Terms suggested by the residual; `None` if not requested, or if all ended early.
     pub suggestions: Option<Suggestions>,
-    /// Friction over speed: what is measured and what the model says.
+    /// Friction over speed: measured and of the model.
     #[serde(skip)]
     pub curves: Vec<FrictionCurve>,
     /// Torque over time, for the report.
     #[serde(skip)]
     pub traces: Vec<Trace>,
-    /// What a model file can hold of it.
+    /// The part for a model file.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
-    /// Terms that it can hold as laws of torques.
+    /// Terms for a model file as laws of torques.
     #[serde(skip)]
     pub terms_for_file: Vec<FileTerm>,
-    /// What it cannot, and why.
+    /// Parts that a model file cannot contain, and why.
     #[serde(skip)]
     pub not_for_file: Vec<String>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub warnings: Vec<String>,
     /// One sentence each.
     pub notes: Vec<String>,
@@ -93,23 +93,23 @@ pub struct Identification {
 /// Combinations of parameters that are not determined, in sentences.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NotDetermined {
-    /// By nothing of this kind, whatever is logged.
+    /// By no test of this kind, for any logged signals.
     pub structurally: Vec<String>,
-    /// By these data, or hardly.
+    /// By these data, or only poorly.
     pub practically: Vec<String>,
 }
 
-/// Probability below which a test of what is left over speaks.
+/// Probability below which a residual test rejects.
 const UNLIKELY: f64 = 0.01;
-/// What is remarked of a parameter that the file gives beside those that are sought.
+/// The remark on a parameter that the file gives in addition to the identified ones.
 pub(crate) const FIXED_REMARK: &str = "given";
-/// Residual over the noise of the sensors from which the two are told apart in words.
+/// Ratio of residual and sensor noise above which the verdict distinguishes both.
 const LOUD: f64 = 10.0;
-/// Logs that are named in the verdict.
+/// Number of logs named in the verdict.
 const NAMED: usize = 3;
 
 impl Identification {
-    /// What came of it in one sentence, with all that stands against it; sound if every parameter has an interval, the logs are
+    /// The verdict in one sentence, with all reservations; sound if every parameter has an interval, the logs are
     /// whole and their clocks sound, there is no warning, and nothing ended early.
     ///
     /// ```
@@ -143,23 +143,23 @@ impl Identification {
         Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
     }
 
-    /// `; what is left over looks like noise`
+    /// `; the residual is like noise`
     fn tested(&self) -> String {
         let failed_tests = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
         match (failed_tests, self.tests.len()) {
-            (_, 0) if self.degrees_of_freedom == 0 => "; too few windows to tell errors from parameters".into(),
+            (_, 0) if self.degrees_of_freedom == 0 => "; too few windows to distinguish errors from parameters".into(),
             (_, 0) => String::new(),
-            // Noise that is much more than that of the sensors is something else, however random it looks.
+            // Noise much larger than that of the sensors has another cause, even if it appears random.
             (0, _) if self.scale > LOUD => {
-                format!("; what is left over looks random, but is {:.0} times the noise of the sensors", self.scale)
+                format!("; the residual appears random, but is {:.0} times the noise of the sensors", self.scale)
             }
-            (0, _) => "; what is left over looks like noise".into(),
-            (1, _) => "; one test of what is left over speaks against the model".into(),
-            (many, _) => format!("; {many} tests of what is left over speak against the model"),
+            (0, _) => "; the residual is like noise".into(),
+            (1, _) => "; one residual test rejects the model".into(),
+            (many, _) => format!("; {many} residual tests reject the model"),
         }
     }
 
-    /// `, from a log that is damaged (bench.csv: 1234 rows of it are used)`, and clocks that are in doubt.
+    /// `, from a log that is damaged (bench.csv: 1234 rows of it are used)`, and doubtful clocks.
     fn reservations(&self) -> String {
         let named = |of: &dyn Fn(&LogRead) -> Option<String>| -> (usize, String) {
             let sentences: Vec<String> = self.logs.iter().filter_map(of).collect();
@@ -191,14 +191,14 @@ pub struct Correlation {
     pub values: Vec<Vec<f64>>,
 }
 
-/// The reduced damping matrix at what was found.
+/// The reduced damping matrix at the identified values.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct IdentifiedDamping {
     /// Names of its rows and columns.
     pub coordinates: Vec<String>,
     /// Row by row, N m s/rad.
     pub values: Vec<Vec<f64>>,
-    /// That unit, of masses N s/m; that of each row by the speed of the column where there are both.
+    /// That unit, of masses N s/m; with both, that of each row over the speed of the column.
     pub unit: String,
     /// Whether the damping is passive.
     pub passive: bool,
@@ -215,7 +215,7 @@ pub struct FileValue {
     pub interval: Option<Interval>,
 }
 
-/// A term beyond those of the model that a law of a torque says: the coefficients are those against motion, as they were found.
+/// An additional term as a law of a torque: the coefficients are those opposite to the motion, as identified.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileTerm {
     /// `fs.quadratic_damping`
@@ -233,15 +233,15 @@ pub struct FileTerm {
 pub enum FileLaw {
     /// A constant.
     Sense,
-    /// In proportion to the size of the speed.
+    /// In proportion to the magnitude of the speed.
     SenseDamping,
-    /// In proportion to the speed times its size.
+    /// In proportion to the speed times its magnitude.
     Quadratic,
-    /// A harmonic of the angle, of so many periods in a turn.
+    /// A harmonic of the angle, by its periods in a revolution.
     Cogging(f64),
 }
 
-/// A log as it was read.
+/// A log that was read.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LogRead {
     /// File.
@@ -256,7 +256,7 @@ pub struct LogRead {
     pub remarks: Vec<String>,
     /// How much of a damaged log is used: `its first 1234 rows are used`; `None` if it is whole.
     pub damage: Option<String>,
-    /// Why its clock is in doubt: `it jumps back 2 times`.
+    /// Why its clock is doubtful: `it jumps back 2 times`.
     pub clock: Option<String>,
     /// Channels used.
     pub channels: Vec<ChannelRead>,
@@ -275,7 +275,7 @@ fn ends<S: Serializer>(span: &Option<Span>, to: S) -> Result<S::Ok, S::Error> {
     Ends { begin_s: span.map(|span| span.start), end_s: span.map(|span| span.end) }.serialize(to)
 }
 
-/// A channel as it was read.
+/// A channel that was read.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ChannelRead {
     /// Its name in the log.
@@ -289,21 +289,21 @@ pub struct ChannelRead {
     /// Mean time between samples, s.
     #[serde(rename = "sample_time_s")]
     pub sample_time: f64,
-    /// Standard deviation of a sample, SI: stated in the model file or seen in the log.
+    /// Standard deviation of a sample, SI: stated in the model file or estimated from the log.
     pub noise: f64,
     /// Whether the model file states it.
     #[serde(rename = "noise_stated")]
     pub stated: bool,
 }
 
-/// What became of the windows.
+/// Statistics of the windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct WindowCount {
     /// All in which something was logged.
     pub all: usize,
     /// Without enough samples of every channel.
     pub incomplete: usize,
-    /// With a friction that rests, nearly rests or breaks away: its sign is not known.
+    /// With a friction that sticks, nearly sticks or breaks away: its sign is not known.
     pub sticking: usize,
     /// Not steady (where only steady ones count).
     pub unsteady: usize,
@@ -320,32 +320,32 @@ pub struct IdentifiedParameter {
     pub unit: String,
     /// Its value in the model file; none if the file does not give it.
     pub model_value: Option<f64>,
-    /// What was found, or what the file gives; `None` if it is not determined and the file does not give it.
+    /// The identified value, or that of the file; `None` if it is not determined and the file does not give it.
     pub value: Option<f64>,
     /// Standard error; infinite if it is not determined, `None` of a parameter at its bound.
     pub standard_error: Option<f64>,
     /// The confidence interval, if there is one.
     pub interval: Option<Interval>,
-    /// What else enters the value: `+ 0.96 cs.damping`; such a combination is all that can be told.
+    /// What else enters the value: `+ 0.96 cs.damping`; only this combination is identifiable.
     pub combination: String,
-    /// Why there is no interval: not determined, at its bound; beside an interval what it stands for.
+    /// Why there is no interval: not determined, at its bound; with an interval its meaning.
     pub remark: String,
     /// A value published elsewhere.
     pub published: Option<f64>,
 }
 
-/// A test of what is left over.
+/// A residual test.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ResidualTest {
-    /// What should hold: `mean zero (row cs)`.
+    /// Its hypothesis: `mean zero (row cs)`.
     pub hypothesis: String,
-    /// Probability that it looks like this or worse if it holds.
+    /// p-value: probability of this or a worse result under the hypothesis.
     pub probability: f64,
-    /// What it means if it does not.
+    /// The meaning of a rejection.
     pub if_rejected: String,
 }
 
-/// How well unseen segments are predicted.
+/// Prediction of segments outside the fit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Validation {
     /// Row of the balance: a coordinate, or a combination where torques were eliminated.
@@ -363,14 +363,14 @@ pub struct Validation {
     pub cross_validated: Option<f64>,
 }
 
-/// A model compared with others.
+/// A model in a comparison.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Candidate {
     /// Its name.
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<String>,
-    /// How well it predicts segments left out of the fit; `None` if it could not be fitted.
+    /// Its prediction of segments left out of the fit; `None` if it could not be fitted.
     #[serde(flatten, serialize_with = "prediction")]
     #[schemars(with = "Prediction")]
     pub error: Option<PredictionError>,
@@ -380,53 +380,53 @@ pub struct Candidate {
     pub failure: String,
 }
 
-/// Terms that what is left over of a fit asks for, tried on segments that no fit has seen.
+/// Terms suggested by the residual of a fit, tried on segments outside all fits.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Suggestions {
-    /// What was tried, round by round: the best of each is taken into the model of the next.
+    /// The tried terms, round by round: the best of each goes into the model of the next.
     pub tested_terms: Vec<Suggestion>,
-    /// Harmonics of angles that were tried in the last round and cannot be told from zero.
+    /// Harmonics of angles tried in the last round that are not distinguishable from zero.
     pub insignificant_harmonics: usize,
     /// Orders of the harmonics that were tried: periods in a turn.
     pub harmonic_orders: Vec<f64>,
-    /// What was not tried, and why.
+    /// Terms that were not tried, and why.
     pub untested_terms: Vec<String>,
-    /// The terms to take, in order.
+    /// The terms to add, in order.
     pub selected_terms: Vec<String>,
-    /// What to write into the model file to take them.
+    /// Their entries in the model file.
     pub text: String,
-    /// What is found with them.
+    /// The identified parameters with them.
     pub parameters: Vec<IdentifiedParameter>,
-    /// Residual with them over what the noise of the sensors explains.
+    /// Residual with them over the noise of the sensors.
     pub scale: f64,
-    /// Tests of what is left over with them.
+    /// Residual tests with them.
     pub tests: Vec<ResidualTest>,
-    /// How well unseen segments are predicted with them.
+    /// Prediction of segments outside the fit with them.
     pub validation: Vec<Validation>,
-    /// How well whole logs are predicted by the others; empty of few logs, or where terms of single logs were asked for.
+    /// Prediction of whole logs from the others; empty with few logs, or if terms of single logs were requested.
     pub log_cross_validation: Vec<HeldOutLogs>,
-    /// What a model file can hold of what is found with them.
+    /// The part for a model file with them.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
-    /// Terms that it can hold as laws of torques.
+    /// Terms for a model file as laws of torques.
     #[serde(skip)]
     pub terms_for_file: Vec<FileTerm>,
-    /// Other terms that are taken, each with the entry that declares it.
+    /// Other added terms, each with the entry that declares it.
     #[serde(skip)]
     pub entries_for_file: Vec<(String, String)>,
-    /// What it cannot hold, and why.
+    /// Parts that a model file cannot contain, and why.
     #[serde(skip)]
     pub not_for_file: Vec<String>,
 }
 
 impl Suggestions {
-    /// Tests that speak against the model with the terms taken.
+    /// Tests that reject the model with the added terms.
     pub fn failed_tests(&self) -> usize {
         self.tests.iter().filter(|test| test.probability < UNLIKELY).count()
     }
 }
 
-/// A term that was tried.
+/// A tried term.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Suggestion {
     /// Round, from 1 on.
@@ -435,21 +435,21 @@ pub struct Suggestion {
     pub term: String,
     /// How many parameters it has.
     pub parameters: usize,
-    /// The test that asks for it.
+    /// The test that suggests it.
     pub raised_by: String,
-    /// Probability that it looks as it does, or more, if it is not there; `None` where other terms look the same.
+    /// p-value: probability of this or a larger effect without the term; `None` if other terms have the same effect.
     pub probability: Option<f64>,
-    /// Part of the mean square error on unseen segments that it takes away; `None` where it cannot be told from zero.
+    /// Part of the mean square error outside the fit that it removes; `None` if it is not distinguishable from zero.
     pub gain: Option<f64>,
     /// Its standard error over the folds.
     pub gain_spread: Option<f64>,
-    /// Whether it is taken.
+    /// Whether it is added.
     pub selected: bool,
     /// Why, or why not.
     pub verdict: String,
 }
 
-/// How well whole logs are predicted by the others, without terms of single logs.
+/// Prediction of whole logs from the others, without terms of single logs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct HeldOutLogs {
     /// Row of the balance.
@@ -457,12 +457,12 @@ pub struct HeldOutLogs {
     /// Root mean square of the residual of the model as it is, N m.
     #[serde(rename = "residual_before_N_m")]
     pub before: f64,
-    /// The same with the terms taken, N m.
+    /// The same with the added terms, N m.
     #[serde(rename = "residual_after_N_m")]
     pub after: f64,
 }
 
-/// How well segments left out of a fit are predicted.
+/// Prediction of segments left out of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PredictionError {
     /// Root mean square of standard residuals.
@@ -471,7 +471,7 @@ pub struct PredictionError {
     pub spread: f64,
 }
 
-/// How well segments left out of a fit are predicted, if it could be fitted.
+/// Prediction of segments left out of a fit, if it could be fitted.
 #[derive(Serialize, JsonSchema)]
 struct Prediction {
     /// Root mean square of standard residuals on segments left out; `null` if it could not be fitted.
@@ -491,9 +491,9 @@ pub struct FrictionCurve {
     pub element: String,
     /// SI units of speed and torque.
     pub units: [&'static str; 2],
-    /// What was measured, less all other terms.
+    /// The measurement minus all other terms.
     pub points: Vec<FrictionPoint>,
-    /// What was found: damping, Coulomb, Stribeck.
+    /// The identified friction: damping, Coulomb, Stribeck.
     pub line: Vec<FrictionPoint>,
 }
 
@@ -526,6 +526,6 @@ pub struct TracePoint {
     pub time: f64,
     /// The torque measured, N m.
     pub measured: f64,
-    /// The torque predicted without having seen it, N m.
+    /// The torque predicted from the other segments, N m.
     pub predicted: f64,
 }

@@ -25,14 +25,14 @@ pub struct Linearised {
     pub c: Matrix<Rational>,
     /// D, outputs × inputs.
     pub d: Matrix<Rational>,
-    /// Where the coordinates are: angles in rad, charges in C. Of one in motion behind these their speeds, and the torques of inputs that balance it;
-    /// else nothing moves.
+    /// The coordinates: angles in rad, charges in C. Of an operating point in motion then their speeds, and the torques of inputs that balance it;
+    /// else all speeds are zero.
     pub operating_point: Vec<(NamedUnit, f64)>,
-    /// Where a torque has a kink at the operating point: the side that this is about, ``a.phi` > 0`.
+    /// If a torque has a kink at the operating point: the side of this model, ``a.phi` > 0`.
     pub side: Option<String>,
     /// The same on the opposite side of the kink.
     pub opposite_side: Option<Box<Linearised>>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
 }
 

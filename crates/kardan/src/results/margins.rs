@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Pole, StabilityVerdict};
 
-/// How far a controller's loop is from instability, and what it asks of the motors.
+/// Stability margins of a controller's loop, and its motor loads.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Margins {
     /// Sample time, s; `None`: the controller is designed for continuous time.
@@ -20,14 +20,14 @@ pub struct Margins {
     /// none); `None` in continuous time, or if there is no
     /// such map.
     pub spectral_radius: Option<f64>,
-    /// Whether the loop as it is, with its sample time, delay and lags, is stable.
+    /// Whether the loop with its sample time, delay and lags is stable.
     #[serde(flatten)]
     pub stability: StabilityVerdict,
-    /// The same of all motions but those that nobody holds (`free`), which are left out of all limits; `None` if it is not decided, or its
+    /// The same of all motions except the uncontrolled ones (`free`), which are excluded from all limits; `None` if it is not decided, or its
     /// sample times have no short common period, or the eigenvalue iteration failed.
     #[serde(rename = "controlled_modes_stable")]
     pub stable: Option<bool>,
-    /// Slowest stable rates, for delays of no, half a and one sample; empty for a law that is designed for one sample time.
+    /// Slowest stable sample rates, for delays of zero, half a and one sample; empty for a law designed for one sample time.
     pub rates: Vec<RateLimit>,
     /// Longest delay that the sampled loop tolerates, s; `None` in continuous time or if it is unstable without.
     #[serde(rename = "longest_delay_s")]
@@ -37,16 +37,16 @@ pub struct Margins {
     pub longest_lag: Option<LoopLimit>,
     /// Smallest and largest factor of its torques that the loop tolerates; `None` if it is unstable.
     pub gain_margin: Option<[LoopLimit; 2]>,
-    /// Shafts that move in motions which nobody holds, which are at zero. They are left out of all limits.
+    /// Shafts of uncontrolled motions, with poles at zero. They are excluded from all limits.
     pub uncontrolled_modes: Vec<String>,
-    /// How many poles at zero (multipliers at one) these motions are.
+    /// Number of poles at zero (multipliers at one) of these motions.
     pub uncontrolled_poles: usize,
-    /// How it is known that they are at zero.
+    /// Evidence that they are at zero.
     pub uncontrolled_poles_method: ZeroPoleEvidence,
-    /// Whether these motions are charges that only count what has flowed, exactly.
+    /// Whether these motions are charges that are integrators without effect, exactly.
     pub uncontrolled_are_integrals: bool,
-    /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
-    /// 1/s, as far as rounding shows them. They are left out of all limits.
+    /// Nonzero poles that 64 bits do not distinguish from zero: of a loop decided over the rationals,
+    /// 1/s, to rounding. They are excluded from all limits.
     #[serde(rename = "near_zero_poles_per_s")]
     pub near_zero_poles: Vec<f64>,
     /// Whether its stability was decided over the rationals, or by certified bounds; otherwise from eigenvalues, whose rounding is bounded.
@@ -54,73 +54,73 @@ pub struct Margins {
     /// All poles of the loop, where its stability in continuous time was decided over the rationals.
     #[serde(skip)]
     pub poles: Option<Vec<Pole>>,
-    /// How fast they grow at the sample time, 1/s; 0 if they stay.
+    /// Their growth rate at the sample time, 1/s; 0 if they stay constant.
     #[serde(rename = "drift_per_s")]
     pub drift: f64,
-    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable. With several clocks
+    /// Margins of the torque of each motor, and of each reading, alone; empty if the loop is unstable. With several clocks
     /// only those of the motors of a sampled controller.
     pub channels: Vec<ChannelMargin>,
-    /// How wrong all torques may be at once; `None` with one motor.
+    /// Margins for simultaneous errors of all torques; `None` with one motor.
     pub multiloop: Option<TogetherMargin>,
-    /// Whether it is stable, but the torque of a motor may not be wrong by 10 %, or its disk margin is not larger than that.
+    /// Whether it is stable, but an error of 10 % in the torque of a motor is not tolerated, or its disk margin is at most that.
     pub low_margins: bool,
-    /// Of a loop with backlash that is open where it stands: the same with it in contact.
+    /// Of a loop with open backlash at its operating point: the same with the flanks in contact.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactMargins>,
-    /// What a step of each reference asks of each motor.
+    /// Motor loads after a step of each reference.
     pub peaks: Vec<TorquePeak>,
     /// All this in one paragraph.
     pub verdict: String,
 }
 
-/// Disk margin of one channel below which small errors of the model are too much: a factor of 1.5, 23°.
+/// Disk margin of one channel below which small model errors destabilise: a factor of 1.5, 23°.
 pub const LOW_DISK: f64 = 0.4;
 
 impl Margins {
-    /// The channel with the lowest disk margin, where that is low.
+    /// The channel with the lowest disk margin, if that is low.
     pub fn low(&self) -> Option<&ChannelMargin> {
         let least = self.channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
         least.filter(|one| self.low_margins || one.disk < LOW_DISK)
     }
 }
 
-/// How far a loop is from instability with backlash in contact.
+/// Margins of a loop with backlash in contact.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ContactMargins {
     /// Elements whose backlash is in contact.
     pub closed: Vec<String>,
     /// Those whose backlash is open.
     pub open: Vec<String>,
-    /// `either` flank where both make the same loop, else `lower` (the first shaft behind the second) or `upper`.
+    /// `either` flank if both give the same loop, else `lower` (the first shaft behind the second) or `upper`.
     pub flank: String,
-    /// Whether the loop is stable; `None` where that is not known.
+    /// Whether the loop is stable; `None` if that is not known.
     pub stable: Option<bool>,
-    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable.
+    /// Margins of the torque of each motor, and of each reading, alone; empty if the loop is unstable.
     pub channels: Vec<ChannelMargin>,
-    /// How wrong all torques may be at once; `None` with one motor.
+    /// Margins for simultaneous errors of all torques; `None` with one motor.
     pub multiloop: Option<TogetherMargin>,
 }
 
-/// A loop on the other side of where it bends at its operating point.
+/// A loop on the other side of a kink at its operating point.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OppositeSide {
-    /// The side that everything else is about: ``felt` > 0`.
+    /// The side of all other results: ``felt` > 0`.
     pub reference_side: String,
     /// This side.
     pub side: String,
-    /// What sampling, delay, lag and limits leave of the loop here.
+    /// Margins with sampling, delay, lag and limits on this side.
     pub margins: Margins,
 }
 
-/// How it is known that poles are at zero.
+/// Evidence that poles are at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(into = "EvidenceWord")]
 pub enum ZeroPoleEvidence {
     /// Exactly, with the gains of the design, before they are rounded.
     Design,
-    /// Exactly, with gains that are the fractions which their doubles are.
+    /// Exactly, with the gains rounded to doubles, taken as fractions.
     Rounded,
-    /// Numbers below this size, 1/s, counted as zero.
+    /// Numbers below this magnitude, 1/s, count as zero.
     ToRounding(f64),
 }
 
@@ -136,43 +136,43 @@ pub struct RateLimit {
     /// Delay as a part of the sample time.
     #[serde(rename = "delay_samples")]
     pub delay: f64,
-    /// Hz; zero: any up to one sample a second; `None`: not even a million samples a second suffice.
+    /// Hz; zero: any up to one sample per second; `None`: even a million samples per second are not enough.
     #[serde(rename = "rate_hz")]
     pub rate: Option<f64>,
-    /// The motion that grows at slower rates.
+    /// The unstable motion at slower rates.
     pub motion: String,
 }
 
-/// Where a loop becomes unstable.
+/// The stability limit of a loop.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LoopLimit {
-    /// The value that it just tolerates; infinite (or 0, downwards) if all that was looked at is tolerated.
+    /// The largest tolerated value; infinite (or 0, downwards) if all evaluated values are tolerated.
     pub value: f64,
-    /// The motion that grows beyond.
+    /// The unstable motion beyond it.
     pub motion: String,
 }
 
-/// How wrong one channel of a loop may be before the loop is unstable, the others as designed. Frequencies in rad/s; `None`
-/// where nothing limits.
+/// Gain, phase, delay and disk margins of one channel of a loop, the others as designed. Frequencies in rad/s; `None`
+/// without a limit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ChannelMargin {
-    /// The motor whose torque is wrong, or what is read.
+    /// The motor with the torque error, or the reading.
     pub name: String,
     /// Whether it is a reading.
     pub is_sensor: bool,
-    /// The nearest factors below and above one that are too much; 0 and infinity if none is.
+    /// The nearest destabilising gain factors below and above one; 0 and infinity if there is none.
     pub gain: [f64; 2],
-    /// Of the motions that begin there.
+    /// Frequencies of the motions at these limits.
     #[serde(rename = "gain_rad_s")]
     pub gain_frequency: [Option<f64>; 2],
-    /// The least turn of the phase that is too much, rad; infinite if none is.
+    /// The least destabilising phase change, rad; infinite if there is none.
     #[serde(rename = "phase_rad")]
     pub phase: f64,
     /// Where.
     #[serde(rename = "phase_rad_s")]
     pub phase_frequency: Option<f64>,
-    /// The least delay that is too much, s, beside the one that is there; infinite if none is (of a sampled loop: none up to ten
-    /// samples, looked at every tenth of one). `None` where it is not known: of what a sampled controller reads.
+    /// The least destabilising additional delay, s; infinite if there is none (of a sampled loop: none up to ten
+    /// samples, evaluated every tenth of one). `None` if it is not known: for readings of a sampled controller.
     #[serde(rename = "delay_s")]
     pub delay: Option<f64>,
     /// Where.
@@ -180,18 +180,18 @@ pub struct ChannelMargin {
     pub delay_frequency: Option<f64>,
     /// The balanced disk margin α: errors of gain and phase at once, `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
     pub disk: f64,
-    /// Where a larger disk is too large; `None` where that is not known.
+    /// The limiting frequency of the disk margin; `None` if that is not known.
     #[serde(rename = "disk_rad_s")]
     pub disk_frequency: Option<f64>,
-    /// The factors that this disk holds.
+    /// The gain factors within this disk.
     pub disk_gain: [f64; 2],
-    /// The turns of the phase, either way, that it holds, rad.
+    /// The phase changes, either way, within it, rad.
     #[serde(rename = "disk_phase_rad")]
     pub disk_phase: f64,
     /// Whether phase and disk were searched over the common period of several clocks, for errors that are the same at each
     /// sample; otherwise they come from the frequency response.
     pub multirate_search: bool,
-    /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
+    /// The reference of that delay, s: the lag of the motor, or the sample time; `None` if there is none.
     #[serde(skip)]
     pub own_time: Option<f64>,
     /// Whether the controller of that motor is sampled.
@@ -199,10 +199,10 @@ pub struct ChannelMargin {
     pub sampled: bool,
 }
 
-/// How wrong the torques of all motors, or all readings, may be at once.
+/// Margins for simultaneous errors of the torques of all motors, or of all readings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TogetherMargin {
-    /// Disk margins between which the true one lies: the first is proven, with the second a set of errors is known.
+    /// Bounds of the true disk margin: the lower is proven, for the upper a destabilising set of errors is known.
     pub disk: [f64; 2],
     /// Of that set, rad/s.
     #[serde(rename = "rad_s")]
@@ -211,19 +211,19 @@ pub struct TogetherMargin {
     pub worst_perturbation: Vec<WrongTorque>,
 }
 
-/// How wrong the torque of a motor, or a reading, is.
+/// The error of the torque of a motor, or of a reading.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct WrongTorque {
     /// The motor, or the reading.
     pub motor: String,
-    /// Factor of its size.
+    /// Gain factor.
     pub factor: f64,
-    /// Turn of its phase, rad.
+    /// Phase change, rad.
     #[serde(rename = "phase_rad")]
     pub phase: f64,
 }
 
-/// What a step of a reference asks of a motor.
+/// The load of a motor after a step of a reference.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TorquePeak {
     /// The reference.
@@ -234,9 +234,9 @@ pub struct TorquePeak {
     pub step_unit: String,
     /// The motor or source.
     pub input: String,
-    /// Unit of what it gives: `N m`, of a force `N`, of a voltage `V`.
+    /// Unit of its effort: `N m`, of a force `N`, of a voltage `V`.
     pub unit: String,
-    /// Largest torque asked of it, N m; of a force or a voltage that.
+    /// Largest torque command, N m; of a force or a voltage that.
     #[serde(rename = "peak_n_m")]
     pub peak: f64,
     /// Its torque limit, N m.
@@ -244,16 +244,16 @@ pub struct TorquePeak {
     pub limit: Option<f64>,
 }
 
-/// How it is known that poles are at zero.
+/// Evidence that poles are at zero.
 #[derive(Serialize, JsonSchema)]
 enum EvidenceWord {
     /// With the gains of the design, before they are rounded.
     #[serde(rename = "exactly, gains of the design")]
     Design,
-    /// With gains that are the fractions which their doubles are.
+    /// With the gains rounded to doubles, taken as fractions.
     #[serde(rename = "exactly, gains as rounded")]
     Rounded,
-    /// Numbers of the size of rounding count as zero.
+    /// Numbers of the magnitude of rounding count as zero.
     #[serde(rename = "to rounding")]
     ToRounding,
 }

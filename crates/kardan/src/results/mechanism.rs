@@ -1,4 +1,4 @@
-//! The mechanism of a model as a graph: its parts, and who is joined to whom.
+//! The mechanism of a model as a graph: its parts and their connections.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,7 +10,7 @@ pub enum Symbol {
     /// A rotating body.
     #[default]
     Shaft,
-    /// A body that moves straight.
+    /// A translating body.
     Mass,
     /// Two wheels.
     Gear,
@@ -22,13 +22,13 @@ pub enum Symbol {
     SpringDamper,
     /// Two forks and a cross.
     UniversalJoint,
-    /// An equation between shafts; of one shaft alone it holds it still.
+    /// A constraint between shafts; with one shaft alone it fixes it.
     Relation,
-    /// A torque that is commanded.
+    /// A commanded torque.
     Motor,
-    /// A torque from outside.
+    /// An external torque.
     Torque,
-    /// What is measured.
+    /// A sensor.
     Sensor,
     /// A coil.
     Inductor,
@@ -44,9 +44,9 @@ pub enum Symbol {
     CurrentSource,
     /// An electric machine between a circuit and a shaft.
     Machine,
-    /// What holds, or not: a clutch, a brake, a freewheel, a lock.
+    /// A unilateral or switched constraint: a clutch, a brake, a freewheel, a lock.
     Clutch,
-    /// Stops on the sides of a way.
+    /// End stops.
     Stop,
     /// A car on a road.
     Vehicle,
@@ -59,7 +59,7 @@ impl Symbol {
     }
 }
 
-/// What a terminal is joined to.
+/// The other end of a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JoinKind {
@@ -70,7 +70,7 @@ pub enum JoinKind {
     Node,
     /// Another element, whose torque is measured.
     Element,
-    /// The housing, which stands still.
+    /// The fixed housing.
     Housing,
     /// The node at 0 V.
     Ground,
@@ -81,7 +81,7 @@ pub enum JoinKind {
 pub struct Terminal {
     /// The key of the model file that names it: `wave_generator`.
     pub key: String,
-    /// What it is joined to.
+    /// The kind of its other end.
     pub kind: JoinKind,
     /// The shaft, the node or the element; empty for the housing.
     pub name: String,
@@ -100,7 +100,7 @@ pub struct MechanismPart {
     pub symbol: Symbol,
     /// Its values as one line.
     pub values: String,
-    /// What it does: `inertia`, `stiffness`, `damping`, `friction`, `backlash`; of a sensor what it measures.
+    /// Its effects: `inertia`, `stiffness`, `damping`, `friction`, `backlash`; of a sensor the measured quantity.
     pub laws: Vec<String>,
     /// Its ratio, if it has one.
     pub ratio: Option<f64>,

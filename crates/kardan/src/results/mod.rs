@@ -1,4 +1,4 @@
-//! What a study produces: plain data with names and units, nothing computed here.
+//! Results of a study: plain data with names and units, without computations.
 
 mod accuracy;
 mod analysis;
@@ -91,7 +91,7 @@ pub enum Physical {
     /// Voltage, or potential against ground, V.
     #[serde(rename = "V")]
     Voltage,
-    /// What an expression of signals gives: its SI unit, empty for a number without a unit.
+    /// The result of an expression of signals: its SI unit, empty for a number without a unit.
     #[serde(untagged)]
     Other(&'static str),
 }
@@ -117,7 +117,7 @@ impl Physical {
         }
     }
 
-    /// What its values are of.
+    /// The dimension of its values.
     pub fn dimension(self) -> Dimension {
         match self {
             Physical::Angle => Dimension::ANGLE,
@@ -225,7 +225,7 @@ impl Series {
         self.signals.iter().find(|signal| signal.name == name)
     }
 
-    /// Largest torque asked of a motor in the rows, before its limits, N m; `None` if there is no such motor.
+    /// Largest torque command of a motor in the rows, before its limits, N m; `None` if there is no such motor.
     pub fn largest_torque_demand(&self, motor: &str) -> Option<f64> {
         let names = [Quantity::Command, Quantity::Torque, Quantity::Force, Quantity::Voltage]
             .map(|quantity| quantity.of(motor));
@@ -243,20 +243,20 @@ pub struct Energy {
     pub stored: f64,
     /// Loss in dampers and friction.
     pub dissipated: f64,
-    /// What the integration did not account for; its size beside `exchanged` certifies the run.
+    /// Error of the balance; its magnitude relative to `exchanged` certifies the run.
     pub residual: f64,
-    /// What there was to lose: what was stored at the start, and what inputs did in each step by its amount, whether they gave or took.
+    /// Energy exchanged: the energy stored at the start, plus the magnitudes of the work of inputs in each step.
     pub exchanged: f64,
 }
 
 impl Energy {
-    /// The residual as a part of what was exchanged; none where nothing was.
+    /// The residual relative to the energy exchanged; `None` if that is zero.
     pub fn residual_share(&self) -> Option<f64> {
         (self.exchanged > 0.0).then(|| (self.residual / self.exchanged).abs())
     }
 }
 
-/// Something that happened at a located instant.
+/// An event at a located instant.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Event {
     /// Time in s.
@@ -265,27 +265,27 @@ pub struct Event {
     pub description: String,
 }
 
-/// Whether a run reached its end with numbers that may be used.
+/// Whether a run reached its end with usable numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// It did.
     Completed,
     /// It reached its end, but its energy balance does not close: its numbers are wrong from some time on.
     Unbalanced {
-        /// How much energy is not accounted for, and what to try.
+        /// The unexplained energy, and what to try.
         cause: String,
     },
-    /// It stopped early; everything up to `time` is kept.
+    /// It stopped early; the results up to `time` are valid.
     Failed {
         /// Time reached, s.
         time: f64,
-        /// What went wrong, why, and what to try.
+        /// The error, its reason, and what to try.
         cause: String,
     },
 }
 
 impl Outcome {
-    /// Why its numbers may not be used as those of a whole run; `None` where they may.
+    /// Why its numbers are not those of a whole run; `None` if they are.
     pub fn cause(&self) -> Option<&str> {
         match self {
             Self::Completed => None,
@@ -294,13 +294,13 @@ impl Outcome {
     }
 }
 
-/// What a run comes to, in one word.
+/// The status of a run in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RunVerdict {
-    /// It reached its end, and nothing speaks against its numbers.
+    /// It reached its end without warnings on its numbers.
     Completed,
-    /// It reached its end, and something speaks against its numbers: its warnings say what.
+    /// It reached its end with warnings on its numbers.
     Doubtful,
     /// It reached its end, but its energy balance does not close: its numbers are wrong from some time on.
     Unbalanced,
@@ -317,11 +317,11 @@ pub struct ParameterValue {
     pub value: f64,
     /// SI unit.
     pub unit: String,
-    /// As written in the file: `10 deg`.
+    /// Source text in the file: `10 deg`.
     pub text: String,
 }
 
-/// A unit in which numbers are told to a reader, where it is not the SI unit.
+/// A display unit other than the SI unit.
 ///
 /// ```
 /// use kardan::results::DisplayUnit;
@@ -330,9 +330,9 @@ pub struct ParameterValue {
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct DisplayUnit {
-    /// As the model file writes it: `deg`.
+    /// Its text in the model file: `deg`.
     pub unit: String,
-    /// What one of it is in the SI unit.
+    /// Its size in the SI unit.
     pub size: f64,
 }
 
@@ -343,18 +343,18 @@ impl DisplayUnit {
     }
 }
 
-/// A requirement of the model file, judged.
+/// A requirement of the model file with its verdict.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RequirementResult {
-    /// In words: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
+    /// As text: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
     pub text: String,
     /// The measured value, SI; `None` if the run ended before it could be measured.
     pub measured: Option<f64>,
     /// Its SI unit.
     pub unit: String,
-    /// The unit of its bounds in the file, where that is another one.
+    /// The unit of its bounds in the file, if that differs.
     pub display: Option<DisplayUnit>,
-    /// Whether it holds.
+    /// Whether it is satisfied.
     pub passed: bool,
 }
 
@@ -363,17 +363,17 @@ pub struct RequirementResult {
 pub struct FigureResult {
     /// Its name.
     pub name: String,
-    /// What it is, in words: `gain car.yaw_rate over wheel.phi at 0.2 Hz`.
+    /// Its description: `gain car.yaw_rate over wheel.phi at 0.2 Hz`.
     pub text: String,
     /// Its value, SI; `None` if the run has none.
     pub value: Option<f64>,
     /// Its SI unit.
     pub unit: String,
-    /// The unit in which the file wants it told, where that is another one.
+    /// The display unit of the file, if that differs.
     pub display: Option<DisplayUnit>,
 }
 
-/// What a run asked of a motor that has limits.
+/// The load of a motor with limits in a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MotorLoad {
     /// Name of the motor.
@@ -386,7 +386,7 @@ pub struct MotorLoad {
     pub torque_limit: Option<f64>,
     /// Its rate limit, N m/s.
     pub rate_limit: Option<f64>,
-    /// Largest torque asked of it in the rows of the run, N m.
+    /// Largest torque command in the rows of the run, N m.
     pub demand: f64,
     /// When it was at its torque limit, s, in order.
     pub at_torque_limit: Vec<Span>,
@@ -413,7 +413,7 @@ impl MotorLoad {
         length(&self.at_rate_limit, from, until)
     }
 
-    /// What it gives, as a word: a torque, a force or a voltage.
+    /// Its effort as a word: a torque, a force or a voltage.
     pub fn effort(&self) -> &'static str {
         match self.unit {
             "N" => "force",
@@ -422,13 +422,13 @@ impl MotorLoad {
         }
     }
 
-    /// Whether it was at one of its limits at all.
+    /// Whether it reached one of its limits.
     pub fn at_limit(&self) -> bool {
         !self.at_torque_limit.is_empty() || !self.at_rate_limit.is_empty()
     }
 
-    /// What a reader must know of a motor at its limits, in a run of this length (s): `wg_motor is at its torque limit of 1.3 N m
-    /// for 0.42 s of 9 s, first at 1.002 s; up to 23.7 N m are asked of it`. `None` if it never is.
+    /// The message on a motor at its limits, in a run of this length (s): `wg_motor is at its torque limit of 1.3 N m
+    /// for 0.42 s of 9 s, first at 1.002 s; its command reaches 23.7 N m`. `None` if it reaches no limit.
     ///
     /// ```
     /// use kardan::results::MotorLoad;
@@ -443,7 +443,7 @@ impl MotorLoad {
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
             let demand = if self.demand > limit * (1.0 + 1e-3) {
-                format!("; up to {} {unit} are asked of it", rounded(self.demand))
+                format!("; its command reaches {} {unit}", rounded(self.demand))
             } else {
                 String::new()
             };
@@ -458,14 +458,14 @@ impl MotorLoad {
     }
 }
 
-/// What the scenario of a file asks of a motor of a controller.
+/// The load of a motor of a controller in the scenario of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ScenarioMotorLoad {
     /// Name of the variant.
     pub variant: String,
     /// Length of its run, s.
     pub duration: f64,
-    /// What it asked.
+    /// The load.
     pub motor_load: MotorLoad,
 }
 
@@ -478,7 +478,7 @@ fn length(spans: &[Span], from: f64, until: f64) -> f64 {
     spans.iter().map(|span| (span.end.min(until) - span.start.max(from)).max(0.0)).sum()
 }
 
-/// What the integrator did.
+/// Statistics of the integrator.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Effort {
     /// Accepted steps.
@@ -489,9 +489,9 @@ pub struct Effort {
     pub evaluations: usize,
     /// Located events.
     pub events: usize,
-    /// The largest error that rounding alone was seen to make in a step, in tolerances: above 1, steps are not made shorter for it.
+    /// The largest observed rounding error in a step, in tolerances: above 1, it does not shorten steps.
     pub rounding: f64,
-    /// How the run was integrated: another method than that asked for, where a loop has no series or derivatives.
+    /// The integration method: it differs from the requested one if a loop has no series or derivatives.
     pub method: IntegrationMethod,
 }
 
@@ -541,20 +541,20 @@ pub struct Run {
     pub requirements: Vec<RequirementResult>,
     /// Its figures.
     pub figures: Vec<FigureResult>,
-    /// What the reader must know, such as a split between parallel friction elements that is not unique.
+    /// Notes to the reader, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
-    /// What speaks against its numbers, such as an estimated error that is as large as a signal.
+    /// Warnings on its numbers, such as an estimated error that is as large as a signal.
     pub warnings: Vec<String>,
-    /// What the run asked of each motor that has limits.
+    /// The load of each motor with limits.
     pub motor_loads: Vec<MotorLoad>,
-    /// What the integrator did.
+    /// Statistics of the integrator.
     pub effort: Effort,
-    /// How far it may be wrong; none where that was not asked.
+    /// Its estimated error; `None` if not requested.
     pub accuracy: Option<Accuracy>,
 }
 
 impl Run {
-    /// How long it lasted, s: to its end, or to where it stopped.
+    /// Its duration, s: to its end, or to the time where it stopped.
     pub fn length(&self) -> f64 {
         match self.outcome {
             Outcome::Failed { time, .. } => time,
@@ -562,7 +562,7 @@ impl Run {
         }
     }
 
-    /// What it comes to.
+    /// Its verdict.
     pub fn verdict(&self) -> RunVerdict {
         match self.outcome {
             Outcome::Failed { .. } => RunVerdict::Failed,
@@ -666,7 +666,7 @@ pub struct Definition {
     pub expression: String,
 }
 
-/// An element of a model, in words.
+/// An element of a model as text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ElementSummary {
     /// `harmonic_drive`
@@ -686,9 +686,9 @@ pub struct ModelSummary {
     pub description: String,
     /// Every element.
     pub elements: Vec<ElementSummary>,
-    /// Who is joined to whom.
+    /// Their connections.
     pub mechanism: Mechanism,
-    /// Blocks and who reads whom, in the order in which they compute.
+    /// Blocks with their inputs, in the order in which they compute.
     pub signals: Vec<SignalNode>,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
@@ -700,7 +700,7 @@ pub struct ModelSummary {
     pub closed_loop_poles: Vec<Pole>,
 }
 
-/// One plot asked for by the model file.
+/// A plot of the model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plot {
     /// File name stem and anchor: `rack-angle`.
@@ -713,13 +713,13 @@ pub struct Plot {
     pub signals: Vec<String>,
     /// References, drawn dashed.
     pub references: Vec<PlottedReference>,
-    /// What the signals, then the references, are called in the legend; those without one by their names.
+    /// Legend texts of the signals, then of the references; by default their names.
     pub labels: Vec<String>,
     /// Names of variants; empty: all.
     pub variants: Vec<String>,
-    /// The unit in which signals of one kind are drawn and told; `None`: the SI unit.
+    /// The display unit of signals of one kind; `None`: the SI unit.
     pub display: Option<PlotUnit>,
-    /// The time that is drawn, s; without an end the whole run.
+    /// The drawn time span, s; without an end the whole run.
     pub window: Option<Span>,
     /// The signal on the horizontal axis; `None`: the time.
     pub over: Option<String>,
@@ -753,12 +753,12 @@ pub struct Spectrum {
 pub struct PlottedReference {
     /// The signal.
     pub signal: String,
-    /// Whether it is drawn in the opposite sense.
+    /// Whether it is drawn with the opposite sign.
     pub opposite: bool,
 }
 
 impl From<&str> for PlottedReference {
-    /// `-u2` is `u2` in the opposite sense.
+    /// `-u2` is `u2` with the opposite sign.
     fn from(text: &str) -> Self {
         let signal = text.strip_prefix('-').unwrap_or(text);
         Self { signal: signal.into(), opposite: signal.len() < text.len() }
@@ -768,24 +768,24 @@ impl From<&str> for PlottedReference {
 /// A unit for all signals of one kind in a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotUnit {
-    /// Of which signals.
+    /// The kind of signals.
     pub physical: Physical,
     /// The unit.
     pub unit: DisplayUnit,
 }
 
-/// Everything a study produced.
+/// All results of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Study {
     /// The model.
     pub model: ModelSummary,
     /// One run for each variant, in the order of the file.
     pub runs: Vec<Run>,
-    /// Whether variants are called by their names: the file gives them, or they differ in more than their parameters, in their controllers or faults.
+    /// Whether variants are labelled by their names: the file defines names, or they differ in controllers or faults too.
     pub named: bool,
     /// The plots to draw.
     pub plots: Vec<Plot>,
-    /// What plots of spectra show.
+    /// The data of spectrum plots.
     pub spectra: Vec<Spectrum>,
     /// Warnings of the model file, in plain text.
     pub warnings: Vec<String>,
@@ -813,7 +813,7 @@ impl From<Interval> for [f64; 2] {
     }
 }
 
-/// What was asked of a motor with limits.
+/// The load of a motor with limits.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "MotorStrain")]
 pub(crate) struct MotorLoadView<'a> {
@@ -825,7 +825,7 @@ pub(crate) struct MotorLoadView<'a> {
     torque_limit_n_m: Option<f64>,
     /// Its rate limit, N m/s.
     rate_limit_n_m_per_s: Option<f64>,
-    /// Largest torque asked of it, N m.
+    /// Largest torque command, N m.
     max_requested_torque_n_m: f64,
     /// How long it was at its torque limit, s.
     time_at_torque_limit_s: f64,

@@ -1,4 +1,4 @@
-//! Matrices of a system with their names, without their zeros.
+//! Named sparse matrices of a system.
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};

@@ -1,4 +1,4 @@
-//! What follows from the structure of a linear system, and the same system in other coordinates.
+//! Structural properties of a linear system, and the same system in other coordinates.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -6,27 +6,27 @@ use serde::Serialize;
 use super::{Pole, StabilityVerdict};
 use crate::num::{Matrix, Rational};
 
-/// What follows from the structure; `null` where it is not decided (many states with long fractions, or no proof of what is not reached).
+/// Structural properties; `null` if not decided (many states with long fractions, or no proof of uncontrollability).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SystemProperties {
-    /// Whether all motions die away.
+    /// Whether all motions decay.
     #[serde(flatten)]
     pub stability: StabilityVerdict,
-    /// Whether all that no input reaches dies away, decided exactly.
+    /// Whether the uncontrollable part decays, decided exactly.
     pub stabilisable: Option<bool>,
-    /// Whether all that no output shows dies away, decided exactly.
+    /// Whether the unobservable part decays, decided exactly.
     pub detectable: Option<bool>,
     /// Number of states of the minimal realisation.
     pub minimal_order: Option<usize>,
-    /// Modes that no input reaches.
+    /// Uncontrollable modes.
     pub input_decoupling_zeros: Option<PolynomialRoots>,
-    /// Modes that no output shows.
+    /// Unobservable modes.
     pub output_decoupling_zeros: Option<PolynomialRoots>,
-    /// Modes that neither is reached nor shown.
+    /// Modes that are neither controllable nor observable.
     pub input_output_decoupling_zeros: Option<PolynomialRoots>,
     /// Zeros of the minimal realisation.
     pub transmission_zeros: Option<PolynomialRoots>,
-    /// Controllability indices, one for each input: powers of A that bring something new.
+    /// Controllability indices, one for each input: powers of A that increase the rank.
     pub controllability_indices: Option<Vec<usize>>,
     /// Observability indices, one for each output.
     pub observability_indices: Option<Vec<usize>>,

@@ -1,4 +1,4 @@
-//! What commands tell that compute nothing: equations of motion, tables of model files, built-in models.
+//! Results of commands that compute nothing: equations of motion, tables of model files, built-in models.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,7 +14,7 @@ pub struct MotionEquations {
     pub coordinates: Vec<String>,
     /// Inputs.
     pub inputs: Vec<String>,
-    /// Whether the matrices hold at every position, or at the initial one alone.
+    /// Whether the matrices are valid at every position, or only at the initial one.
     pub constant: bool,
     /// The equations as text, one for each coordinate.
     pub equations: Vec<Equation>,
@@ -24,7 +24,7 @@ pub struct MotionEquations {
     pub matrices: Vec<ExactMatrix>,
     /// All of it for a document.
     pub latex: String,
-    /// The equations in the names of their values, if they are asked for.
+    /// The equations in the names of their values, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symbolic: Option<SymbolicEquations>,
 }
@@ -33,13 +33,13 @@ pub struct MotionEquations {
 /// `H q'' + velocity + D q' + stiffness + friction + held = F u + A^T lambda`; every formula as text and as LaTeX.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SymbolicEquations {
-    /// Letters that stand for values of the model.
+    /// Symbols of values of the model.
     pub values: Vec<SymbolOfValue>,
-    /// Letters that stand for formulas, each behind those that it needs.
+    /// Symbols of formulas, each after those that it needs.
     pub intermediate_symbols: Vec<SymbolicFormula>,
     /// Functions that have no formula: curves through points.
     pub functions: Vec<SymbolicFunction>,
-    /// Coordinates that follow: `cs`, its rate `cs'`, and what its acceleration is.
+    /// Dependent coordinates: `cs`, its rate `cs'`, and its acceleration.
     pub dependent_coordinates: Vec<SymbolicFormula>,
     /// Entries of H on and below the diagonal that are not zero.
     pub inertia: Vec<SymbolicFormula>,
@@ -52,62 +52,62 @@ pub struct SymbolicEquations {
     pub stiffness: Vec<SymbolicFormula>,
     /// Coulomb friction by coordinate; `sgn` is set-valued at rest.
     pub friction: Vec<SymbolicFormula>,
-    /// What clutches, stops, locks and teeth carry, by coordinate.
+    /// Forces of clutches, stops, locks and gears, by coordinate.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub unilateral_forces: Vec<SymbolicFormula>,
-    /// On what that depends.
+    /// Its arguments.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub contact_states: Vec<SymbolicMode>,
     /// F u by coordinate.
     pub input: Vec<SymbolicFormula>,
-    /// A^T lambda by coordinate: what kept constraints do.
+    /// A^T lambda by coordinate: the forces of constraints enforced by multipliers.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub multiplier_forces: Vec<SymbolicFormula>,
-    /// The constraints that are kept with their multipliers.
+    /// The constraints enforced by multipliers.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub multiplier_constraints: Vec<SymbolicMultiplierConstraint>,
-    /// What constraints prescribe as functions of time, where no formula of the time and of parameters is one of the letters.
+    /// Prescribed functions of time of constraints, if they are not a symbol for a formula of the time and of parameters.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub prescribed: Vec<SymbolicMode>,
-    /// Torques among the inputs that expressions give, as they are written.
+    /// Torques among the inputs that expressions define, with their source text.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub laws: Vec<SymbolicLaw>,
     /// Multipliers of the constraints, from the motion of all coordinates.
     pub constraint_torques: Vec<SymbolicFormula>,
-    /// What must not be zero.
+    /// Expressions that must not be zero.
     pub divisors: Vec<SymbolicText>,
-    /// What was taken as zero because it is so for the values of the model: the equations hold only there.
+    /// Expressions assumed zero because they are zero for the values of the model: the equations are valid only there.
     pub zeros: Vec<SymbolicText>,
     /// Parameters that are not in the equations because their value is zero.
     pub zero_parameters: Vec<String>,
-    /// Motors whose ripple acts beside their torque, and is not in the equations.
+    /// Motors whose ripple acts in addition to their torque, and is not in the equations.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ripples: Vec<String>,
 }
 
-/// A constraint that is kept with its multiplier.
+/// A constraint enforced by its multiplier.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicMultiplierConstraint {
     /// The element.
     pub element: String,
     /// Its multiplier.
     pub multiplier: SymbolicText,
-    /// What is zero at all times, of a relation of positions.
+    /// The expression that is always zero, of a relation of positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<SymbolicText>,
-    /// Its row of A over the coordinates, what is not zero.
+    /// Its row of A over the coordinates, nonzero entries.
     pub row: Vec<SymbolicFormula>,
-    /// `A q' = b`, left and right side; nothing where accelerations alone are prescribed.
+    /// `A q' = b`, left and right side; `null` if only accelerations are prescribed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rates: Option<SymbolicFormula>,
     /// `A q'' = b' - A' q'`
     pub accelerations: SymbolicFormula,
 }
 
-/// What something is, in words.
+/// A symbol with its description.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicMode {
-    /// As it stands in the formulas.
+    /// Its symbol in the formulas.
     pub symbol: SymbolicText,
     /// The element.
     pub element: String,
@@ -115,23 +115,23 @@ pub struct SymbolicMode {
     pub description: String,
 }
 
-/// A torque that an expression gives.
+/// A torque from an expression.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicLaw {
     /// The element.
     pub element: String,
-    /// Its law as it is written in the model.
+    /// Its law, as source text of the model.
     pub law: String,
 }
 
-/// A letter for a value of the model.
+/// A symbol for a value of the model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SymbolOfValue {
-    /// As it is written in the formulas.
+    /// Its symbol in the formulas.
     pub symbol: SymbolicText,
-    /// The parameter or key that it is.
+    /// Its parameter or key.
     pub name: String,
-    /// How it follows from other parameters, if it does.
+    /// Its expression of other parameters, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub derived_from: Option<String>,
     /// Its value.
@@ -143,25 +143,25 @@ pub struct SymbolOfValue {
 /// A function without a formula.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicFunction {
-    /// As it is written in the formulas; its derivatives have `'` and `''`.
+    /// Its symbol in the formulas; its derivatives have `'` and `''`.
     pub symbol: SymbolicText,
     /// The element whose curve it is.
     pub element: String,
 }
 
-/// A formula for one thing.
+/// A formula for one quantity.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicFormula {
-    /// What it is a formula for.
+    /// Its quantity.
     pub symbol: SymbolicText,
     /// The formula.
     pub formula: SymbolicText,
 }
 
-/// A letter or a formula in both ways of writing.
+/// A symbol or a formula in both notations.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct SymbolicText {
-    /// As expressions of a model file.
+    /// In the syntax of model files.
     pub text: String,
     /// For a document.
     pub latex: String,
@@ -185,16 +185,16 @@ pub struct ConstraintEquation {
     pub equation: String,
 }
 
-/// A table of model files, as the manual has it.
+/// A table of model files, as in the manual.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct ManualTable {
     /// Name of its page: `harmonic_drive`.
     pub name: String,
     /// Its header: `[harmonic_drive.NAME]`.
     pub header: String,
-    /// What it stands for: `element`, `law` or `study`.
+    /// Its group: `element`, `law` or `study`.
     pub group: String,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: String,
     /// Its keys.
     pub keys: Vec<ManualKey>,
@@ -207,15 +207,15 @@ pub struct ManualTable {
 pub struct ManualKey {
     /// The key.
     pub name: String,
-    /// What it holds: `kg m^2, above zero`.
+    /// Its values: `kg m^2, above zero`.
     pub value_type: String,
-    /// Whether the table is incomplete without it.
+    /// Whether it is required.
     pub required: bool,
-    /// What holds when it is left out, if that is one value.
+    /// Its default, if that is one value.
     pub default: Option<String>,
-    /// What it says.
+    /// Its help.
     pub summary: String,
-    /// Keys of the tables that it holds.
+    /// Keys of the tables in it.
     pub keys: Vec<ManualKey>,
 }
 
@@ -226,9 +226,9 @@ pub struct BuiltinModel {
     pub name: String,
     /// One sentence.
     pub summary: String,
-    /// How the mechanism looks, in lines of text; left out where there is none.
+    /// A sketch of the mechanism as lines of text; omitted if there is none.
     pub sketch: Option<String>,
-    /// The model file; where a list was asked for it is left out.
+    /// The model file; omitted in a list.
     pub source: Option<String>,
     /// Where it was saved.
     pub file: Option<String>,

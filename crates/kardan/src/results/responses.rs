@@ -1,18 +1,18 @@
-//! What a loop answers to sines and to steps.
+//! Frequency and step responses of a loop.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{ChannelMargin, TogetherMargin};
 
-/// How a note of a design begins that tells why it has no [`LoopResponses`].
+/// Prefix of a note on why a design has no [`LoopResponses`].
 pub const NO_RESPONSES: &str = "no frequency responses are shown: ";
 
-/// Frequency responses of the linear loop of a controller, as it runs: with lags, sampling and delay. Of a sampled loop what is seen
+/// Frequency responses of the linear loop of a controller, as it runs: with lags, sampling and delay. Of a sampled loop those
 /// at its sample instants.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LoopResponses {
-    /// Where they were looked at, rad/s, ascending; closer where they bend.
+    /// Frequencies, rad/s, ascending; denser where the responses curve.
     #[serde(rename = "frequencies_rad_s")]
     pub frequencies: Vec<f64>,
     /// Half the sample rate, rad/s; `None` in continuous time.
@@ -22,22 +22,22 @@ pub struct LoopResponses {
     pub loops: Vec<LoopGain>,
     /// S, T and KS with all motors, or all readings, at once; empty for a loop that is not stable.
     pub sensitivities: Vec<SingularValues>,
-    /// How wrong all readings may be at once; `None` of a loop that is not stable, of one reading, or of many.
+    /// Margin for simultaneous errors of all readings; `None` of a loop that is not stable, of one reading, or of many.
     pub sensors_multiloop: Option<TogetherMargin>,
     /// From each reference to each output.
     pub references: Vec<ReferenceResponse>,
-    /// What follows a step of each reference; empty for a loop that is not stable.
+    /// Responses to a step of each reference; empty for a loop that is not stable.
     pub steps: Vec<StepResponse>,
-    /// Margins where the joints stand; `None` without joints that turn.
+    /// Margins over the joint positions; `None` without rotating joints.
     pub margins_over_position: Option<MarginsOverPositions>,
 }
 
-/// Margins of the motors along the motions of the joints that stretch no spring, half a turn each.
+/// Margins of the motors along the motions of the joints that stretch no spring, half a revolution each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MarginsOverPositions {
-    /// The coordinates that turn.
+    /// The rotating coordinates.
     pub rotated_coordinates: String,
-    /// What was found at each position.
+    /// The margins at each position.
     pub positions: Vec<PositionMargins>,
 }
 
@@ -49,26 +49,26 @@ impl MarginsOverPositions {
     }
 }
 
-/// Margins of the motors where the joints stand.
+/// Margins of the motors at a joint position.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PositionMargins {
-    /// Angle of the first coordinate that turns, rad.
+    /// Angle of the first rotating coordinate, rad.
     #[serde(rename = "angle_rad")]
     pub angle: f64,
-    /// How wrong the torque of each motor may be alone; empty where the loop is not stable.
+    /// Margins of the torque of each motor alone; empty if the loop is not stable.
     pub motors: Vec<ChannelMargin>,
 }
 
 /// The loop gain L, broken at one place: the loop is at the limit of stability where it is −1.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LoopGain {
-    /// The motor whose torque, or what of the readings, is disconnected.
+    /// The motor whose torque, or the reading, that is disconnected.
     pub name: String,
     /// Whether it is a reading.
     pub is_sensor: bool,
-    /// Whether nothing comes back: no loop goes through this place.
+    /// Whether there is no feedback through this point.
     pub open: bool,
-    /// Poles of the loop broken here that grow, from eigenvalues in floating point; as often L goes around −1, counterclockwise,
+    /// Unstable poles of the loop broken here, from eigenvalues in floating point; L encircles −1 that many times counterclockwise,
     /// from −∞ to ∞ rad/s, where the closed loop is stable (Nyquist). Poles on the axis do not count. `None` if that could not be
     /// computed.
     pub unstable_poles: Option<usize>,
@@ -80,15 +80,15 @@ pub struct LoopGain {
     pub imaginary: Vec<f64>,
 }
 
-/// Which function of the loop.
+/// A function of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum LoopFunction {
-    /// `S = (I + L)⁻¹`: how much of an error is left.
+    /// `S = (I + L)⁻¹`: the sensitivity.
     #[default]
     S,
-    /// `T = L (I + L)⁻¹`: how much of the noise goes through.
+    /// `T = L (I + L)⁻¹`: the complementary sensitivity.
     T,
-    /// `K S`: which torques errors of the readings ask for.
+    /// `K S`: the torques that errors of the readings cause.
     #[serde(rename = "KS")]
     Ks,
 }
@@ -102,7 +102,7 @@ pub struct SingularValues {
     pub at_sensors: bool,
     /// Unit; empty for a number without one.
     pub unit: String,
-    /// Whether the channels have different units: then the values are those of numbers in SI units.
+    /// Whether the channels have different units: then the values refer to SI units.
     pub mixed: bool,
     /// The largest of all frequencies; `None` if the iteration failed.
     pub largest: Option<LargestSingularValue>,
@@ -113,14 +113,14 @@ pub struct SingularValues {
 /// The largest singular value over all frequencies.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LargestSingularValue {
-    /// The largest that was found: of one channel none is larger, but for rounding; of several beside every pole and in between.
+    /// The largest value found: for one channel the maximum, to rounding; for several the maximum over samples near every pole and in between.
     pub value: f64,
-    /// Where, rad/s; `None` where it is approached without end.
+    /// Its frequency, rad/s; `None` if it is only approached at infinity.
     #[serde(rename = "frequency_rad_s")]
     pub frequency: Option<f64>,
 }
 
-/// What an output makes of sines of a reference.
+/// Frequency response of an output to a reference.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ReferenceResponse {
     /// The reference.
@@ -139,7 +139,7 @@ pub struct ReferenceResponse {
     pub imaginary: Vec<f64>,
 }
 
-/// What follows a step of a reference in the linear loop from rest, without limits and friction.
+/// Step response to a reference in the linear loop from rest, without limits and friction.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct StepResponse {
     /// The reference.
@@ -151,7 +151,7 @@ pub struct StepResponse {
     /// Times, s.
     #[serde(rename = "time_s")]
     pub time: Vec<f64>,
-    /// The outputs, then the torques that the motors are told.
+    /// The outputs, then the torque commands of the motors.
     pub signals: Vec<StepSignal>,
 }
 
@@ -162,7 +162,7 @@ pub struct StepSignal {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// Whether it is what a motor is told.
+    /// Whether it is the command of a motor.
     pub motor: bool,
     /// Its value at each time, SI.
     pub values: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What faults do to a model: each fault in each variant at each value, detected or not, harmful or not.
+//! Effects of faults on a model: each fault in each variant at each value, detected or not, harmful or not.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,21 +12,21 @@ pub struct Safety {
     pub model: String,
     /// From the file.
     pub description: String,
-    /// The condition that says that something was detected; `null` if the file has none.
+    /// The condition of detection; `null` if the file has none.
     pub detected: Option<String>,
     /// The longest time to detection, s.
     pub within: Option<f64>,
-    /// The unwanted effects that are measured.
+    /// The measured unwanted effects.
     pub effects: Vec<SafetyEffect>,
     /// One for each run: those without a fault before those with one.
     pub rows: Vec<SafetyRow>,
     /// Rows that were not computed.
     pub missing: usize,
-    /// What the monitors of the file did in all these runs.
+    /// Statistics of the monitors of the file in all these runs.
     pub monitors: Vec<MonitorOutcome>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
-    /// What speaks against the table.
+    /// Reasons to doubt the table.
     pub warnings: Vec<String>,
 }
 
@@ -45,13 +45,13 @@ impl Safety {
 /// An unwanted effect.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SafetyEffect {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// In words: `max_abs rk.phi within 0.1 s, against no fault`.
+    /// As text: `max_abs rk.phi within 0.1 s, against no fault`.
     pub text: String,
     /// SI unit.
     pub unit: String,
-    /// The unit of its bounds in the file, where that is another one.
+    /// The unit of its bounds in the file, if that differs.
     pub display: Option<DisplayUnit>,
     /// Bound from above, SI.
     pub below: Option<f64>,
@@ -64,7 +64,7 @@ pub struct SafetyEffect {
 pub struct SafetyValue {
     /// The parameter.
     pub name: String,
-    /// Its value as it is written.
+    /// Its value as source text.
     pub value: String,
 }
 
@@ -73,7 +73,7 @@ pub struct SafetyValue {
 pub struct StateEntered {
     /// The state.
     pub state: String,
-    /// How long after the begin of the fault, s.
+    /// Time after the start of the fault, s.
     pub after: f64,
 }
 
@@ -82,14 +82,14 @@ pub struct StateEntered {
 pub struct EffectMeasured {
     /// SI; `null` if it could not be measured.
     pub measured: Option<f64>,
-    /// Whether its bounds hold; `null` if it has none.
+    /// Whether its bounds are satisfied; `null` if it has none.
     pub within_bounds: Option<bool>,
 }
 
 /// A run with its faults, or without one.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SafetyRow {
-    /// What fails; nothing: the run without a fault.
+    /// The faults; empty: the run without a fault.
     pub faults: Vec<String>,
     /// The variant.
     pub variant: String,
@@ -97,26 +97,26 @@ pub struct SafetyRow {
     pub values: Vec<SafetyValue>,
     /// When the first fault begins, s.
     pub fault_time: Option<f64>,
-    /// Time to the first row in which the condition of detection holds and does not hold without the fault, from the begin of the fault that began
-    /// last before it, s; of a run without a fault the time of the first row in which it holds.
+    /// Time to the first row in which the condition of detection is true and is false without the fault, from the start of the fault that started
+    /// last before it, s; of a run without a fault the time of the first row in which it is true.
     pub detection_time: Option<f64>,
-    /// How long before the row of the detection the row before it stands, s: so much earlier it may have been.
+    /// Time between the row of the detection and the previous row, s: the detection may be earlier by up to this time.
     pub detection_resolution: Option<f64>,
-    /// States that the state machine of the file enters after the begin, where it does not without the fault.
+    /// States that the state machine of the file enters after the start, and does not enter without the fault.
     pub reaction: Vec<StateEntered>,
     /// The effects, in the order of [`Safety::effects`].
     pub effects: Vec<EffectMeasured>,
-    /// Number of the effect that is nearest to its bound, or the farthest beyond it.
+    /// Number of the effect nearest to its bound, or farthest beyond it.
     pub worst: Option<usize>,
-    /// What it comes to.
+    /// Its verdict.
     pub verdict: SafetyVerdict,
-    /// Why, where the verdict does not say it.
+    /// The reason, if the verdict does not contain it.
     pub note: Option<String>,
     /// The command that runs it again.
     pub command: String,
 }
 
-/// What a row of the table comes to.
+/// The verdict of a row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum SafetyVerdict {
     /// Without a fault nothing is detected.
@@ -143,24 +143,24 @@ pub enum SafetyVerdict {
     /// Not detected, and an effect beyond its bound.
     #[serde(rename = "not detected and harmful")]
     Harmful,
-    /// Not detected in time, and no effect has a bound that could tell harm.
+    /// Not detected in time, and no effect has a bound that defines harm.
     #[serde(rename = "not detected")]
     NotDetected,
-    /// Nothing in this variant would see the fault.
+    /// No element of this variant is affected by the fault.
     #[serde(rename = "not in this loop")]
     Absent,
-    /// The run could not be made or ended early.
+    /// The run was impossible or ended early.
     #[serde(rename = "run failed")]
     Failed,
 }
 
 impl SafetyVerdict {
-    /// Whether nothing speaks against it.
+    /// Whether it passes.
     pub fn passes(self) -> bool {
         matches!(self, Self::NoAlarm | Self::Detected | Self::Harmless | Self::LateHarmless | Self::Absent)
     }
 
-    /// As it stands in the table.
+    /// Its text in the table.
     pub fn label(self) -> &'static str {
         match self {
             Self::NoAlarm => "no alarm",
@@ -178,12 +178,12 @@ impl SafetyVerdict {
     }
 }
 
-/// What a monitor did in all runs.
+/// Statistics of a monitor in all runs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MonitorOutcome {
     /// The block.
     pub name: String,
-    /// Faults that raise it where it is not raised without them.
+    /// Faults that raise it, if it is not raised without them.
     pub raised_by: Vec<String>,
     /// Variants in which it is raised without a fault.
     pub false_alarms: Vec<String>,

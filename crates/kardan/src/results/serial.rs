@@ -1,11 +1,11 @@
-//! What results share where they are written in JSON as something else than their fields.
+//! Common JSON serialisation of results that differs from their fields.
 
 use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-/// Writes an object with these names as keys; a name that comes again is told apart (`K`, `K_2`), so that nothing is lost.
+/// Writes an object with these names as keys; duplicate names are distinguished (`K`, `K_2`), so that no entry is lost.
 pub(crate) fn by_name<'a, S: Serializer, V: Serialize>(
     pairs: impl Iterator<Item = (&'a str, V)>,
     to: S,
@@ -20,12 +20,12 @@ pub(crate) fn by_name<'a, S: Serializer, V: Serialize>(
     }))
 }
 
-/// Whether nothing ended early.
+/// Whether all parts are complete.
 #[derive(Serialize, JsonSchema)]
 pub(crate) struct Ending<'a> {
-    /// Whether nothing ended early.
+    /// Whether all parts are complete.
     complete: bool,
-    /// Why it ended early, and what is missing: such parts are empty. `null` if nothing is.
+    /// Why it ended early, and which parts are missing: these are empty. `null` if it is complete.
     incomplete_reason: Option<&'a str>,
 }
 

@@ -1,4 +1,4 @@
-//! Blocks, formulas of signals and laws that are programs as a graph: who reads whom.
+//! Blocks, formulas of signals and laws that are programs as a graph of their inputs and outputs.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,19 +10,19 @@ pub struct SignalNode {
     pub name: String,
     /// The kind of block; `expression` of a signal, `program` of a law.
     pub kind: String,
-    /// Sample time, s; null: at every instant.
+    /// Sample time, s; null: continuous time.
     pub sample_time: Option<f64>,
-    /// Its place among those that compute at the same samples, from 1; laws compute behind blocks.
+    /// Its position among those that compute at the same samples, from 1; laws compute after blocks.
     pub order: usize,
-    /// What it answers or commands.
+    /// Its outputs or commands.
     pub outputs: Vec<SignalAnswer>,
-    /// What it reads: answers of others, sensors, what moves, references, functions of time.
+    /// Its inputs: outputs of others, sensors, coordinates, references, functions of time.
     pub reads: Vec<String>,
-    /// Answers of others that its own follow from at the same sample.
+    /// Outputs of others with direct feedthrough to its own at the same sample.
     pub direct_feedthrough: Vec<String>,
 }
 
-/// Something that is answered.
+/// An output.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SignalAnswer {
     /// Its name, by which others read it.

@@ -1,4 +1,4 @@
-//! Whether a linear system is stable: one word, how it is known, and what lies on the border.
+//! Stability of a linear system: verdict, evidence, and motions on the stability boundary.
 
 use std::fmt;
 
@@ -7,25 +7,25 @@ use serde::Serialize;
 
 use super::Complex;
 
-/// Where the poles of a linear system lie; in discrete time the unit circle stands for the imaginary axis.
+/// Location of the poles of a linear system; in discrete time the boundary is the unit circle instead of the imaginary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum Stability {
     /// All of them inside.
     #[serde(rename = "stable")]
     Stable,
-    /// None outside, some on the border, and there as many motions as poles: nothing grows, and not everything dies away.
+    /// None outside, some on the boundary, and these semisimple: no motion grows, and not all decay.
     #[serde(rename = "marginal")]
     Marginal,
-    /// Some outside, or on the border with fewer motions than poles, which grows like a power of the time.
+    /// Some outside, or not semisimple on the boundary, which grows like a power of the time.
     #[serde(rename = "unstable")]
     Unstable,
-    /// It is not known.
+    /// Not decided.
     #[default]
     #[serde(rename = "not decided")]
     Undecided,
 }
 
-/// How a [`Stability`] is known.
+/// The evidence of a [`Stability`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum StabilityEvidence {
     /// Over the rationals.
@@ -34,39 +34,39 @@ pub enum StabilityEvidence {
     /// Over the rationals, and the same for some other last digits of rounded numbers, drawn at random: a sample, no proof.
     #[serde(rename = "exactly, and the same for other last digits of rounded numbers that were tried")]
     DespiteRounding,
-    /// From a bound on how far the poles are from the border: exponentials to hundreds of digits.
+    /// From a bound on the distance of the poles to the boundary: exponentials to hundreds of digits.
     #[serde(rename = "by certified bounds")]
     Certified,
-    /// From eigenvalues in floating point, farther from the border than their rounding.
+    /// From eigenvalues in floating point, farther from the boundary than their rounding.
     #[serde(rename = "floating point, rounding bounded")]
     Bounded,
-    /// It is not.
+    /// Not decided.
     #[default]
     #[serde(rename = "not known")]
     Unknown,
 }
 
-/// What neither dies away nor leaves the border.
+/// A motion on the stability boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct BorderMotion {
     /// Its frequency, rad/s (of a system without sample time per sample); 0: a free motion, or a constant.
     #[serde(rename = "rad_per_s")]
     pub frequency: f64,
-    /// How many poles it is, both of a pair.
+    /// Its number of poles, both of a pair.
     pub poles: usize,
-    /// The power of the time with which it grows; 0: it stays.
+    /// The power of the time with which it grows; 0: it does not grow.
     pub growth_exponent: usize,
-    /// Whether it is a part that nobody holds and that moves on at constant speed, which counts as staying.
+    /// Whether it is an uncontrolled part that moves on at constant speed, which does not count as growth.
     pub uncontrolled: bool,
 }
 
 impl BorderMotion {
-    /// Whether an exact pole on the imaginary axis is one of it.
+    /// Whether an exact pole on the imaginary axis belongs to it.
     pub fn is_of(&self, pole: Complex) -> bool {
         (self.frequency - pole.im.abs()).abs() <= 1e-12 * self.frequency
     }
 
-    /// Whether it grows, beyond the angle of a free part.
+    /// Whether it grows, except for the angle of a free part.
     pub fn grows(&self) -> bool {
         self.growth_exponent > 0 && !self.uncontrolled
     }
@@ -78,7 +78,7 @@ impl fmt::Display for BorderMotion {
         match (self.frequency, self.uncontrolled) {
             (0.0, true) if self.growth_exponent > 0 => write!(f, "a free motion at constant speed ({poles} at zero)")?,
             (0.0, true) => write!(f, "a free motion ({poles} at zero)")?,
-            (0.0, false) => write!(f, "a motion that never comes back ({poles} at zero)")?,
+            (0.0, false) => write!(f, "a motion that does not decay ({poles} at zero)")?,
             (frequency, _) => write!(f, "an oscillation at {frequency:.6} rad/s ({poles})")?,
         }
         match self.growth_exponent {
@@ -90,23 +90,23 @@ impl fmt::Display for BorderMotion {
     }
 }
 
-/// Whether a linear system is stable, and how that is known: whoever prints a stability prints this.
+/// The stability of a linear system with its evidence; all outputs print this.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 #[serde(into = "StabilityView")]
 #[schemars(with = "StabilityView")]
 pub struct StabilityVerdict {
     /// The word.
     pub word: Stability,
-    /// How it is known.
+    /// The evidence.
     pub evidence: StabilityEvidence,
-    /// What lies on the border, where nothing lies outside.
+    /// Motions on the boundary, if no pole is outside.
     pub border: Vec<BorderMotion>,
     /// Why it is not decided, as a part of a sentence.
     pub why: String,
 }
 
 impl StabilityVerdict {
-    /// Decided over the rationals from the poles outside and those on the border.
+    /// Decided over the rationals from the poles outside and those on the boundary.
     pub fn exact(outside: bool, border: Vec<BorderMotion>) -> Self {
         let word = match (outside, border.is_empty()) {
             (true, _) => Stability::Unstable,
@@ -118,12 +118,12 @@ impl StabilityVerdict {
         Self { word, evidence: StabilityEvidence::Exactly, border, why: String::new() }
     }
 
-    /// A word without motions on the border.
+    /// A verdict without motions on the boundary.
     pub fn plain(word: Stability, evidence: StabilityEvidence) -> Self {
         Self { word, evidence, ..Self::default() }
     }
 
-    /// Stable but for free parts with so many poles at zero (at one of a map).
+    /// Stable except for free parts with this number of poles at zero (at one of a map).
     pub fn free(poles: usize) -> Self {
         Self::exact(false, vec![BorderMotion { frequency: 0.0, poles, growth_exponent: 0, uncontrolled: true }])
     }
@@ -133,7 +133,7 @@ impl StabilityVerdict {
         Self { why: why.into(), ..Self::default() }
     }
 
-    /// The verdict on a nonlinear system by its linearisation: where nothing is outside and something on the border, that decides nothing.
+    /// The verdict on a nonlinear system by its linearisation: not decided with poles on the boundary and none outside.
     #[must_use]
     pub fn of_linearisation(self) -> Self {
         let controlled = self.without_free();
@@ -142,13 +142,13 @@ impl StabilityVerdict {
         }
         let motions: Vec<String> = controlled.border.iter().map(BorderMotion::to_string).collect();
         let why = format!(
-            "the linearisation has {} on the border, and decides nothing about the nonlinear model",
+            "the linearisation has {} on the stability boundary, and does not decide the stability of the nonlinear model",
             motions.join(", ")
         );
         Self { border: self.border, ..Self::undecided(why) }
     }
 
-    /// Whether all motions die away; `None` if that is not decided.
+    /// Whether all motions decay; `None` if that is not decided.
     pub fn is_stable(&self) -> Option<bool> {
         (self.word != Stability::Undecided).then_some(self.word == Stability::Stable)
     }
@@ -159,7 +159,7 @@ impl StabilityVerdict {
         self.word != Stability::Undecided && matches!(self.evidence, Exactly | DespiteRounding | Certified)
     }
 
-    /// The same without what free parts do.
+    /// The same without the motions of free parts.
     pub fn without_free(&self) -> Self {
         let border: Vec<BorderMotion> = self.border.iter().copied().filter(|motion| !motion.uncontrolled).collect();
         let word = match self.word {
@@ -179,7 +179,7 @@ impl StabilityVerdict {
         }
     }
 
-    /// What becomes of the motion of a pole that was found in floating point, per second; `fastest`: the size of the fastest one.
+    /// The motion of a pole computed in floating point, per second; `fastest`: the magnitude of the fastest one.
     pub fn motion(&self, pole: Complex, fastest: f64) -> Motion {
         let unsure = 1e-6 * fastest;
         let beside = |motion: &&BorderMotion| (motion.frequency - pole.im.abs()).abs() <= unsure;
@@ -196,16 +196,16 @@ impl StabilityVerdict {
     }
 }
 
-/// What becomes of a motion of the closed loop.
+/// The behaviour of a motion of the closed loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
-    /// It dies out.
+    /// It decays.
     Decays,
-    /// It stays: exactly on the imaginary axis.
+    /// It neither decays nor grows: exactly on the imaginary axis.
     Stays,
     /// It grows.
     Grows,
-    /// Not decided: as near to the axis as floating point may be off.
+    /// Not decided: nearer to the axis than the floating-point error.
     Unknown,
 }
 
@@ -218,8 +218,10 @@ impl fmt::Display for StabilityVerdict {
         }
         f.write_str(match self.evidence {
             StabilityEvidence::Exactly => " (decided exactly)",
-            StabilityEvidence::DespiteRounding => " (decided exactly for the numbers as they are rounded, and the same for other last digits that were tried)",
-            StabilityEvidence::Certified => " (certified: poles bounded away from the border)",
+            StabilityEvidence::DespiteRounding => {
+                " (decided exactly for the rounded numbers, and equal for the other last digits that were tried)"
+            }
+            StabilityEvidence::Certified => " (certified: poles bounded away from the stability boundary)",
             StabilityEvidence::Bounded => " (eigenvalues in floating point, their rounding bounded)",
             StabilityEvidence::Unknown => "",
         })?;
@@ -231,17 +233,17 @@ impl fmt::Display for StabilityVerdict {
     }
 }
 
-/// Whether a linear system is stable, as JSON has it.
+/// The stability of a linear system in JSON.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Stability")]
 struct StabilityView {
     /// The word.
     stability: Stability,
-    /// Whether all motions die away; `null` if it is not decided.
+    /// Whether all motions decay; `null` if it is not decided.
     stable: Option<bool>,
-    /// How it is known.
+    /// The evidence.
     stability_method: StabilityEvidence,
-    /// What lies on the border, where nothing lies outside.
+    /// Motions on the boundary, if no pole is outside.
     boundary_modes: Vec<BorderMotion>,
     /// Why it is not decided; empty if it is.
     undecided_reason: String,

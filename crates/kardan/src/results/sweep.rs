@@ -1,29 +1,29 @@
-//! What a model does over many values of its parameters.
+//! Results of a model over many values of its parameters.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::DisplayUnit;
 
-/// Many runs of a model with values drawn from distributions, and what they say together.
+/// Many runs of a model with values drawn from distributions, and their statistics.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Sweep {
     /// Name of the model.
     pub model: String,
     /// From the file.
     pub description: String,
-    /// How many samples were asked for.
+    /// Number of requested samples.
     pub samples: u64,
-    /// What the samples follow from, with their numbers.
+    /// Seed of the samples, together with their numbers.
     pub seed: u64,
     /// How samples fill the space: `latin_hypercube`, `sobol`, `halton`, `random`, `corners`, `grid`, `saltelli`, `morris`; `worst` of a search
     /// and `rare` of one for rare events, whose samples follow from those before them.
     pub points: String,
     /// The variants that ran with each sample.
     pub variants: Vec<String>,
-    /// What varied.
+    /// The varied parameters.
     pub varied: Vec<SweptParameter>,
-    /// Runs that were made, those that failed or were refused among them.
+    /// Runs that were made, including failed and rejected ones.
     pub rows: u64,
     /// Runs that were not made.
     pub missing: u64,
@@ -31,32 +31,32 @@ pub struct Sweep {
     pub requirements: Vec<SweptRequirement>,
     /// Each figure in each variant that it applies to.
     pub figures: Vec<SweptFigure>,
-    /// Why runs ended early, were refused or failed.
+    /// Why runs ended early, were rejected or failed.
     pub failures: Vec<SweptFailure>,
     /// The confidence of the intervals of probabilities: 0.95.
     pub confidence: f64,
-    /// How samples were ended by the width of intervals, if that was asked for.
+    /// The stop of sampling by the width of intervals, if requested.
     pub stopping_rule: Option<SweptUntil>,
-    /// The worst case that a search found, if one was asked for.
+    /// The worst case that a search found, if requested.
     pub worst: Option<SweptWorst>,
-    /// The probability of a rare failure, if it was asked for.
+    /// The probability of a rare failure, if requested.
     pub rare: Option<SweptRare>,
-    /// How far runs side by side are from the reference, where there were such.
+    /// Deviation of SIMD ensemble runs from the reference, if there were any.
     pub compared: Option<SweptCompared>,
-    /// What the reader must know.
+    /// Notes to the reader.
     pub notes: Vec<String>,
-    /// What speaks against the sweep.
+    /// Reasons to doubt the sweep.
     pub warnings: Vec<String>,
 }
 
-/// Runs side by side in lanes that were run by the reference too.
+/// SIMD ensemble runs that the reference has also run.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptCompared {
     /// How many.
     pub rows: u64,
-    /// By how much figures and what requirements measure differ at most: as a part of the number, or of a bound on it where that is larger.
+    /// Largest difference of figures and measures of requirements, relative to the number, or to a bound on it if that is larger.
     pub difference: f64,
-    /// The sample where they do.
+    /// The sample with that difference.
     pub sample: u64,
     /// Its variant.
     pub variant: String,
@@ -69,57 +69,57 @@ pub struct SweptParameter {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// How it was distributed, in words.
+    /// Its distribution as text.
     pub distribution: String,
 }
 
 /// A requirement over all samples.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptRequirement {
-    /// In words: `max |driver.tau| < 3 N m`.
+    /// As text: `max |driver.tau| < 3 N m`.
     pub text: String,
     /// The variant.
     pub variant: String,
-    /// SI unit of what is measured.
+    /// SI unit of the measure.
     pub unit: String,
-    /// The unit of its bounds in the file, where that is another one.
+    /// The unit of its bounds in the file, if that differs.
     pub display: Option<DisplayUnit>,
-    /// What is measured must be below this, SI.
+    /// Upper bound of the measure, SI.
     pub below: Option<f64>,
-    /// What is measured must be above this, SI.
+    /// Lower bound of the measure, SI.
     pub above: Option<f64>,
-    /// Samples in which it holds.
+    /// Samples that satisfy it.
     pub passed: u64,
-    /// Samples in which it does not, those whose run ended early among them.
+    /// Samples that violate it, including those whose run ended early.
     pub failed: u64,
-    /// The part in which it holds; nothing on a grid, whose samples are no draw.
+    /// The fraction that satisfies it; `null` on a grid, whose samples are not random.
     pub probability: Option<f64>,
     /// An interval for its probability at the confidence of the sweep (Clopper and Pearson, Biometrika 26, 1934, 404), for samples that are drawn each by itself;
     /// those of a Latin hypercube spread no more, but for a part of one in n (Owen, SIAM J. Numer. Anal. 34, 1997, 1884).
     pub interval: Option<[f64; 2]>,
-    /// What is measured, over all samples.
+    /// Its measure over all samples.
     pub measured: SweptValues,
-    /// Where it fails, what covers the most failures first; empty where nothing better than chance is known.
+    /// Regions where it fails, by decreasing number of failures; empty if no region is better than chance.
     pub rules: Vec<SweptRule>,
 }
 
 /// Where a requirement fails: a leaf of a tree of thresholds (CART: Breiman, Friedman, Olshen, Stone, Classification and Regression Trees, 1984)
-/// that is grown on one half of the samples, by lot; its numbers are those of the other half.
+/// that is fitted to a random half of the samples; its numbers are those of the other half.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptRule {
-    /// All of them hold there.
+    /// All of them are true there.
     pub bounds: Vec<SweptBound>,
-    /// How many samples are there.
+    /// Number of samples there.
     pub inside: u64,
-    /// How many of those fail.
+    /// Number of those that fail.
     pub failed: u64,
     /// An interval for the probability of failing there, at the confidence of the sweep (Clopper and Pearson).
     pub interval: [f64; 2],
-    /// The part of all failures that lies there.
+    /// The fraction of all failures there.
     pub coverage: f64,
 }
 
-/// Between which values a parameter is.
+/// The range of a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptBound {
     /// The parameter.
@@ -137,13 +137,13 @@ pub struct SweptBound {
 pub struct SweptFigure {
     /// Its name.
     pub name: String,
-    /// What it is, in words.
+    /// Its description.
     pub text: String,
     /// The variant.
     pub variant: String,
     /// SI unit.
     pub unit: String,
-    /// The unit in which the file wants it told, where that is another one.
+    /// The display unit of the file, if that differs.
     pub display: Option<DisplayUnit>,
     /// Its values, over all samples.
     pub values: SweptValues,
@@ -154,7 +154,7 @@ pub struct SweptFigure {
 pub struct SweptValues {
     /// Runs of these samples.
     pub runs: u64,
-    /// How many of them did not come to their end: what they measured up to there is left out.
+    /// Number of those that did not reach their end: their measures up to there are left out.
     pub invalid_runs: u64,
     /// How many samples have a number.
     pub count: u64,
@@ -166,9 +166,9 @@ pub struct SweptValues {
     pub quantiles: Option<[f64; 7]>,
     /// The samples of the least and of the largest one.
     pub extreme_samples: Option<[u64; 2]>,
-    /// How much of it each parameter explains, the largest first.
+    /// The part that each parameter explains, the largest first.
     pub shares: Vec<SweptShare>,
-    /// The part of the variance that a straight line through all parameters explains; what is missing bends or comes from products.
+    /// The part of the variance that a linear regression on all parameters explains; the rest is nonlinear or from interactions.
     pub r_squared: Option<f64>,
     /// Indices of Sobol of each parameter, the largest total one first; of `points = "saltelli"` alone.
     pub indices: Vec<SweptIndex>,
@@ -176,16 +176,16 @@ pub struct SweptValues {
     pub effects: Vec<SweptEffect>,
 }
 
-/// Parts of the variance of a number (Sobol, Math. Comput. Simul. 55, 2001, 271), with intervals of a bootstrap over the base samples.
+/// Fractions of the variance of a number (Sobol, Math. Comput. Simul. 55, 2001, 271), with intervals of a bootstrap over the base samples.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptIndex {
     /// The parameter; of those that vary together all, with ` with ` between them: they have one index.
     pub parameter: String,
-    /// The part that it explains alone (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259, table 2 (b)).
+    /// The first-order index (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259, table 2 (b)).
     pub first: f64,
     /// An interval for it, 95 %.
     pub first_interval: [f64; 2],
-    /// The part that would be left if all others were known: alone and with others (Jansen, ibid. (f)).
+    /// The total index, with all interactions (Jansen, ibid. (f)).
     pub total: f64,
     /// An interval for it, 95 %.
     pub total_interval: [f64; 2],
@@ -193,50 +193,50 @@ pub struct SweptIndex {
     pub count: u64,
 }
 
-/// How a number moves where one parameter alone moves by 0.6 of its probability (Morris, Technometrics 33, 1991, 161), divided by that part.
+/// Change of a number when one parameter alone changes by 0.6 of its probability (Morris, Technometrics 33, 1991, 161), divided by that part.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptEffect {
     /// The parameter.
     pub parameter: String,
-    /// Mean of the sizes of its effects, μ*.
+    /// Mean of the magnitudes of its effects, μ*.
     pub size: f64,
     /// Standard error of that mean.
     pub size_error: Option<f64>,
     /// Mean of its effects, μ.
     pub mean: f64,
-    /// Their standard deviation, σ: large where it bends, or acts together with others.
+    /// Their standard deviation, σ: large if the effect is nonlinear or interacts with others.
     pub deviation: Option<f64>,
     /// How many effects there are.
     pub count: u64,
 }
 
-/// Samples until intervals are narrow.
+/// Sampling until intervals are narrow.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptUntil {
-    /// Half of the width that was asked for.
+    /// Half of the requested width.
     pub half_width: f64,
-    /// Samples of the last look.
+    /// Samples at the last check.
     pub samples: u64,
-    /// How often the intervals are looked at, at most.
+    /// Largest number of checks of the intervals.
     pub interim_analyses: u64,
-    /// The confidence of the intervals of each look, so that those of all looks hold together at the confidence of the sweep (Bonferroni).
+    /// The confidence of the intervals at each check, so that all checks together have the confidence of the sweep (Bonferroni).
     pub confidence: f64,
-    /// Whether all are as narrow.
+    /// Whether all intervals reach that width.
     pub converged: bool,
 }
 
 /// The worst case that a search found; there may be a worse one.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptWorst {
-    /// The requirement in words.
+    /// The requirement as text.
     pub text: String,
-    /// The variant, of several that with the least margin.
+    /// The variant; of several, the one with the least margin.
     pub variant: String,
     /// SI unit of the margin.
     pub unit: String,
-    /// How far what is measured is from its bound, SI; below zero it fails. Nothing of a run that failed without a number.
+    /// Distance of the measure from its bound, SI; below zero it fails. `null` of a run that failed without a number.
     pub margin: Option<f64>,
-    /// What is measured there.
+    /// The measure there.
     pub measured: Option<f64>,
     /// Whether the requirement fails there.
     pub fails: bool,
@@ -244,15 +244,15 @@ pub struct SweptWorst {
     pub sample: u64,
     /// Its values.
     pub values: Vec<SweptAt>,
-    /// The least margin of the samples before the search, of as many.
+    /// The least margin of the samples before the search.
     pub margin_before_search: Option<f64>,
     /// Samples before the search.
     pub exploration_samples: u64,
-    /// How often the search came to rest and began from another place.
+    /// Number of restarts of the search from another point.
     pub restarts: u64,
 }
 
-/// A value of what varies.
+/// A value of a varied parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptAt {
     /// The parameter.
@@ -266,17 +266,17 @@ pub struct SweptAt {
 /// The probability that a requirement fails, where that is rare, by subset simulation (Au, Beck, Probab. Eng. Mech. 16, 2001, 263).
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptRare {
-    /// The requirement in words.
+    /// The requirement as text.
     pub text: String,
-    /// The variant, or all those in any of which it fails.
+    /// The variant, or all those in which it may fail.
     pub variant: String,
     /// SI unit of the margins.
     pub unit: String,
-    /// The probability of failing; nothing where the levels did not come to failures.
+    /// The probability of failing; `null` if no level reached failures.
     pub probability: Option<f64>,
-    /// Its standard deviation by the correlation within the chains of each level, the levels taken as independent, as a part of it.
+    /// Its relative standard deviation by the correlation within the chains of each level, with independent levels.
     pub deviation: Option<f64>,
-    /// The same, the levels taken as wholly dependent: an upper bound as far as the correlations within the chains are known.
+    /// The same with fully dependent levels: an upper bound if the correlations within the chains are correct.
     pub deviation_upper_bound: Option<f64>,
     /// About 95 %: that of a lognormal number with the mean of both deviations.
     pub interval: Option<[f64; 2]>,
@@ -289,28 +289,28 @@ pub struct SweptRare {
 /// A level of subset simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptLevel {
-    /// The margin below which the next level lies, SI; zero at the last one.
+    /// The margin below which the next level is, SI; zero at the last one.
     pub margin: f64,
-    /// The part of its samples that lies below.
+    /// The fraction of its samples below that margin.
     pub fraction: f64,
-    /// Its samples, those that the level before gave among them.
+    /// Its samples, including those of the previous level.
     pub samples: u64,
-    /// By how much the correlation in its chains raises the variance of that part: 0 of independent samples.
+    /// Increase of the variance of that fraction by the correlation in its chains: 0 for independent samples.
     pub correlation: f64,
-    /// The part of its candidates that its chains took.
+    /// The acceptance rate of its chains.
     pub acceptance_rate: Option<f64>,
 }
 
-/// How a number follows a parameter.
+/// Sensitivity of a number to a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptShare {
     /// The parameter.
     pub parameter: String,
-    /// Standard deviations by which the number moves for one of the parameter: the coefficient of the regression, standardised.
+    /// Standardised regression coefficient: change of the number in its standard deviations for one standard deviation of the parameter.
     pub slope: f64,
 }
 
-/// Runs without valid results: that stopped early, were refused, or whose energy balance does not close.
+/// Runs without valid results: they stopped early, were rejected, or their energy balance does not close.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SweptFailure {
     /// Why, with `…` in place of numbers that differ among these runs.
@@ -332,18 +332,18 @@ pub struct SweepRow {
     pub sample: u64,
     /// Number of its variant.
     pub variant: usize,
-    /// Why it has no valid results: it did not come to its end, or its energy balance does not close; empty if it has.
+    /// Why it has no valid results: it did not reach its end, or its energy balance does not close; empty otherwise.
     pub reason: String,
-    /// Values of what varies, SI.
+    /// Values of the varied parameters, SI.
     pub values: Vec<f64>,
-    /// What its requirements measure, SI; NaN for those of other variants, and without a number.
+    /// Measures of its requirements, SI; NaN for those of other variants, and without a number.
     pub measured: Vec<f64>,
-    /// Whether they hold: 1, 0, NaN for those of other variants.
+    /// Whether they are satisfied: 1, 0, NaN for those of other variants.
     pub passed: Vec<f64>,
     /// Its figures, SI, likewise.
     pub figures: Vec<f64>,
-    /// Of a run in lanes that was also run by the reference, by how much a number of it differs at most: as a part of that number, or of a bound on it
-    /// where that is larger.
+    /// For a SIMD ensemble run that the reference has also run: the largest difference of its numbers, relative to the number, or to a bound on it
+    /// if that is larger.
     pub difference: Option<f64>,
 }
 
@@ -358,12 +358,12 @@ pub struct SweepRow {
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepRows {
-    /// How many values, measured numbers, verdicts and figures each has.
+    /// Numbers of values, measures, verdicts and figures of each row.
     counts: [usize; 4],
-    /// Of each its sample, its variant, and the number of why it did not come to its end.
+    /// Of each row its sample, its variant, and the number of the reason why it did not reach its end.
     heads: Vec<(u64, u32, u32)>,
     numbers: Vec<f64>,
-    /// Reasons in turn; the first one is none.
+    /// Reasons; the first one is empty.
     reasons: Vec<String>,
 }
 
@@ -374,17 +374,17 @@ pub struct SweepRowOf<'r> {
     pub sample: u64,
     /// Number of its variant.
     pub variant: usize,
-    /// Why it did not come to its end.
+    /// Why it did not reach its end.
     pub reason: &'r str,
-    /// Values of what varies.
+    /// Values of the varied parameters.
     pub values: &'r [f64],
-    /// What its requirements measure.
+    /// Measures of its requirements.
     pub measured: &'r [f64],
-    /// Whether they hold.
+    /// Whether they are satisfied.
     pub passed: &'r [f64],
     /// Its figures.
     pub figures: &'r [f64],
-    /// By how much it differs from the reference.
+    /// Its difference from the reference.
     pub difference: Option<f64>,
 }
 
@@ -407,7 +407,7 @@ impl SweepRows {
     /// Adds one; all have as many numbers as the first.
     ///
     /// # Panics
-    /// Where it has not.
+    /// If the numbers of values differ.
     pub fn push(&mut self, row: &SweepRow) {
         let lists = [&row.values, &row.measured, &row.passed, &row.figures];
         let counts = lists.map(Vec::len);
@@ -429,7 +429,7 @@ impl SweepRows {
     /// One of them.
     ///
     /// # Panics
-    /// Where there are not as many.
+    /// If there are fewer.
     pub fn get(&self, number: usize) -> SweepRowOf<'_> {
         let (sample, variant, reason) = self.heads[number];
         let width = self.width();
@@ -465,7 +465,7 @@ impl SweepRows {
         place(samples.start)..place(samples.end)
     }
 
-    /// Leaves those of that range alone.
+    /// Keeps only those of that range.
     pub fn restrict(&mut self, range: std::ops::Range<usize>) {
         let width = self.width();
         self.heads.truncate(range.end);
@@ -498,16 +498,16 @@ impl SweepRowOf<'_> {
     }
 }
 
-/// What the rows of a sweep are of.
+/// The head of the rows of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepHead {
-    /// What the samples and their runs follow from, as a text: rows of another one are those of another sweep.
+    /// The identity of the samples and their runs, as text: rows with another identity belong to another sweep.
     pub identity: String,
     /// How many samples there are.
     pub samples: u64,
-    /// What they follow from.
+    /// Their seed.
     pub seed: u64,
-    /// What varies.
+    /// The varied parameters.
     pub varied: Vec<SweptParameter>,
     /// Names of the variants.
     pub variants: Vec<String>,
@@ -517,24 +517,24 @@ pub struct SweepHead {
     pub figures: Vec<(String, String)>,
 }
 
-/// What a requirement asks of the runs of a sweep.
+/// A requirement on the runs of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SweepRequirement {
-    /// In words: `max |driver.tau| < 3 N m`.
+    /// As text: `max |driver.tau| < 3 N m`.
     pub text: String,
-    /// What is measured, in words: `max |driver.tau|`.
+    /// Its measure as text: `max |driver.tau|`.
     pub measured: String,
-    /// SI unit of what is measured.
+    /// SI unit of the measure.
     pub unit: String,
-    /// The unit of its bounds in the file, where that is another one.
+    /// The unit of its bounds in the file, if that differs.
     pub display: Option<DisplayUnit>,
-    /// What is measured must be below this, SI.
+    /// Upper bound of the measure, SI.
     pub below: Option<f64>,
-    /// What is measured must be above this, SI.
+    /// Lower bound of the measure, SI.
     pub above: Option<f64>,
 }
 
-/// A row of a sweep that is to be run again.
+/// A row of a sweep to run again.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RowAgain {
     /// The number of the sample.

@@ -1,19 +1,19 @@
-//! What is said of a result in one sentence.
+//! Verdicts on results in one sentence.
 
 use super::{Design, Feedback, LoopAlongPath, Motion, Pole, Stability, ZeroDynamics};
 
-/// What came of it.
+/// A verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Verdict {
-    /// Whether nothing stands against it.
+    /// Whether it is good without reservations.
     pub sound: bool,
     /// In one sentence.
     pub text: String,
 }
 
 impl Design {
-    /// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it), nothing grows, and it is not hardly
-    /// stable.
+    /// The verdict in one sentence; `sound` if the loop is decoupled (or decoupling was not requested), stable, and without low
+    /// margins.
     pub fn verdict(&self) -> Verdict {
         let impossible = self.decouplability.possible == Feedback::Impossible;
         let in_blocks = self.blocks_decoupled == Some(true) && self.decouplability.blocks.len() > 1;
@@ -25,7 +25,7 @@ impl Design {
             (Some(true), _) => (true, "Decoupled"),
             (Some(false), _) => (false, "Not decoupled"),
             (None, _) if impossible => (false, "The outputs cannot be decoupled"),
-            (None, _) => (true, "Designed; it is not claimed to decouple"),
+            (None, _) => (true, "Designed; decoupling was not requested"),
         };
         let claimed = first.starts_with("Decoupled");
         let first = if claimed { format!("{first}, {}", proven(self)) } else { first.to_string() };
@@ -43,7 +43,7 @@ impl Design {
                 Stability::Undecided => "; whether the zero dynamics are stable is not decided",
             },
         };
-        // A law that does not invert the plant leaves its zeros alone.
+        // A law that does not invert the plant does not cancel its zeros.
         let stable =
             !self.cancels_zeros || self.zero_dynamics.is_stable() || self.zero_dynamics.kind() != HiddenMotion::Some;
         let loop_ = self.describe_stability(grows);
@@ -66,37 +66,37 @@ impl Design {
         Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{at_limit}{warnings}.") }
     }
 
-    /// Whether the loop is stable, as a part of a sentence; `grows`: a pole says that it is not.
+    /// Whether the loop is stable, as a part of a sentence; `grows`: a pole is unstable.
     fn describe_stability(&self, grows: bool) -> String {
         let Some(margins) = &self.margins else {
             return match (grows, self.exact_poles) {
                 (false, _) => String::new(),
                 (true, true) => "; the closed loop is unstable".into(),
-                (true, false) => "; the closed loop is unstable, as floating point tells".into(),
+                (true, false) => "; the closed loop is unstable (in floating point)".into(),
             };
         };
         let (at, all) = match margins.sample_time {
             Some(_) => ("at its sample time", "at its sample times"),
             None => ("in continuous time", "in continuous time"),
         };
-        // Whether they are exactly there is not decided then.
+        // Then it is not decided whether they are exactly zero.
         let rounded = if margins.stability.word == Stability::Undecided { ", to rounding," } else { "" };
         let free = match margins.uncontrolled_poles {
             0 => String::new(),
-            1 => format!(" but for a pole at zero{rounded} that nobody holds"),
-            poles => format!(" but for {poles} poles at zero{rounded} that nobody holds"),
+            1 => format!(" except for a pole at zero{rounded} of an uncontrolled motion"),
+            poles => format!(" except for {poles} poles at zero{rounded} of uncontrolled motions"),
         };
         match (margins.stable, margins.stability.word) {
             (_, Stability::Unstable) => format!("; {at} the loop is unstable"),
             (Some(false), _) => format!("; {at} the loop is marginal"),
             (None, _) => format!("; whether it is stable {all} is not known"),
-            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, but hardly"),
+            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, with low margins"),
             (Some(true), _) => format!("; stable {at}{free}"),
         }
     }
 
     /// The motion of a pole of the closed loop: exact for exact poles. Others decide nothing within a millionth of the fastest one around the
-    /// axis, where rounding puts multiple poles at zero; there the verdict on the loop tells.
+    /// axis, where rounding moves multiple poles at zero; there the verdict on the loop decides.
     pub fn motion(&self, pole: Pole) -> Motion {
         let verdict = self.margins.as_ref().map(|margins| margins.stability.clone()).unwrap_or_default();
         let fastest = self.closed_loop_poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
@@ -111,12 +111,12 @@ impl Design {
 }
 
 impl ZeroDynamics {
-    /// Whether all that goes on behind the outputs dies away.
+    /// Whether the zero dynamics are stable.
     pub fn is_stable(&self) -> bool {
         self.stability.is_stable() == Some(true)
     }
 
-    /// Whether there are motions behind the outputs.
+    /// Whether there are zero dynamics.
     pub fn kind(&self) -> HiddenMotion {
         match self.polynomial.as_str() {
             "" if self.modes.is_empty() => HiddenMotion::Unknown,
@@ -126,14 +126,14 @@ impl ZeroDynamics {
     }
 }
 
-/// Whether something moves while the outputs are held still.
+/// Whether there is motion while all outputs are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HiddenMotion {
-    /// It was not asked.
+    /// Not requested.
     Unknown,
-    /// There are none.
+    /// There is none.
     None,
-    /// There are some.
+    /// There is some.
     Some,
 }
 
@@ -146,12 +146,12 @@ pub(super) fn counted(warnings: &[String]) -> String {
     }
 }
 
-/// What stands before a verdict on something that ended early.
+/// Prefix of a verdict on a computation that ended early.
 pub(super) fn early(unfinished: Option<&str>) -> String {
     unfinished.map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "))
 }
 
-/// How far the proof reaches: `proven exactly`, with its conditions.
+/// Scope of the proof: `proven exactly`, with its conditions.
 fn proven(design: &Design) -> &'static str {
     if !design.rounded.is_empty() {
         return "proven for the linear design model with rounded rows of its constraints";
@@ -164,12 +164,12 @@ fn proven(design: &Design) -> &'static str {
     }
 }
 
-/// What the loop with the parameters of the variant does, as a part of a sentence.
+/// The loop with the parameters of the variant, as a part of a sentence.
 fn opposite_text(found: &LoopAlongPath, claimed: bool) -> String {
     let how = if found.rotated_coordinates.is_empty() {
         "with the parameters of the variant"
     } else {
-        "where the variant's joints stand"
+        "at the joint positions of the variant"
     };
     match found.worst() {
         _ if !found.stable => format!("; {how} the loop is unstable"),

@@ -12,13 +12,13 @@ keys! {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
             from: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency at the start, `1 Hz`.";
             to: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency at the end.";
-            over: Quantity(Dimension::TIME, Sign::Positive), "How long it takes from one to the other.";
+            over: Quantity(Dimension::TIME, Sign::Positive), "Duration of the sweep.";
         }
         optional {
             sweep: Choice(&["linear", "logarithmic"]) = "linear",
-                "How the frequency grows: as much in each second, or by the same factor.";
-            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Angle of the sine at the start.";
-            offset: AnyQuantity, "What is added, and holds before the start and after the end; left out: zero.";
+                "How the frequency grows: by the same amount in each second, or by the same factor.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Phase at the start.";
+            offset: AnyQuantity, "Added offset, which is the value before the start and after the end; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
         }
     }

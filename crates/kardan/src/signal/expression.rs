@@ -5,7 +5,7 @@ use crate::schema::{Keys, SignalKeys, keys};
 use crate::units::Expression;
 
 keys! {
-    /// A function of time as it is written.
+    /// An explicit function of time.
     signal ExpressionSignal("expression") {
         required {
             value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";
@@ -18,8 +18,9 @@ keys! {
 pub(super) const EXPRESSION: SignalKind = SignalKind {
     keyword: ExpressionSignal::KEYWORD,
     summary: "An expression of the time, parameters and other signals.",
-    formula: "As it is written; `t` is the time, functions are those of `kardan elements parameters`. Where it bends by `abs`, `min`, `max`\n\
-              or `if`, no step of the integrator ends: pulses, ramps and tables have exact breakpoints.",
+    formula: "The value of the expression; `t` is the time, functions are those of `kardan elements parameters`. At kinks and jumps of `abs`, \
+              `min`,\n\
+              `max` or `if` no step of the integrator ends; pulses, ramps and tables have exact breakpoints.",
     fields: ExpressionSignal::FIELDS,
     example: "\
 [signal.fading]

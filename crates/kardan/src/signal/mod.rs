@@ -1,7 +1,7 @@
 //! Signals: functions of time by name, one file for each kind.
 //!
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual and the tests are derived. Smooth kinds are expressions of
-//! the time; what steps or bends is made of pieces between exact breakpoints, at which steps of the integrator end.
+//! the time; kinds with jumps or kinks consist of pieces between exact breakpoints, at which steps of the integrator end.
 
 mod chirp;
 mod expression;

@@ -20,7 +20,7 @@ keys! {
             from: Quantity(Dimension::FREQUENCY, Sign::Positive), "Lowest frequency of the band.";
             to: Quantity(Dimension::FREQUENCY, Sign::Positive), "Highest frequency of the band.";
             count: Number(Sign::Positive), "Sines in the band, a whole number from 2 to 1000, evenly spaced.";
-            offset: AnyQuantity, "What is added, and holds before the start; left out: zero.";
+            offset: AnyQuantity, "Added offset, which is the value before the start; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
         }
     }
@@ -34,15 +34,15 @@ keys! {
             frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Its frequency.";
         }
         optional {
-            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Its angle at the start.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Its phase at the start.";
         }
     }
 }
 
 pub(super) const MULTISINE: SignalKind = SignalKind {
     keyword: Multisine::KEYWORD,
-    summary: "A sum of sines: those listed, or evenly spaced ones of a band with the phases of Schroeder, which keep peaks low.",
-    formula: "offset + sum of amplitude sin(2 pi frequency (t - start) + phase); of a band of N sines the one of number k from 0 on\n\
+    summary: "A sum of sines: those listed, or evenly spaced ones of a band with Schroeder phases, for low peaks.",
+    formula: "offset + sum of amplitude sin(2 pi frequency (t - start) + phase); of a band of N sines number k, from 0,\n\
               has the phase -pi k (k + 1)/N (Schroeder, IEEE Trans. Inf. Theory 16, 1970); before the start: offset.",
     fields: Multisine::FIELDS,
     example: "\
@@ -63,8 +63,8 @@ fn check(values: &Values) -> Vec<KeyError> {
     let listed = values.tables("line").is_some();
     let mut out = Vec::new();
     if let (Some(key), true) = (band.iter().find(|key| values.has(key)), listed) {
-        let message = format!("`{key}` is that of a band, but the sines are listed by `line`");
-        out.push(key_error(key, message, "take out one of the two"));
+        let message = format!("`{key}` belongs to a band, but the sines are listed by `line`");
+        out.push(key_error(key, message, "remove one of the two"));
     }
     if let (Some(key), false) = (missing, listed) {
         let message = format!("a band needs `amplitude`, `from`, `to` and `count`; `{key}` is missing");
@@ -79,8 +79,8 @@ fn check(values: &Values) -> Vec<KeyError> {
     {
         out.push(key_error(
             "to",
-            format!("the band ends at {to} Hz, not above its begin at {from} Hz"),
-            "make `to` more",
+            format!("the band ends at {to} Hz, not above its start at {from} Hz"),
+            "increase `to`",
         ));
     }
     out
@@ -115,7 +115,7 @@ fn band(values: &Values) -> Vec<[Exact; 3]> {
     let step = (to - &from) / Rational::from((count - 1).max(1));
     let line = |k: i64| {
         let frequency = Exact::new(&from + &step * Rational::from(k), 0);
-        // Of -pi k (k + 1)/N whole turns are left out.
+        // -pi k (k + 1)/N modulo whole revolutions.
         let half_turns = -(k * (k + 1)) % (2 * count);
         let phase = Exact::new(Rational::from(half_turns) / Rational::from(count), 1);
         [values.exact_or_default("amplitude"), frequency, phase]

@@ -11,12 +11,12 @@ keys! {
     signal Noise("noise") {
         required {
             deviation: AnyQuantity, "Standard deviation; its unit is that of the signal.";
-            hold: Quantity(Dimension::TIME, Sign::Period), "How long each value holds, `1 ms`.";
+            hold: Quantity(Dimension::TIME, Sign::Period), "How long each value is held, `1 ms`.";
         }
         optional {
-            mean: AnyQuantity, "Mean, which holds before the start; left out: zero.";
+            mean: AnyQuantity, "Mean, which is the value before the start; left out: zero.";
             seed: Number(Sign::NonNegative),
-                "Whole number that it is drawn from, together with the name of the signal; left out: that of the scenario.";
+                "Seed, a whole number, combined with the name of the signal; left out: that of the scenario.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
         }
     }
@@ -24,8 +24,8 @@ keys! {
 
 pub(super) const NOISE: SignalKind = SignalKind {
     keyword: Noise::KEYWORD,
-    summary: "Normally distributed noise, held from one draw to the next: the same seed, the same bits on every machine.",
-    formula: "mean + deviation x_k from start + k hold on, with independent normal x_k; before the start: mean.",
+    summary: "Normally distributed noise with zero-order hold: the same seed gives the same bits on every machine.",
+    formula: "mean + deviation x_k from start + k hold on, with independent standard normal x_k; before the start: mean.",
     fields: Noise::FIELDS,
     example: "\
 [signal.rumble]

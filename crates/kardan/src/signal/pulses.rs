@@ -16,7 +16,7 @@ keys! {
         optional {
             low: AnyQuantity, "Value between pulses, and before the start; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When the first pulse begins.";
-            count: Number(Sign::Positive), "How many pulses, a whole number; left out: up to the end of the run.";
+            count: Number(Sign::Positive), "Number of pulses, a whole number; left out: up to the end of the run.";
         }
     }
 }
@@ -24,7 +24,7 @@ keys! {
 pub(super) const PULSES: SignalKind = SignalKind {
     keyword: Pulses::KEYWORD,
     summary: "A train of pulses, steps at exact times.",
-    formula: "high from start + k period on for the width, for k = 0, 1, 2 ...; else low.",
+    formula: "high from start + k period for the width, for k = 0, 1, 2 ...; else low.",
     fields: Pulses::FIELDS,
     example: "\
 [signal.knocks]
@@ -65,7 +65,7 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
     let pulse = move |(begin, end): (f64, f64)| [(begin, level(high)), (end, level(low))];
     let count = values.number("count").map_or(usize::MAX, |count| count as usize);
     let pulses = times(&start, &period).zip(times(&end, &period)).take(count).flat_map(pulse);
-    // Before the run: no step that is told.
+    // Before the run: not a reported step.
     let before = (!start.is_zero()).then_some((-1.0, level(low)));
     let about = (writer.dimension, true);
     writer.pieces("", about, before.into_iter().chain(pulses))

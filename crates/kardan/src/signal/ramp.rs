@@ -21,7 +21,7 @@ keys! {
 
 pub(super) const RAMP: SignalKind = SignalKind {
     keyword: Ramp::KEYWORD,
-    summary: "A straight line from one value to another, level before and behind it.",
+    summary: "A straight line from one value to another, constant before and after it.",
     formula: "from + (to - from) x/over with x = t - start, not below 0 and not above over.",
     fields: Ramp::FIELDS,
     example: "\

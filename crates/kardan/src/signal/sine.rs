@@ -9,11 +9,11 @@ keys! {
     signal Sine("sine") {
         required {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
-            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Waves in a second, `2 Hz`; or the time of one, `0.5 s`.";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency, `2 Hz`; or period, `0.5 s`.";
         }
         optional {
-            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Angle of the sine at the start.";
-            offset: AnyQuantity, "What is added, and holds before the start; left out: zero.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 rad", "Phase at the start.";
+            offset: AnyQuantity, "Added offset, which is the value before the start; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
         }
     }

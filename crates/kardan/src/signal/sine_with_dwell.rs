@@ -6,15 +6,15 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// One wave of a sine that waits at its second peak.
+    /// One period of a sine that stays at its second peak.
     signal SineWithDwell("sine_with_dwell") {
         required {
             amplitude: AnyQuantity, "Largest deviation from the offset; its unit is that of the signal.";
         }
         optional {
-            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) = "0.7 Hz", "That of the sine.";
-            dwell: Quantity(Dimension::TIME, Sign::NonNegative) = "0.5 s", "How long it waits at its second peak.";
-            offset: AnyQuantity, "What is added, and holds before the start and after the end; left out: zero.";
+            frequency: Quantity(Dimension::FREQUENCY, Sign::Positive) = "0.7 Hz", "Frequency of the sine.";
+            dwell: Quantity(Dimension::TIME, Sign::NonNegative) = "0.5 s", "How long it stays at its second peak.";
+            offset: AnyQuantity, "Added offset, which is the value before the start and after the end; left out: zero.";
             start: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "When it begins.";
         }
     }
@@ -22,9 +22,10 @@ keys! {
 
 pub(super) const SINE_WITH_DWELL: SignalKind = SignalKind {
     keyword: SineWithDwell::KEYWORD,
-    summary: "One wave of a sine that waits at its second peak: the steering input of FMVSS 126 and UN R140.",
-    formula: "offset + amplitude sin(2 pi frequency x) with x = t - start up to 3/4 of the wave, then that for the dwell, then on to the end of the\n\
-              wave; before the start and after the end, 1/frequency + dwell behind it: offset.",
+    summary: "One period of a sine that stays at its second peak: the steering input of FMVSS 126 and UN R140.",
+    formula: "offset + amplitude sin(2 pi frequency x) with x = t - start up to 3/4 of the period, then constant for the dwell, then on to the end \
+              of the\n\
+              period; before the start and after the end (start + 1/frequency + dwell): offset.",
     fields: SineWithDwell::FIELDS,
     example: "\
 [signal.hands]

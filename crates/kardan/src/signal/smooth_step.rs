@@ -6,7 +6,7 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// A step without corners.
+    /// A step with a continuous rate.
     signal SmoothStep("smooth_step") {
         required {
             to: AnyQuantity, "Value at the end; its unit is that of the signal.";
@@ -21,7 +21,7 @@ keys! {
 
 pub(super) const SMOOTH_STEP: SignalKind = SignalKind {
     keyword: SmoothStep::KEYWORD,
-    summary: "A step from one value to another without corners, level before and behind it.",
+    summary: "A step from one value to another with a continuous rate, constant before and after it.",
     formula: "from + (to - from) (3 x^2 - 2 x^3) with x = (t - start)/over, not below 0 and not above 1.",
     fields: SmoothStep::FIELDS,
     example: "\

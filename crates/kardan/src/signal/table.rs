@@ -7,7 +7,7 @@ use crate::schema::{Keys, Sign, SignalKeys, keys};
 use crate::units::Dimension;
 
 keys! {
-    /// Values at times, from a file or as they are listed.
+    /// Values over time, from a file or listed.
     signal TableSignal("table") {
         required {
         }
@@ -16,25 +16,25 @@ keys! {
                 "The points: `{ time = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"2 N m\"] }`; left out: those of a file.";
             file: Text,
                 "A log with the points (CSV, Parquet, MAT or MDF 4), by its path from the folder of the model file.";
-            time: Text, "The column of the time; left out: the one the file marks, or the one called time or t.";
-            column: Text, "The column of the values; left out: the one besides the time, if there is one only.";
+            time: Text, "The column of the time; left out: the one that the file marks, or the one named time or t.";
+            column: Text, "The column of the values; left out: the only one besides the time.";
             unit: Text, "Unit of the values in the file, `deg`; left out: that of the file.";
             time_unit: Text, "Unit of the time; left out: that of the file, else s.";
             interpolation: Choice(&["linear", "cubic", "hold"]) = "linear",
                 "Between two points: a straight line, a cubic that is as monotone as the points are (Steffen, Astron. Astrophys. 239, \
                  1990), or the value of the earlier one.";
             beyond: Choice(&["refuse", "hold", "repeat"]) = "refuse",
-                "Where the run goes on before the first or beyond the last point: it is refused, the value of that point holds, \
-                 or the table is repeated.";
-            delay: Quantity(Dimension::TIME, Sign::Any) = "0 s", "What is added to the times.";
+                "For times before the first or after the last point: kardan rejects the run, the value of that point is held, or the table is \
+                 repeated.";
+            delay: Quantity(Dimension::TIME, Sign::Any) = "0 s", "Offset added to the times.";
         }
     }
 }
 
 pub(super) const TABLE: SignalKind = SignalKind {
     keyword: TableSignal::KEYWORD,
-    summary: "Values at times: from a log, or listed in the model.",
-    formula: "Through the points by `interpolation`; beyond them by `beyond`.",
+    summary: "Values over time: from a log, or listed in the model.",
+    formula: "Interpolated between the points by `interpolation`; outside them by `beyond`.",
     fields: TableSignal::FIELDS,
     example: "\
 [signal.road]
@@ -50,13 +50,13 @@ beyond = \"hold\"
 fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     match (values.has("points"), values.has("file")) {
-        (true, true) => out.push(key_error("points", "there are points and a file", "take out one of the two")),
+        (true, true) => out.push(key_error("points", "there are points and a file", "remove one of the two")),
         (false, false) => out.push(key_error("kind", "there are neither points nor a file", "add `points` or `file`")),
         _ => {}
     }
     let of_file = ["time", "column", "unit", "time_unit"];
     if let Some(key) = of_file.iter().find(|key| values.has("points") && values.has(key)) {
-        out.push(key_error(key, format!("`{key}` tells of a file, but there are points"), "take it out"));
+        out.push(key_error(key, format!("`{key}` is for a file, but there are points"), "remove it"));
     }
     out
 }
@@ -70,13 +70,13 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
     let delay = values.number_or_default("delay");
     let times: Vec<f64> = times.iter().map(|time| time + delay).collect();
     if times.len() != samples.len() || times.is_empty() {
-        let message = format!("{} times and {} values are no points", times.len(), samples.len());
+        let message = format!("there are {} times and {} values", times.len(), samples.len());
         return Err(refused("signal::points", message, "give one value for each time"));
     }
     let all = || times.iter().chain(samples);
     if let Some(k) = all().position(|x| !x.is_finite()) {
         let (row, what) = (k % times.len(), if k < times.len() { "time" } else { "value" });
-        let message = format!("the {what} of point {} is no number", row + 1);
+        let message = format!("the {what} of point {} is not a number", row + 1);
         return Err(refused(
             "signal::points",
             message,
@@ -84,14 +84,14 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
         ));
     }
     if let Some(k) = times.windows(2).position(|pair| pair[0] >= pair[1]) {
-        let message = format!("the times do not rise: {} s after {} s (point {})", times[k + 1], times[k], k + 2);
+        let message = format!("the times do not increase: {} s after {} s (point {})", times[k + 1], times[k], k + 2);
         return Err(refused("signal::order", message, "sort the points by time, and keep one for each time"));
     }
     let (first, last) = (times[0], times[times.len() - 1]);
     let beyond = values.word_or_default("beyond");
     if beyond == "refuse" && (first > 0.0 || last < writer.horizon) {
         let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", writer.horizon);
-        let help = "say what holds beyond them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
+        let help = "define the values outside them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
         return Err(refused("signal::beyond", message, help));
     }
     let mut pieces = between(&times, samples, values.word_or_default("interpolation"));

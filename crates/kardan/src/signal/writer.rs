@@ -1,4 +1,4 @@
-//! What a kind of signal is, and what it writes its function of time into.
+//! The description of a kind of signal, and the writer of its function of time.
 
 use std::sync::Arc;
 
@@ -16,31 +16,31 @@ pub const MOST_BREAKPOINTS: usize = 100_000;
 pub struct SignalKind {
     /// The word after `kind =`, and the name of the file here.
     pub keyword: &'static str,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
-    /// Its formula, and what holds before its start and after its end.
+    /// Its formula, and its values before its start and after its end.
     pub formula: &'static str,
     /// Its keys besides `kind`.
     pub fields: &'static [Field],
     /// An example, valid TOML.
     pub example: &'static str,
-    /// Checks that concern several keys at once.
+    /// Checks of several keys together.
     pub check: fn(&Values) -> Vec<KeyError>,
     /// Its function of time.
     pub write: fn(&Values, &mut SignalWriter<'_>) -> Result<Expr, Refused>,
 }
 
-/// Why a signal is none.
+/// An error of a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Refused {
-    /// A key and what is wrong with it.
+    /// A key and its error.
     Key(&'static str, KeyError),
     /// A part of an expression.
     Expression(UnitError),
 }
 
 impl Refused {
-    /// A code, the key, what is wrong and what to do.
+    /// A code, the key, the message and the help.
     pub(super) fn new(code: &'static str, key: &'static str, message: String, help: impl Into<String>) -> Self {
         Self::Key(code, key_error(key, message, help))
     }
@@ -59,7 +59,7 @@ pub struct Samples {
     pub values: Vec<f64>,
 }
 
-/// What a signal is written into.
+/// The writer of a signal.
 pub struct SignalWriter<'a> {
     /// The graph.
     pub graph: &'a mut Graph,
@@ -67,17 +67,17 @@ pub struct SignalWriter<'a> {
     pub time: Expr,
     /// The name of the signal.
     pub name: &'a str,
-    /// What its values are of.
+    /// Dimension of its values.
     pub dimension: Dimension,
-    /// Up to when pieces are made, s.
+    /// End time of the pieces, s.
     pub horizon: f64,
     /// The seed of the scenario.
     pub seed: u64,
-    /// Breakpoints that may still be made.
+    /// Remaining number of breakpoints.
     pub room: &'a mut usize,
-    /// Parts that were made, with their symbols.
+    /// Parts so far, with their symbols.
     pub parts: &'a mut Vec<(Expr, Arc<Part>)>,
-    /// What names in an expression stand for.
+    /// Symbols of the names in an expression.
     pub names: &'a [(String, Named)],
     /// Points of a table.
     pub samples: Option<&'a Samples>,
@@ -89,10 +89,10 @@ impl SignalWriter<'_> {
         self.graph.exact(value)
     }
 
-    /// A part given by pieces in the order of their starts. Those behind the horizon are left out.
+    /// A part of pieces in the order of their starts. Those after the horizon are left out.
     ///
     /// # Errors
-    /// More breakpoints than there may be.
+    /// Too many breakpoints.
     pub fn pieces(
         &mut self,
         what: &str,

@@ -231,7 +231,7 @@ fn what_rubs_is_not_negative() {
     ] {
         let source = |value: &str| format!("{pair}{}", element.replace("VALUE", value));
         let [code, message, ..] = only(&source("1 N m - c"));
-        let expected = format!("{key} `x`: it is negative, and what rubs would drive");
+        let expected = format!("{key} `x`: it is negative, so friction would drive");
         assert_eq!([code, message], ["element::check".to_string(), expected]);
         right(&source("2 N m - c"));
         right(&source("c - 1 N m"));
@@ -294,7 +294,7 @@ fn parameters_follow_and_shares_have_units() {
         |value: &str| format!("{pair}[gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\nefficiency = {value}\n");
     right(&gear("\"90 %\""));
     let [_, message, ..] = only(&gear("\"110 %\""));
-    assert_eq!(message, "gear `g`: above 1 the teeth would add power");
+    assert_eq!(message, "gear `g`: above 1 the gear would add power");
     let [code, ..] = only(&gear("\"90 deg\""));
     assert_eq!(code, "unit::dimension");
     let found = run(&format!(

@@ -95,7 +95,7 @@ fn a_linear_observer_is_reported_before_any_run() {
     let Verdict { sound: good, text: words } = design.verdict();
     assert!(!good, "{words}");
     assert!(words.contains("proven exactly for the linear design model and the true state; "), "{words}");
-    assert!(words.contains("where the variant's joints stand it is coupled"), "{words}");
+    assert!(words.contains("at the joint positions of the variant it is coupled"), "{words}");
     assert!(
         design.warnings.iter().any(|warning| warning.contains("ref_rk by 3.1416 rad moves driver.tau")),
         "{design:?}"
@@ -122,7 +122,10 @@ fn a_proof_for_another_angle_is_not_one_for_this() {
     let source = steering("30", "design = { beta = \"0 deg\" }", "", false, STEP);
     let design = designed(&source);
     let words = design.verdict().text;
-    assert!(words.contains("proven exactly for the linear design model; where the variant's joints stand"), "{words}");
+    assert!(
+        words.contains("proven exactly for the linear design model; at the joint positions of the variant"),
+        "{words}"
+    );
     let found = design.loop_along_path.expect("a bent joint");
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");
     assert!(felt.largest > 1e-4, "{felt:?}");

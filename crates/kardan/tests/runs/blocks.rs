@@ -459,11 +459,11 @@ fn errors_of_blocks_are_reported() {
         ),
         (
             "[block.a]\nkind = \"rate_limit\"\ninput = \"u\"\nrise = \"1 / 1 s\"\n",
-            "block `a`: it needs a `sample_time`: how far it may go from one sample to the next follows from that",
+            "block `a`: it needs a `sample_time`: it defines the largest change between two samples",
         ),
         (
             "[block.a]\nkind = \"delay\"\ninput = \"u\"\ntime = \"2.5 ms\"\nsample_time = \"1 ms\"\n",
-            "block `a`: `time` is no multiple of the sample time",
+            "block `a`: `time` is not a multiple of the sample time",
         ),
         (
             "[block.a]\nkind = \"gain\"\ninput = \"arm.fi\"\ngain = 1\n",
@@ -471,11 +471,11 @@ fn errors_of_blocks_are_reported() {
         ),
         (
             "[block.a]\nkind = \"transfer_function\"\ninput = \"u\"\nzeros = [-1, -2]\npoles = [-3]\n",
-            "block `a`: there are 2 zeros and 1 poles: what it answers would depend on rates",
+            "block `a`: there are 2 zeros and 1 poles: the output would depend on derivatives of the input",
         ),
         (
             "[block.a]\nkind = \"transfer_function\"\ninput = \"u\"\npoles = [\"-3 + 2j\"]\n",
-            "block `a`: `poles`: a complex one stands without its conjugate",
+            "block `a`: `poles`: a complex value has no conjugate",
         ),
         (
             "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"z\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
@@ -526,31 +526,31 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
     vec![
         (
             "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"-5 ms\"\n",
-            "block `a`: `time_constant` is below zero: what it answers would grow by itself, or be its input",
+            "block `a`: `time_constant` is below zero: the output would grow without bound, or equal the input",
         ),
         (
             "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"5 ms - 5 ms\"\nsample_time = \"1 ms\"\n",
-            "block `a`: `time_constant` is zero: what it answers would grow by itself, or be its input",
+            "block `a`: `time_constant` is zero: the output would grow without bound, or equal the input",
         ),
         (
             "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"5 ms\"\ndamping_ratio = -1\n",
-            "block `a`: `damping_ratio` is below zero: it would swing up by itself",
+            "block `a`: `damping_ratio` is below zero: it would oscillate with growing amplitude",
         ),
         (
             "[block.a]\nkind = \"lead_lag\"\ninput = \"u\"\nlead = \"5 ms\"\nlag = \"0 ms\"\n",
-            "block `a`: `lag` is zero: what it answers would grow by itself, or be a derivative",
+            "block `a`: `lag` is zero: the output would grow without bound, or be a derivative",
         ),
         (
             "[block.a]\nkind = \"rate_limit\"\ninput = \"u\"\nrise = \"1 / 1 s\"\nfall = \"-1 / 1 s\"\nsample_time = \"1 ms\"\n",
-            "block `a`: `fall` is below zero: it is the size of the fastest fall, without a sign",
+            "block `a`: `fall` is below zero: it is the magnitude of the fastest fall, without a sign",
         ),
         (
             "[block.a]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = -1\nsample_time = \"1 ms\"\n",
-            "block `a`: `threshold` is below zero: every residual is beyond that, so there always is an alarm",
+            "block `a`: `threshold` is below zero: every residual exceeds that, so there always is an alarm",
         ),
         (
             "[block.a]\nkind = \"monitor\"\nresidual = \"u - u\"\nthreshold = 1\nsample_time = \"1 ms\"\n",
-            "block `a`: `residual` never changes: it is 0 in SI units, whatever happens",
+            "block `a`: `residual` is constant: it is always 0 in SI units",
         ),
         (
             "[block.a]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = 1\ndebounce = \"-5 ms\"\nsample_time = \"1 ms\"\n",
@@ -574,27 +574,27 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
         ),
         (
             "[block.a]\nkind = \"integrator\"\ninput = \"u\"\nrule = \"trapezoidal\"\n",
-            "block `a`: `rule` does nothing: without a sample time it is a differential equation",
+            "block `a`: `rule` has no effect: without a sample time it is a differential equation",
         ),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nfilter = \"1 ms\"\nsample_time = \"1 ms\"\n",
-            "block `a`: `filter` does nothing: there is no `derivative`",
+            "block `a`: `filter` has no effect: there is no `derivative`",
         ),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nrate_weight = 1\nsample_time = \"1 ms\"\n",
-            "block `a`: `rate_weight` does nothing: there is no `derivative`",
+            "block `a`: `rate_weight` has no effect: there is no `derivative`",
         ),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\nintegral = \"1 / 1 s\"\ntracking_time = \"1 s\"\nsample_time = \"1 ms\"\n",
-            "block `a`: `tracking_time` does nothing: no bound holds the answer",
+            "block `a`: `tracking_time` has no effect: the output has no bound",
         ),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = -1\nintegral = \"1 / 1 s\"\nhigh = 1\nsample_time = \"1 ms\"\n",
-            "block `a`: `proportional`/`integral`, which stands for `tracking_time`, is -1 s, not above half of the sample time: at a bound the integral would swing up",
+            "block `a`: `proportional`/`integral`, the default of `tracking_time`, is -1 s, not above half of the sample time: at a bound the integral would oscillate with growing amplitude",
         ),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"u\"\nproportional = 1\non = \"u\"\nmanual = 1\nsample_time = \"1 ms\"\n",
-            "block `a`: without an `integral` what bridges a switching from `manual` would stay for ever",
+            "block `a`: without an `integral` the offset after a switch from `manual` would never decay",
         ),
         (
             "[block.a]\nkind = \"gain\"\ninput = \"u / (2 - 2)\"\ngain = 1\n",
@@ -602,7 +602,7 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
         ),
         (
             "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"since\"]\ntransitions = [{ from = \"x\", to = \"since\", when = \"u\" }]\nsample_time = \"1 ms\"\n",
-            "block `a`: `states`: `since` is the time in a state, so no state is called like that",
+            "block `a`: `states`: `since` is the time in a state, so no state can have that name",
         ),
         (
             "[block.a]\nkind = \"state_machine\"\nstates = [\"x\", \"y\"]\ntransitions = [{ from = \"x\", to = \"y\", when = \"u > 1 and arm.w > 2\" }]\nsample_time = \"1 ms\"\n",

@@ -99,7 +99,10 @@ fn time_at_a_limit_is_that_of_the_torque_asked() {
     // From 1.5 s to 2 s and from 4 s to 4.5 s: 1 s, to rounding of the crossing.
     assert!((window.measured.unwrap() - 1.0).abs() < 1e-9, "{window:?}");
     let note = run.notes.iter().find(|note| note.contains("torque limit")).expect("a note");
-    assert!(note.starts_with("m is at its torque limit of 2 N m for 3 s of 6 s, first at 1 s; up to 5 N m"), "{note}");
+    assert!(
+        note.starts_with("m is at its torque limit of 2 N m for 3 s of 6 s, first at 1 s; its command reaches 5 N m"),
+        "{note}"
+    );
 }
 
 /// A motor of 1 N m that nobody controls is asked for 2 N m sin t: it is at its limit from t = π/6 to 5π/6.

@@ -121,24 +121,24 @@ fn errors_of_observers_are_reported() {
     let measured = "measured = { speed = \"arm.w\" }\n";
     let both = format!("{rates}{measured}");
     let cases = [
-        (observer(measured) + "poles = [-5, -6]\n", "not observable: nothing that is measured depends on `load`"),
+        (observer(measured) + "poles = [-5, -6]\n", "not observable: no measurement depends on `load`"),
         (
             "kind = \"observer\"\nstates = { x = \"0 rad/s\", y = \"0 rad/s\" }\npredicted = { sum = \"2 * a.x + a.y\" }\n\
              measured = { sum = \"arm.w\" }\npoles = [-5, -6]\n"
                 .into(),
-            "not observable: `x` by -0.5 rad/s, `y` by 1 rad/s may change together, and nothing that is measured shows it",
+            "not observable: `x` by -0.5 rad/s, `y` by 1 rad/s can change together without effect on any measurement",
         ),
         (observer(&both) + "poles = [-5]\n", "1 `poles` for 2 states"),
         (observer(&both) + "poles = [-5, 0]\n", "`poles`: the error of the estimate does not decay at a pole with the real part 0 1/s"),
-        (observer(&both) + "poles = [\"-5 + 2j\", -3]\n", "`poles`: a complex one stands without its conjugate"),
+        (observer(&both) + "poles = [\"-5 + 2j\", -3]\n", "`poles`: a complex value has no conjugate"),
         (
             observer(&both) + "poles = [\"-5 ± 400j\"]\nsample_time = \"10 ms\"\n",
-            "`poles`: 400 1/s is not below the half of the sampling, 314.1592653589793 1/s: samples do not show that",
+            "`poles`: 400 1/s is not below half the sampling rate (Nyquist), 314.1592653589793 1/s: samples cannot represent it",
         ),
-        (observer(&both), "neither `poles` nor `gains` say how fast the estimate follows"),
+        (observer(&both), "the speed of the estimate is not defined: there are neither `poles` nor `gains`"),
         (
             observer(&both) + "poles = [-5, -6]\ngains = { speed = \"3 /s\", load = \"-3 N m/rad\" }\n",
-            "`gains` and `poles` are given: one of them says how fast the estimate follows",
+            "`gains` and `poles` are given: only one of them may define the speed of the estimate",
         ),
         (observer(&both) + "gains = { speed = \"3 /s\" }\n", "`gains`: there are none for `load`"),
         (
@@ -147,7 +147,7 @@ fn errors_of_observers_are_reported() {
         ),
         (
             observer(&both) + "gains = { speed = \"3 /s\", load = \"3 N m/rad\" }\n",
-            "the error of the estimate does not decay: the pole 1.3722813232690143 1/s is not left of 0",
+            "the error of the estimate does not decay: the pole 1.3722813232690143 1/s has no negative real part",
         ),
         (
             observer(&both) + "gains = { speed = 0.3, load = \"0 N m s/rad\" }\nsample_time = \"10 ms\"\n",
@@ -163,7 +163,7 @@ fn errors_of_observers_are_reported() {
         ),
         (
             observer(&format!("rates = {{ sped = \"-a.load / J\" }}\n{measured}poles = [-5, -6]\n")),
-            "`rates`: `sped` is no state",
+            "`rates`: `sped` is not a state",
         ),
         (
             observer(&format!("rates = {{ speed = \"-a.load * abs(a.load) / J / 1 N m\" }}\n{measured}poles = [-5, -6]\n")),
@@ -175,7 +175,7 @@ fn errors_of_observers_are_reported() {
         ),
         (
             observer(&format!("{rates}measured = {{ twist = \"arm.w\" }}\npoles = [-5, -6]\n")),
-            "`measured`: `twist` is no state, and `predicted` says nothing of it",
+            "`measured`: `twist` is not a state, and `predicted` does not contain it",
         ),
         (
             observer(&format!("{rates}measured = {{ speed = \"arm.phi\" }}\npoles = [-5, -6]\n")),
@@ -191,23 +191,23 @@ fn errors_of_observers_are_reported() {
         ),
         (
             observer(&format!("{rates}measured = {{ speed = \"arm.w\", load = \"wave\" }}\npoles = [-5, -6]\n")),
-            "`poles` place gains of one measurement, and there are several: `speed`, `load`",
+            "`poles` need exactly one measurement, and there are several: `speed`, `load`",
         ),
-        (observer(&both) + "poles = [-5, -6]\nunit = \"rad\"\n", "`unit` does nothing: each state has the unit in which it starts"),
+        (observer(&both) + "poles = [-5, -6]\nunit = \"rad\"\n", "`unit` has no effect: each state has the unit of its initial value"),
         (
             format!("kind = \"observer\"\nstates = {{ speed = [\"0 rad/s\", \"1 rad/s\"] }}\n{measured}poles = [-5]\n"),
-            "`states`: `speed` has 2 values, one is what it starts at",
+            "`states`: `speed` has 2 values, and it needs one initial value",
         ),
         (
             observer("rates = { speed = \"a.speed * 1e9 / 1 s - a.load / J\" }\n") + measured + "poles = [-5, -6]\nsample_time = \"1 s\"\n",
-            "within one sample the states grow or decay beyond what numbers hold",
+            "within one sample the states grow or decay beyond the range of floating point",
         ),
         // π/ω apart the samples of an oscillation do not show its speed.
         (
             "kind = \"observer\"\nstates = { x = \"0 rad\", v = \"0 rad/s\" }\n\
                  rates = { x = \"a.v\", v = \"-(pi / 1 s)^2 * a.x\" }\nmeasured = { x = \"arm.phi\" }\npoles = [-1, -2]\nsample_time = \"1 s\"\n"
                 .to_string(),
-            "at this sample time two motions look alike in all samples, so no gain tells them apart",
+            "at this sample time all samples of two motions are equal, so no gain distinguishes them",
         ),
     ];
     for (block, message) in cases {

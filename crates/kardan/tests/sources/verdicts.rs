@@ -128,7 +128,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
         Test("kardan/tests/synthesis/stability.rs", "what_hangs_on_rounded_slopes_is_not_decided"),
         &[
             "exactly, and the same for other last digits of rounded numbers that were tried",
-            "(decided exactly for the numbers as they are rounded",
+            "(decided exactly for the rounded numbers",
         ],
     ),
     (
@@ -183,7 +183,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "its exact derivatives {slopes}",
             "kardan places them exactly",
             "stays exact.",
-            "How the side force follows from the slip angle",
+            "The side force over the slip angle",
             "A function of time with a name.",
             "Named quantities",
             "its exact ratio would have",

@@ -1,4 +1,4 @@
-//! What stands between two delimiters.
+//! Cells between two delimiters.
 
 use std::borrow::Cow;
 
@@ -52,7 +52,7 @@ pub(super) fn unquoted(cell: &[u8]) -> &[u8] {
     cell.strip_prefix(b"\"").and_then(|cell| cell.strip_suffix(b"\"")).map_or(cell, <[u8]>::trim_ascii)
 }
 
-/// A cell with the minus of a keyboard for every other sign that is written for one; of bytes that are no UTF-8 the dashes of Windows.
+/// A cell with an ASCII minus in place of every other minus character; in non-UTF-8 bytes of the dashes of Windows.
 fn with_minus(cell: &[u8]) -> Cow<'_, [u8]> {
     if cell.is_ascii() {
         return cell.into();
@@ -63,7 +63,7 @@ fn with_minus(cell: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// What a cell means.
+/// The meaning of a cell.
 pub(super) fn read(cell: &[u8], point: u8) -> Cell {
     let cell = &*with_minus(unquoted(cell));
     if let Some((value, consumed)) = decimal::leading(cell, point)
@@ -113,7 +113,7 @@ fn stamp(text: &[u8]) -> Option<i64> {
     seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)
 }
 
-/// The clock without its zone, and the minutes by which it is ahead of UTC.
+/// The clock without its zone, and its offset from UTC in minutes.
 fn zone(clock: &str) -> Option<(&str, i64)> {
     if let Some(clock) = clock.strip_suffix('z') {
         return Some((clock, 0));

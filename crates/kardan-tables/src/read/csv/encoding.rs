@@ -14,7 +14,7 @@ pub(super) enum Encoding {
     },
 }
 
-/// The text without its byte order mark, as UTF-8 or as the single bytes that it is.
+/// The text without its byte order mark, as UTF-8 or as single bytes.
 pub(super) fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn Read + Send>> {
     let mut reader = bytes.open()?;
     let mut mark = [0; 3];
@@ -36,7 +36,7 @@ struct Utf16 {
     little: bool,
     ready: Vec<u8>,
     at: usize,
-    /// Bytes of a character that is not complete.
+    /// Bytes of an incomplete character.
     half: Vec<u8>,
 }
 

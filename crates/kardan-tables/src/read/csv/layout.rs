@@ -1,4 +1,4 @@
-//! How a text is written: encoding, delimiter, decimal point, where its names, units and numbers are.
+//! The layout of a text: encoding, delimiter, decimal point, positions of names, units and numbers.
 
 use std::collections::HashSet;
 use std::io::Read;
@@ -11,11 +11,11 @@ use crate::text::without_guard;
 /// The name of the format in messages.
 pub(super) const CSV: &str = "CSV";
 
-/// How much of the beginning is looked at.
+/// Examined length of the beginning.
 const HEAD: usize = 256 << 10;
-/// How much, if there is no end of a line in that.
+/// Examined length if that contains no line end.
 const LONG_HEAD: usize = 16 << 20;
-/// How many lines are split when delimiters are compared, at the beginning and at the end of what is looked at.
+/// Number of lines split to compare delimiters, at the beginning and at the end of the examined text.
 const SAMPLE: usize = 500;
 
 pub(super) struct Layout {
@@ -41,7 +41,7 @@ fn no_rows(why: String) -> LogError {
     LogError::NoChannels { format: CSV, why }
 }
 
-/// Looks at the beginning of a text.
+/// Examines the beginning of a text.
 pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, Group), LogError> {
     let mut mark = Vec::new();
     bytes.open()?.take(3).read_to_end(&mut mark)?;
@@ -74,7 +74,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
     if !ended {
         match head.iter().rposition(|byte| *byte == b'\n') {
             Some(end) => head.truncate(end),
-            None => return Err(no_rows(format!("its first {} MiB have no end of a line", LONG_HEAD >> 20))),
+            None => return Err(no_rows(format!("its first {} MiB contain no line end", LONG_HEAD >> 20))),
         }
     }
     let lines: Vec<&[u8]> =
@@ -83,7 +83,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
     if first.is_some_and(|first| first >= lines.len()) {
         let row = options.first_row.unwrap_or(0);
         return Err(no_rows(format!(
-            "the first row of numbers was said to be row {row}, beyond the {} rows seen",
+            "the first row of numbers is given as row {row}, after the {} rows read",
             lines.len()
         )));
     }
@@ -111,7 +111,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
     Ok((layout, group))
 }
 
-/// Delimiter and decimal point, and which cells hold numbers.
+/// Delimiter and decimal point, and the cells with numbers.
 struct Form {
     delimiter: u8,
     point: u8,
@@ -131,7 +131,7 @@ fn is_value(cell: &Cell) -> bool {
     matches!(cell, Cell::Number(_) | Cell::Stamp(_))
 }
 
-/// The form that makes most of the rows seen rows of numbers, of those the one with most cells.
+/// The form with most rows of numbers among the rows read; of equal ones that with most cells.
 fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     let delimiters = options.delimiter.map_or_else(|| b"\t;,| ".to_vec(), |delimiter| vec![delimiter]);
     let points: &[u8] = match options.decimal_comma {
@@ -143,7 +143,7 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     for &delimiter in &delimiters {
         for &point in points.iter().filter(|point| **point != delimiter || are_quoted(rows, delimiter)) {
             if let Some((share, form)) = try_form(rows, delimiter, point) {
-                // Whole numbers between commas are no column of decimal commas.
+                // Whole numbers between commas are not a column of decimal commas.
                 let score = (if form.cells == 1 { 0.5 * share } else { share }, form.cells);
                 if best.as_ref().is_none_or(|(candidate, _)| score > *candidate) {
                     best = Some((score, form));
@@ -154,7 +154,7 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     best.map(|(_, form)| form)
 }
 
-/// Whether there are numbers in quotes that hold the sign between two cells: `"1,5","2,5"`.
+/// Whether there are numbers in quotes that contain the delimiter: `"1,5","2,5"`.
 fn are_quoted(rows: &[(usize, &[u8])], delimiter: u8) -> bool {
     let is_one = |cell: &&[u8]| {
         let inside = cell::unquoted(cell);
@@ -174,7 +174,7 @@ fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, F
     let plain = |row: &&Vec<Cell>| row.iter().any(is_value) && !row.contains(&Cell::Text);
     let mut judged: Vec<&Vec<Cell>> = sample.iter().filter(plain).collect();
     if 5 * judged.len() < sample.len() && sample.len() >= 4 {
-        // Some cells are texts: the rows are judged by the last, which no header reaches in a long file.
+        // Some cells are texts: the last rows decide, which no header reaches in a long file.
         judged = sample[sample.len() / 2..].iter().collect();
     }
     let mut counts = std::collections::BTreeMap::new();
@@ -202,7 +202,7 @@ fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, F
         next[0] && 2 * next.iter().filter(|is_row| **is_row).count() >= next.len().min(3)
     };
     let mut start = (0..rows.len()).find(goes_on)?;
-    // A row with numbers that is no row of units, below a header, is one of the numbers with a mistake: it is told where it is read.
+    // A row with numbers below a header that is not a row of units is a row of numbers with an error: the reader reports it.
     while start > 1 && form.has_parse_errors(rows[start - 1].1) {
         start -= 1;
     }
@@ -221,7 +221,7 @@ impl Form {
             && row.iter().zip(&self.numeric).all(|(cell, numeric)| !numeric || *cell != Cell::Text)
     }
 
-    /// Whether it has numbers and texts in the columns of numbers, and is no row of units.
+    /// Whether it has numbers and texts in the columns of numbers, and is not a row of units.
     fn has_parse_errors(&self, line: &[u8]) -> bool {
         let cells = cells_of(line, self.delimiter, self.point);
         let mut texts = Vec::new();
@@ -264,7 +264,7 @@ impl Form {
             if !self.numeric[index] {
                 if values.iter().any(|row| row[index] == Cell::Text) {
                     let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
-                    notes.push(format!("`{name}` holds text and is left out"));
+                    notes.push(format!("`{name}` contains text and is left out"));
                     continue;
                 }
                 if name.is_empty() {
@@ -317,7 +317,7 @@ impl Header {
     fn find(lines: &[&[u8]], form: &Form, options: &CsvOptions) -> Self {
         let split = |line: &[u8]| {
             let mut cells = Vec::new();
-            // Blanks at the start count where a tab begins the row.
+            // Blanks at the start count if a tab begins the row.
             cell::split(without_mark(line), form.delimiter, &mut cells);
             cells.into_iter().map(decoded).collect::<Vec<_>>()
         };
@@ -364,7 +364,7 @@ impl Header {
         header
     }
 
-    /// Name and unit of a cell; the unit may stand behind the name.
+    /// Name and unit of a cell; the unit may follow the name.
     fn of(&self, index: usize) -> (String, String) {
         let name = self.names.get(index).cloned().unwrap_or_default();
         let unit = self.units.get(index).map_or("", |unit| without_brackets(unit));
@@ -411,7 +411,7 @@ fn quotient(name: &str) -> Option<(&str, &str)> {
     (is_whole && is_unit).then_some((quantity, unit))
 }
 
-/// Whether names are such quotients: most of them, every one with a `/`, and no quantity twice. Else the `/` belongs to names.
+/// Whether names are such quotients: most of them, every one with a `/`, and no duplicate quantity. Else the `/` belongs to names.
 fn are_quotients(names: &[String]) -> bool {
     let slashed = || names.iter().filter(|name| name.contains('/') && !name.ends_with(']'));
     let quantities: Option<HashSet<&str>> =
@@ -420,7 +420,7 @@ fn are_quotients(names: &[String]) -> bool {
     count > 0 && 2 * count >= names.len() && quantities.is_some_and(|quantities| quantities.len() == count)
 }
 
-/// Words that say what a row of the header holds.
+/// Words that mark the kind of a header row.
 fn is_label(cell: &str) -> bool {
     let cell = cell.trim_end_matches(':').to_lowercase();
     matches!(
@@ -430,7 +430,7 @@ fn is_label(cell: &str) -> bool {
 }
 
 fn are_units(cells: &[String]) -> bool {
-    // `1` may stand for no unit, and tells nothing.
+    // `1` may mean no unit, and decides nothing.
     let cells = || cells.iter().filter(|cell| cell.parse::<f64>().is_err());
     let units = cells().filter(|cell| is_unit(without_brackets(cell))).count();
     let texts = cells().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();

@@ -4,14 +4,14 @@ use super::super::decimal;
 use super::cell::{self, Cell};
 use super::layout::{Layout, is_comment};
 
-/// What is read of a line.
+/// The cells to read of a line.
 pub(super) struct Plan {
     delimiter: u8,
     point: u8,
     cells: usize,
     /// For each cell of a line, its column.
     columns: Vec<Option<usize>>,
-    /// For each column: whether it holds stamps, and the first one.
+    /// For each column: whether it contains stamps, and the first one.
     stamps: Vec<Option<i64>>,
     pub(super) first_line: u64,
 }
@@ -25,7 +25,7 @@ pub(super) struct Rows {
     pub(super) skipped: u64,
     pub(super) first_skipped: Option<u64>,
     pub(super) odd_cells: u64,
-    /// Line, cell and what stands there.
+    /// Line, cell and its text.
     pub(super) first_odd_cell: Option<(u64, usize, String)>,
 }
 
@@ -74,7 +74,7 @@ impl Plan {
         }
     }
 
-    /// A line of plain numbers at the start of a text; gives its length with its end.
+    /// A line of plain numbers at the start of a text; returns its length with its end.
     #[inline]
     fn plain(&self, text: &[u8], columns: &mut [Vec<f64>]) -> Option<usize> {
         if self.delimiter == self.point {
@@ -119,7 +119,7 @@ impl Plan {
         if is_comment(line) || line.iter().all(|byte| byte.is_ascii_whitespace()) {
             return;
         }
-        // A delimiter too many at the end is common.
+        // An extra delimiter at the end is common.
         if cells.len() == self.cells + 1 && cells.last().is_some_and(|cell| cell.is_empty()) {
             cells.pop();
         }

@@ -1,4 +1,4 @@
-//! The blocks that say which channels there are and where their records are.
+//! The blocks with the channels and the positions of their records.
 
 use std::collections::HashSet;
 
@@ -9,27 +9,27 @@ use super::field::{Conversion, Field, Kind};
 /// The name of the format in messages.
 pub(super) const MDF: &str = "MDF";
 
-/// Where a channel group is: data group, channel group of it.
+/// The position of a channel group: data group, channel group in it.
 type Place = (usize, usize);
 
-/// The longest text, block and record that are read, bytes.
+/// Largest length of text, block and record, bytes.
 const TEXT_LIMIT: u64 = 64 << 10;
 const BLOCK_LIMIT: u64 = 1 << 20;
 const RECORD_LIMIT: usize = 16 << 20;
-/// The most links of a block: a list of blocks of records in a file of hundreds of GB.
+/// Largest number of links of a block: a list of blocks of records in a file of hundreds of GB.
 const LINK_LIMIT: u64 = 1 << 20;
-/// Structures inside each other.
+/// Nesting depth of structures.
 const DEPTH_LIMIT: usize = 4;
 
 pub(super) struct File {
     pub data: Vec<DataGroup>,
-    /// Where each group is.
+    /// The position of each group.
     pub places: Vec<Place>,
     /// Whether the length of the last block of records is unknown.
     pub unfinished_length: bool,
 }
 
-/// Records that stand in one stream.
+/// Records in one stream.
 pub(super) struct DataGroup {
     pub data: u64,
     pub id_bytes: usize,
@@ -42,7 +42,7 @@ pub(super) struct Layout {
     /// The number of the [`Group`] if it has channels.
     pub group: Option<usize>,
     pub rows: Option<u64>,
-    /// Records with a length of their own (texts): passed over.
+    /// Records of variable length (texts): skipped.
     pub variable: bool,
     pub data_bytes: usize,
     pub invalid_bytes: usize,
@@ -78,13 +78,13 @@ impl Header {
             return Err(LogError::damaged(
                 MDF,
                 format!("at byte {at}"),
-                "a link leads there, but no block begins there",
+                "a link points there, but no block begins there",
             ));
         }
         // A block of records that a crash left without its length has length 0.
         let unfinished = length == 0 && links == 0 && &id == b"##DT";
         if !unfinished && (links > LINK_LIMIT || length < 24 + 8 * links) {
-            let what = format!("block {} says that it has {length} bytes with {links} links", header.name());
+            let what = format!("block {} declares {length} bytes with {links} links", header.name());
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         Ok(header)
@@ -115,7 +115,7 @@ impl Header {
         LogError::damaged(
             MDF,
             format!("at byte {}", self.at),
-            format!("{expected} is expected there, found {}", self.name()),
+            format!("expected {expected} there, found {}", self.name()),
         )
     }
 }
@@ -149,7 +149,7 @@ impl Read {
 
 struct Traversal<'a> {
     source: &'a mut Source,
-    /// Blocks of chains that were passed, against circles.
+    /// Visited blocks of chains, against cycles.
     visited: HashSet<u64>,
     notes: Vec<String>,
 }
@@ -174,7 +174,7 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
     let (mut data, mut groups, mut places) = (Vec::new(), Vec::new(), Vec::new());
     let mut next = header.link(0);
     while next != 0 {
-        // What was recorded before damage in the chain is still read.
+        // Records before damage in the chain are still read.
         match traversal.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
             Ok((group, after)) => {
                 data.push(group);
@@ -189,8 +189,8 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
     }
     if groups.is_empty() {
         let why = match traversal.notes.first() {
-            Some(note) => format!("no group holds numbers that can be read ({note})"),
-            None => "no group holds numbers; was anything recorded?".into(),
+            Some(note) => format!("no group contains readable numbers ({note})"),
+            None => "no group contains numbers; was anything recorded?".into(),
         };
         return Err(LogError::NoChannels { format: MDF, why });
     }
@@ -209,19 +209,15 @@ impl Traversal<'_> {
         Ok(Read { links, data, at, what })
     }
 
-    /// A block of a chain, which is passed only once.
+    /// A block of a chain, which is visited only once.
     fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
         if !self.visited.insert(at) {
-            return Err(LogError::damaged(
-                MDF,
-                format!("at byte {at}"),
-                format!("the links lead in a circle to {what}"),
-            ));
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), format!("the links form a cycle to {what}")));
         }
         self.block(at, id, what)
     }
 
-    /// A text; what cannot be read is none.
+    /// A text; `None` if it cannot be read.
     fn text(&mut self, at: u64) -> String {
         if at == 0 {
             return String::new();
@@ -250,7 +246,7 @@ impl Traversal<'_> {
         let block = self.chained(at, b"##DG", "a data group")?;
         let id_bytes = block.number(0, 1)? as usize;
         if !matches!(id_bytes, 0 | 1 | 2 | 4 | 8) {
-            let what = format!("a data group says that record numbers have {id_bytes} bytes");
+            let what = format!("a data group declares record numbers of {id_bytes} bytes");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         let mut group = DataGroup { data: block.link(2), id_bytes, groups: Vec::new() };
@@ -285,7 +281,7 @@ impl Traversal<'_> {
         let variable = flags & 1 != 0;
         let (data_bytes, invalid_bytes) = if variable { (0, 0) } else { (data_bytes, invalid_bytes) };
         if data_bytes.saturating_add(invalid_bytes) > RECORD_LIMIT {
-            let what = format!("records are said to have {data_bytes} bytes");
+            let what = format!("a group of channels declares records of {data_bytes} bytes");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         }
         let rows = if uncounted { None } else { Some(rows) };
@@ -356,18 +352,18 @@ impl Traversal<'_> {
         Ok(())
     }
 
-    /// The field and the unit of a channel, or why it is no channel of numbers.
+    /// The field and the unit of a channel, or why it is not a channel of numbers.
     fn channel(&mut self, block: &Read, layout: &Layout) -> Result<Result<(Field, String), String>, LogError> {
         let (kind, data_type) = (block.number(0, 1)?, block.number(2, 1)?);
         let (bit, byte, bits) = (block.number(3, 1)? as u32, block.number(4, 4)? as usize, block.number(8, 4)?);
         let (flags, invalid_bit) = (block.number(12, 4)?, block.number(16, 4)? as usize);
         let (stored, big_endian) = match (kind, data_type) {
-            (1 | 4 | 5, _) => return Ok(Err("has values of changing length".into())),
+            (1 | 4 | 5, _) => return Ok(Err("has values of variable length".into())),
             (3 | 6, _) => (Kind::Index, false),
             (_, 0 | 1) => (Kind::Unsigned, data_type == 1),
             (_, 2 | 3) => (Kind::Signed, data_type == 3),
             (_, 4 | 5) => (Kind::Float, data_type == 5),
-            _ => return Ok(Err("holds no numbers (text, bytes or dates)".into())),
+            _ => return Ok(Err("contains no numbers (text, bytes or dates)".into())),
         };
         let at = || format!("at byte {}", block.at);
         let sound = match stored {
@@ -391,7 +387,7 @@ impl Traversal<'_> {
         };
         let field = Field { kind: stored, big_endian, byte, bit, bits: bits as u32, invalid, conversion };
         if byte.checked_add(field.bytes()).is_none_or(|end| stored != Kind::Index && end > layout.data_bytes) {
-            let what = format!("a channel lies beyond the {} bytes of its record", layout.data_bytes);
+            let what = format!("a channel is outside the {} bytes of its record", layout.data_bytes);
             return Err(LogError::damaged(MDF, at(), what));
         }
         let unit = match self.text(block.link(6)) {
@@ -406,7 +402,7 @@ impl Traversal<'_> {
         let unit = self.text(block.link(1));
         let (kind, count) = (block.number(0, 1)?, block.number(6, 2)? as usize);
         let Some(values) = block.floats(24, count) else {
-            let what = format!("a conversion announces {count} numbers, but has fewer");
+            let what = format!("a conversion declares {count} numbers, but has fewer");
             return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
         };
         let conversion = match (kind, &values[..]) {
@@ -426,7 +422,7 @@ impl Traversal<'_> {
                 let default = if values.len() % 3 == 1 { values[values.len() - 1] } else { f64::NAN };
                 Conversion::Ranges { rows, default, float: false }
             }
-            // Numbers that stand for words are given as numbers.
+            // Numbers that encode words stay numbers.
             (7..=11, _) => Conversion::None,
             _ => {
                 let what = format!("a conversion of kind {kind} has {count} numbers");

@@ -1,4 +1,4 @@
-//! Whether a file goes as far as its blocks.
+//! Whether a file contains all of its blocks.
 
 use std::collections::HashSet;
 
@@ -6,11 +6,11 @@ use super::super::LogError;
 use super::super::source::Source;
 use super::blocks::{Header, MDF};
 
-/// The most blocks that are looked at.
+/// Largest number of examined blocks.
 const MOST: usize = 1 << 20;
 
-/// The first block found that the file ends before or within. Links are followed from the header on, to blocks that are not read too; of a
-/// list of records the last block stands for all.
+/// The first block found that the file truncates or lacks. The search follows links from the header, also to blocks that are not read; of a
+/// list of records it examines only the last block.
 pub(super) fn missing(source: &mut Source) -> Option<LogError> {
     let mut visited = HashSet::new();
     let mut open = vec![64];
@@ -24,7 +24,7 @@ pub(super) fn missing(source: &mut Source) -> Option<LogError> {
             Err(_) => continue,
         };
         if header.end() > source.size {
-            let what = format!("the block {} at byte {at} goes on to byte {}", header.name(), header.end());
+            let what = format!("the block {} at byte {at} extends to byte {}", header.name(), header.end());
             return Some(LogError::Truncated { format: MDF, what, end: source.size });
         }
         let links = header.links(source).unwrap_or_default();

@@ -12,7 +12,7 @@ pub(super) enum Kind {
     Index,
 }
 
-/// What makes a physical value of a stored one.
+/// The conversion of a stored value to a physical one.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Conversion {
     None,
@@ -42,7 +42,7 @@ pub(super) struct Field {
     pub byte: usize,
     pub bit: u32,
     pub bits: u32,
-    /// Which bit behind the data says that a value is invalid.
+    /// The bit after the data that marks a value as invalid.
     pub invalid: Option<usize>,
     pub conversion: Conversion,
 }
@@ -117,7 +117,7 @@ impl Field {
     }
 }
 
-/// A number of 16 bits after IEEE 754.
+/// A number of 16 bits according to IEEE 754.
 fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));

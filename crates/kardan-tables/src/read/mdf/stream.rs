@@ -1,4 +1,4 @@
-//! The records of a data group as one stream of bytes, whatever blocks they are in.
+//! The records of a data group as one stream of bytes, over all kinds of blocks.
 
 use std::collections::HashSet;
 
@@ -6,26 +6,26 @@ use super::super::LogError;
 use super::super::source::Source;
 use super::blocks::{Header, MDF, unsigned};
 
-/// The most bytes that a compressed block may hold (the standard says 4 MiB).
+/// Largest size of a decompressed block in bytes (4 MiB in the standard).
 const INFLATED_LIMIT: u64 = 64 << 20;
 const READ: u64 = 1 << 20;
 
 pub(super) struct Stream {
     source: Source,
-    /// Lengths of the last data block are not to be trusted: the recording was not finished.
+    /// The length of the last data block is unreliable: the recording was not finished.
     unfinished: bool,
-    /// Lists that are open: their next blocks.
+    /// Open lists: their next blocks.
     fragments: std::vec::IntoIter<u64>,
     next_list: u64,
-    /// Blocks that were opened, against circles.
+    /// Opened blocks, against cycles.
     blocks: HashSet<u64>,
-    /// What is left of an uncompressed block.
+    /// The rest of an uncompressed block.
     at: u64,
     remaining: u64,
-    /// What is left of a compressed block.
+    /// The rest of a compressed block.
     inflated: Vec<u8>,
     used: usize,
-    /// What follows an uncompressed block that is cut.
+    /// The data after a truncated uncompressed block.
     after: Option<LogError>,
     failed: Option<LogError>,
     has_failed: bool,
@@ -56,7 +56,7 @@ impl Stream {
         self.source.size
     }
 
-    /// Ends the stream with an error, which is given when all before it is read.
+    /// Ends the stream with an error, returned after all data before it.
     pub fn fail(&mut self, error: LogError) {
         self.has_failed = true;
         self.failed = Some(error);
@@ -72,7 +72,7 @@ impl Stream {
         self.has_failed
     }
 
-    /// Appends bytes up to a length, fewer at the end only. What was read before an error is in `out`.
+    /// Appends bytes up to a length, fewer only at the end. Bytes before an error are in `out`.
     pub fn fill(&mut self, out: &mut Vec<u8>, length: usize) -> Result<(), LogError> {
         if let Some(error) = self.failed.take() {
             return Err(error);
@@ -120,7 +120,7 @@ impl Stream {
                 if self.unfinished && (self.remaining == 0 || self.remaining > available) {
                     self.remaining = available;
                 }
-                // What is there of a block that is cut is read; the error follows it.
+                // The present part of a truncated block is read; the error follows it.
                 if self.remaining > available {
                     let what = format!("the block of records at byte {at} has {} bytes", self.remaining);
                     self.after = Some(LogError::Truncated { format: MDF, what, end: self.source.size });
@@ -163,8 +163,9 @@ impl Stream {
         let (length, packed) = (unsigned(&fields[8..16]), unsigned(&fields[16..24]));
         let place = || format!("in the compressed block at byte {}", header.at);
         if length > INFLATED_LIMIT || packed > INFLATED_LIMIT {
-            let what =
-                format!("it says that {packed} bytes hold {length}, more than the {INFLATED_LIMIT} that are read");
+            let what = format!(
+                "it declares {length} bytes in {packed} compressed ones, more than the limit of {INFLATED_LIMIT}"
+            );
             return Err(LogError::damaged(MDF, place(), what));
         }
         if kind > 1 {
@@ -175,9 +176,9 @@ impl Stream {
         }
         let packed = self.source.bytes(header.data_at() + 24, packed as usize)?;
         let bytes = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(&packed, length as usize)
-            .map_err(|_| LogError::damaged(MDF, place(), "its bytes cannot be inflated"))?;
+            .map_err(|_| LogError::damaged(MDF, place(), "its bytes cannot be decompressed"))?;
         if bytes.len() as u64 != length {
-            let what = format!("it holds {} bytes instead of {length}", bytes.len());
+            let what = format!("it contains {} bytes instead of {length}", bytes.len());
             return Err(LogError::damaged(MDF, place(), what));
         }
         self.inflated = if kind == 1 && width > 1 { transposed(&bytes, width) } else { bytes };
@@ -186,7 +187,7 @@ impl Stream {
     }
 }
 
-/// Records of some width from their bytes column by column; what is no whole record stays at the end.
+/// Records of some width from their bytes column by column; an incomplete record stays at the end.
 fn transposed(bytes: &[u8], width: usize) -> Vec<u8> {
     let rows = bytes.len() / width;
     let mut out = bytes.to_vec();

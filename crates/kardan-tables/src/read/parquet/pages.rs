@@ -1,8 +1,8 @@
-//! Pages of a column chunk from a file that is not trusted.
+//! Pages of a column chunk from an untrusted file.
 //!
-//! The pages come from the crate `parquet` as if they were not compressed and are inflated here: with a bound, and for
-//! gzip and Zstandard without the C libraries that the crate would bring. Before the crate decodes a page, what it takes for
-//! granted there is checked: it would panic.
+//! The pages come from the crate `parquet` as if they were not compressed; this module decompresses them: with a bound, and for
+//! gzip and Zstandard without the C libraries that the crate would need. Before the crate decodes a page, its assumptions
+//! on the page are checked: it would panic otherwise.
 
 use std::io::Read;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,17 +16,17 @@ use ::parquet::schema::types::ColumnDescriptor;
 
 use super::super::source::Source;
 
-/// The most bytes of a page, and of the description of a file.
+/// Largest size of a page, and of the description of a file, bytes.
 pub(super) const LIMIT: usize = 256 << 20;
 
-/// A file that is read at several places.
+/// A file that is read at several positions.
 #[derive(Clone)]
 pub(super) struct Shared(pub Arc<Mutex<Source>>);
 
 impl Shared {
     pub fn bytes(&self, at: u64, count: usize) -> Result<Vec<u8>> {
         if count > LIMIT {
-            return Err(ParquetError::General(format!("{count} bytes are announced at byte {at}, more than are read")));
+            return Err(ParquetError::General(format!("{count} bytes are declared at byte {at}, more than the limit")));
         }
         let mut source = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         source.bytes(at, count).map_err(|error| ParquetError::General(error.to_string()))
@@ -51,7 +51,7 @@ impl ChunkReader for Shared {
     }
 }
 
-/// Reads on from a place.
+/// Reads on from a position.
 pub(super) struct Forward {
     file: Shared,
     at: u64,
@@ -74,20 +74,20 @@ impl Read for Forward {
     }
 }
 
-/// Whether pages of a compression are read.
+/// Whether a compression is supported.
 pub(super) fn is_read(compression: Compression) -> bool {
     matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_) | Compression::ZSTD(_))
 }
 
-/// Inflates and checks the pages of a column chunk.
+/// Decompresses and checks the pages of a column chunk.
 pub(super) struct Inflated {
     pages: SerializedPageReader<Shared>,
     compression: Compression,
-    /// Whether values may be missing, told by levels before them.
+    /// Whether values may be missing, as marked by levels before them.
     optional: bool,
     /// Bytes of a value.
     width: usize,
-    /// Whether a dictionary came.
+    /// Whether there was a dictionary.
     dictionary: bool,
 }
 
@@ -109,7 +109,7 @@ fn variable_length(bytes: &[u8], at: &mut usize) -> Option<u64> {
     None
 }
 
-/// How many values packed as differences in blocks there are, at most so many; `None` if they do not hold what their heads announce.
+/// Number of values packed as differences in blocks, with an upper bound; `None` if they do not contain what their headers declare.
 fn differences(bytes: &[u8], expected: u64) -> Option<u64> {
     let mut at = 0;
     let mut number = || variable_length(bytes, &mut at);
@@ -148,16 +148,16 @@ impl Inflated {
         Self { pages, compression, optional: column.max_def_level() > 0, width, dictionary: false }
     }
 
-    /// Checks what the decoders take for granted of a page that is inflated.
+    /// Checks the assumptions of the decoders on a decompressed page.
     fn check(&mut self, page: &mut Page) -> Result<()> {
         match page {
-            // Memory is taken for as many values as are announced.
+            // The decoder allocates memory for the declared number of values.
             Page::DictionaryPage { buf, num_values, .. } => match (*num_values as usize).checked_mul(self.width) {
                 Some(bytes) if bytes <= buf.len() => {
                     self.dictionary = true;
                     Ok(())
                 }
-                _ => Err(lies(format!("a dictionary of {} bytes is said to hold {num_values} values", buf.len()))),
+                _ => Err(lies(format!("a dictionary of {} bytes declares {num_values} values", buf.len()))),
             },
             Page::DataPage { buf, num_values, encoding, def_level_encoding, .. } => {
                 let levels = match def_level_encoding {
@@ -168,7 +168,7 @@ impl Inflated {
                     }
                     #[expect(deprecated)]
                     Encoding::BIT_PACKED => num_values.div_ceil(8) as usize,
-                    _ => return Err(lies(format!("levels cannot be written as {def_level_encoding}"))),
+                    _ => return Err(lies(format!("levels with the encoding {def_level_encoding} are not allowed"))),
                 };
                 self.values(encoding, buf, levels, *num_values)
             }
@@ -180,16 +180,16 @@ impl Inflated {
         }
     }
 
-    /// The same of the values behind the levels; values in streams of bytes are put together here.
+    /// The same of the values after the levels; values in byte streams are assembled here.
     fn values(&self, encoding: &mut Encoding, page: &mut Bytes, levels: usize, count: u32) -> Result<()> {
         let values = page.get(levels..).ok_or_else(|| lies("a page is shorter than its levels"))?;
         match encoding {
             Encoding::PLAIN_DICTIONARY | Encoding::RLE_DICTIONARY if !self.dictionary => {
-                return Err(lies("a page refers to a dictionary that is not there"));
+                return Err(lies("a page refers to a missing dictionary"));
             }
             Encoding::DELTA_BINARY_PACKED => {
                 let available = differences(values, u64::from(count))
-                    .ok_or_else(|| lies("the differences of a page are not as long as announced"))?;
+                    .ok_or_else(|| lies("the differences of a page have not the declared length"))?;
                 if available == 0 {
                     (*encoding, *page) = (Encoding::PLAIN, page.slice(..levels));
                 }
@@ -206,18 +206,18 @@ impl Inflated {
     }
 
     fn inflate(&self, bytes: &[u8]) -> Result<Vec<u8>> {
-        let broken = |what: &str| ParquetError::General(format!("a page cannot be inflated: {what}"));
+        let broken = |what: &str| ParquetError::General(format!("a page cannot be decompressed: {what}"));
         match self.compression {
             Compression::SNAPPY => {
                 let length = snap::raw::decompress_len(bytes).map_err(|error| broken(&error.to_string()))?;
-                // A copy of three bytes makes at most 64.
+                // A copy of three bytes gives at most 64.
                 if length > LIMIT.min(32 * bytes.len() + 64) {
-                    return Err(broken(&format!("{} bytes cannot hold {length}", bytes.len())));
+                    return Err(broken(&format!("{} bytes cannot contain {length}", bytes.len())));
                 }
                 snap::raw::Decoder::new().decompress_vec(bytes).map_err(|error| broken(&error.to_string()))
             }
             Compression::GZIP(_) => {
-                let start = gzip_header(bytes).ok_or_else(|| broken("no header of gzip"))?;
+                let start = gzip_header(bytes).ok_or_else(|| broken("no gzip header"))?;
                 miniz_oxide::inflate::decompress_to_vec_with_limit(&bytes[start..], LIMIT)
                     .map_err(|error| broken(&error.to_string()))
             }
@@ -235,7 +235,7 @@ impl Inflated {
     }
 }
 
-/// Where the deflated bytes of a gzip member begin (RFC 1952).
+/// The start of the deflated bytes of a gzip member (RFC 1952).
 fn gzip_header(bytes: &[u8]) -> Option<usize> {
     let [0x1f, 0x8b, 8, flags, ..] = *bytes else { return None };
     let mut at = 10;

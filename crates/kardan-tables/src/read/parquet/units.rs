@@ -1,18 +1,18 @@
-//! What an Arrow schema says of columns: a flatbuffer in base64, as pyarrow writes it into the metadata.
+//! Column metadata of an Arrow schema: a flatbuffer in base64, as pyarrow writes it into the metadata.
 
-/// What it says of a column.
+/// The metadata of a column.
 pub(super) struct Field {
     pub name: String,
     /// `unit` of its metadata.
     pub unit: Option<String>,
-    /// If its whole numbers are durations: how many there are in a second.
+    /// If its whole numbers are durations: their number per second.
     pub per_second: Option<f64>,
 }
 
 /// The number of the type `Duration`.
 const DURATION: usize = 18;
 
-/// The columns that are not inside others.
+/// The top-level columns.
 pub(super) fn fields(schema: &str) -> Vec<Field> {
     decoded(schema).and_then(|bytes| found(&bytes)).unwrap_or_default()
 }
@@ -38,7 +38,7 @@ fn decoded(text: &str) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// A flatbuffer; every place is checked.
+/// A flatbuffer; every access is checked.
 struct Buffer<'a>(&'a [u8]);
 
 impl Buffer<'_> {
@@ -51,7 +51,7 @@ impl Buffer<'_> {
         at.checked_add(self.number(at, 4)?)
     }
 
-    /// Where a slot of a table is.
+    /// The position of a slot of a table.
     fn slot(&self, table: usize, slot: usize) -> Option<usize> {
         let back = self.number(table, 4)? as u32 as i32;
         let directory = usize::try_from(i64::try_from(table).ok()? - i64::from(back)).ok()?;
@@ -96,7 +96,7 @@ fn found(bytes: &[u8]) -> Option<Vec<Field>> {
         if buffer.number(buffer.slot(field, 2)?, 1)? != DURATION {
             return None;
         }
-        // Milliseconds are what is not written.
+        // Milliseconds are the default.
         let kind = buffer.child(field, 3)?;
         match buffer.slot(kind, 0).map_or(Some(1), |at| buffer.number(at, 2))? {
             0 => Some(1.0),

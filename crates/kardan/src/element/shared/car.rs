@@ -1,18 +1,18 @@
-//! A car in the making: what its parts are called, and how they are written.
+//! The generator of a car: names of its parts, and their tables.
 
 use crate::entries::{Entries, RawValue};
 use crate::units::parse_number;
 
-/// What is left of a friction that a run makes zero or less.
+/// Lower limit of a friction that becomes zero or negative in a run.
 const LEAST_FRICTION: &str = "0.001";
 
-/// A car in the making: its name and what is given.
+/// The generator of a car: its name and its keys.
 pub(in crate::element) struct Car<'a> {
     pub(in crate::element) name: &'a str,
     pub(in crate::element) entries: &'a Entries,
 }
 
-/// A name as expressions have it.
+/// A name in the syntax of expressions.
 pub(in crate::element) fn quoted(name: String) -> String {
     if name.contains('-') { format!("'{name}'") } else { name }
 }
@@ -22,7 +22,7 @@ impl Car<'_> {
         self.entries.keyed(key).is_some()
     }
 
-    /// Whether its tyres have a limit, and its wheels exact angles.
+    /// Whether its tyre forces are limited, and its wheel angles exact.
     pub(in crate::element) fn slides(&self) -> bool {
         matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "magic_formula" || word == "tmeasy")
     }
@@ -32,7 +32,7 @@ impl Car<'_> {
         matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "tmeasy")
     }
 
-    /// A number of the car, as others name it.
+    /// A number of the car, by its name in expressions.
     pub(in crate::element) fn own(&self, key: &str) -> String {
         quoted(format!("{}.{key}", self.name))
     }
@@ -47,7 +47,7 @@ impl Car<'_> {
         quoted(format!("{}_{part}.{quantity}", self.name))
     }
 
-    /// An expression that is given.
+    /// The expression of a key.
     pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
         match self.entries.get(key)? {
             RawValue::Text(text) | RawValue::Number(text) => Some(format!("({text})")),
@@ -65,12 +65,12 @@ impl Car<'_> {
         self.has("roll_stiffness")
     }
 
-    /// How high the centre of gravity is above the axis of roll.
+    /// Height of the centre of gravity above the roll axis.
     pub(in crate::element) fn roll_arm(&self) -> String {
         format!("({} - {})", self.own("height"), self.own("roll_height"))
     }
 
-    /// Lateral velocity of the axis of roll, under the centre of gravity.
+    /// Lateral velocity of the roll axis, under the centre of gravity.
     pub(in crate::element) fn at_axis(&self) -> String {
         let v = self.of("lateral", "v");
         if self.rolls() { format!("({v} + {} * {})", self.roll_arm(), self.of("roll", "w")) } else { v }
@@ -93,7 +93,7 @@ impl Car<'_> {
         out.table_mut("torque").set(&self.part(part), RawValue::Table(table));
     }
 
-    /// A formula that laws, blocks and programs share.
+    /// A shared formula of laws, blocks and programs.
     pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
         let mut table = Entries::default();
         table.set("kind", RawValue::Text("expression".into()));
@@ -111,17 +111,17 @@ impl Car<'_> {
         rear.or_else(|| self.grip("mu")).unwrap_or_else(|| "1".into())
     }
 
-    /// A friction that is given; where a run makes it zero or less, next to nothing is left.
+    /// The friction of a key; a run limits it below by `LEAST_FRICTION`.
     fn grip(&self, key: &str) -> Option<String> {
         self.formula(key).map(|text| if self.varies(key) { format!("max({LEAST_FRICTION}, {text})") } else { text })
     }
 
-    /// Whether a number is written as something else, which may change in a run.
+    /// Whether a numeric key has an expression, which may change in a run.
     fn varies(&self, key: &str) -> bool {
         matches!(self.entries.get(key), Some(RawValue::Text(text)) if parse_number(text).is_err())
     }
 
-    /// What blocks and a run know of frictions that may change.
+    /// Signals of the frictions that may change, for blocks and runs.
     pub(in crate::element) fn frictions(&self) -> Vec<(&'static str, String)> {
         let keys = [
             ("mu", "friction"),

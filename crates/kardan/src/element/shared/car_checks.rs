@@ -1,4 +1,4 @@
-//! What may be wrong with the tyres and the wheels of a car.
+//! Checks of the tyres and the wheels of a car.
 
 use super::kind::KeyError;
 use super::tmeasy::PEAK;
@@ -6,12 +6,12 @@ use super::values::Values;
 use crate::equations::{Formula, Meaning};
 use crate::num::rational_to_f64;
 
-/// Friction beyond which a value is a mistake.
+/// Largest accepted friction.
 const MOST_FRICTION: f64 = 2.0;
 /// As in the loads of the car, m/s².
 const GRAVITY: f64 = 9.80665;
 
-/// What is wrong with friction and tyres.
+/// Errors of friction and tyres.
 pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     let nonlinear = values.word("tyre").is_some_and(|tyre| tyre != "linear");
@@ -41,7 +41,7 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
             && most > MOST_FRICTION
         {
             let message = format!("a friction of {most} is above {MOST_FRICTION}");
-            out.push(KeyError::new(key, message, "it is the force that a tyre bears at most, over its load"));
+            out.push(KeyError::new(key, message, "it is the largest force of a tyre over its load"));
         }
     }
     if values.number("shape").is_some_and(|c| c > 2.0) {
@@ -58,13 +58,13 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
         out.push(KeyError::new(key, "`bore_torque` and `bore_stiffness` go together", "give both, or none of them"));
     }
     if torque && !values.has("relaxation_length") {
-        let message = "tyres that twist on the spot roll that off along their relaxation length";
+        let message = "the twist of a tyre at standstill decays over its relaxation length as it rolls";
         out.push(KeyError::new("bore_torque", message, "give `relaxation_length`, such as \"0.5 m\""));
     }
     out
 }
 
-/// What is known of the smallest value of a formula, and of what: a number; a signal that it is, at its start and at its breakpoints; a formula of the
+/// The known smallest value of a formula, with its description: a number; a signal, at its start and at its breakpoints; a formula of the
 /// time, at its start.
 pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     if let Some(number) = formula.number() {
@@ -72,7 +72,7 @@ pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     }
     let text = formula.expression.text().trim().trim_matches('\'');
     let Some((_, Meaning::Signal(function))) = formula.names.iter().find(|(name, _)| name == text) else {
-        return Some(("its value at the begin".into(), rational_to_f64(&formula.at_begin()?)));
+        return Some(("its value at the start".into(), rational_to_f64(&formula.at_begin()?)));
     };
     let starts = function.parts().flat_map(|part| part.pieces.starts()).copied();
     let times = starts.flat_map(|start| [start, start.next_down()]).filter(|time| *time >= 0.0).chain([0.0]);
@@ -80,7 +80,7 @@ pub(in crate::element) fn least(formula: &Formula) -> Option<(String, f64)> {
     Some((format!("the signal `{text}` at {time} s"), value))
 }
 
-/// What is wrong with sides, braking, loads and the curve of TMeasy.
+/// Errors of sides, braking, loads and the curve of TMeasy.
 pub(in crate::element) fn check_wheels(values: &Values) -> Vec<KeyError> {
     let mut out = [check_sides(values), check_braking(values), check_loads(values), check_roll(values)].concat();
     if values.word("tyre") == Some("tmeasy") {
@@ -88,7 +88,7 @@ pub(in crate::element) fn check_wheels(values: &Values) -> Vec<KeyError> {
         return out;
     }
     for key in ["peak_slip", "slide_slip", "slide_factor"].into_iter().filter(|key| values.has(key)) {
-        out.push(KeyError::new(key, "it says nothing of these tyres", "remove it, or write `tyre = \"tmeasy\"`"));
+        out.push(KeyError::new(key, "these tyres do not use it", "remove it, or write `tyre = \"tmeasy\"`"));
     }
     out
 }
@@ -101,7 +101,7 @@ fn check_sides(values: &Values) -> Vec<KeyError> {
     }
     let key = if left { "mu_left" } else { "mu_right" };
     if left != right {
-        let message = "the friction of the other side is not known";
+        let message = "the friction of the other side is missing";
         out.push(KeyError::new(key, message, "give both `mu_left` and `mu_right`, or `mu`"));
     }
     for whole in ["mu", "mu_rear"].into_iter().filter(|whole| values.has(whole)) {
@@ -109,7 +109,7 @@ fn check_sides(values: &Values) -> Vec<KeyError> {
         out.push(KeyError::new(key, message, "keep `mu` with `mu_rear`, or `mu_left` with `mu_right`"));
     }
     if !values.has("track") {
-        let message = "how far left and right are apart is not known";
+        let message = "the track width is missing";
         out.push(KeyError::new(key, message, "add `track = \"1.5 m\"`, the distance between left and right wheels"));
     }
     out
@@ -125,13 +125,13 @@ fn check_braking(values: &Values) -> Vec<KeyError> {
     }
     out.extend(above_one(values, "brake_share"));
     for key in ["brake_share", "scrub_radius"].into_iter().filter(|key| values.has(key) && !values.has("braking")) {
-        let message = "nothing brakes, so it says nothing";
-        out.push(KeyError::new(key, message, "add `braking`, the force that is asked for, or remove it"));
+        let message = "there is no braking force, so it has no effect";
+        out.push(KeyError::new(key, message, "add `braking`, the requested force, or remove it"));
     }
     out
 }
 
-/// A part that is more than the whole.
+/// A fraction above one.
 fn above_one(values: &Values, key: &'static str) -> Option<KeyError> {
     let part = values.number(key).filter(|part| *part > 1.0)?;
     let message = format!("{part} is more than the whole");
@@ -141,7 +141,7 @@ fn above_one(values: &Values, key: &'static str) -> Option<KeyError> {
 fn check_loads(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::from_iter(above_one(values, "roll_share"));
     if values.has("height") && !values.has("track") {
-        let message = "how far the wheels are apart, over which a bend moves the load, is not known";
+        let message = "the track width is missing, over which cornering transfers the load";
         out.push(KeyError::new(
             "height",
             message,
@@ -149,23 +149,23 @@ fn check_loads(values: &Values) -> Vec<KeyError> {
         ));
     }
     for key in ["roll_share", "load_sensitivity"].into_iter().filter(|key| values.has(key) && !values.has("height")) {
-        let message = "loads stay as they are at rest, so it says nothing";
+        let message = "the wheel loads stay at their static values, so it has no effect";
         out.push(KeyError::new(key, message, "add `height`, that of the centre of gravity, or remove it"));
     }
     if let Some(lost) = values.number("load_sensitivity").filter(|lost| *lost >= 1.0) {
-        let message = format!("at twice the load nothing is left of the friction: it loses {lost} of it");
+        let message = format!("at double the load no friction remains: it loses {lost} of it");
         out.push(KeyError::new("load_sensitivity", message, "tyres of cars lose 0.05 to 0.3"));
     }
     out
 }
 
-/// What rolls needs its three numbers, a height, and springs that hold its weight.
+/// A car that rolls needs its three numbers, a height, and springs that balance its weight.
 fn check_roll(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if !values.has("roll_stiffness") {
         for key in ["roll_damping", "roll_inertia", "roll_height"].into_iter().filter(|key| values.has(key)) {
             let help = "add `roll_stiffness`, such as \"60 kN m/rad\", or remove it";
-            out.push(KeyError::new(key, "the car does not roll, so it says nothing", help));
+            out.push(KeyError::new(key, "the car does not roll, so it has no effect", help));
         }
         return out;
     }
@@ -181,14 +181,14 @@ fn check_roll(values: &Values) -> Vec<KeyError> {
     let [stiffness, mass, height] = ["roll_stiffness", "mass", "height"].map(|key| values.number(key));
     let arm = height.map(|height| height - values.number_or_default("roll_height"));
     if let Some(arm) = arm.filter(|arm| *arm < 0.0) {
-        let message = format!("the axis of roll lies {} m above the centre of gravity", -arm);
+        let message = format!("the roll axis is {} m above the centre of gravity", -arm);
         out.push(KeyError::new("roll_height", message, "lower it below `height`"));
     }
     if let (Some(stiffness), Some(mass), Some(arm)) = (stiffness, mass, arm) {
         let needed = mass * GRAVITY * arm;
         if stiffness <= needed {
             let message = format!(
-                "the car falls over: beside its axis its weight pushes with {needed:.0} N m for each radian of roll"
+                "the car tips over: its weight about the roll axis acts with {needed:.0} N m for each radian of roll"
             );
             out.push(KeyError::new("roll_stiffness", message, "raise it above that; cars have 40 to 100 kN m/rad"));
         }
@@ -196,11 +196,11 @@ fn check_roll(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The slip of the peak must leave the fraction room to bend: `slope · slip ≥ 2 force`.
+/// The rational part of the curve needs `slope · slip ≥ 2 force` at the peak.
 fn check_curve(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(factor) = values.number("slide_factor").filter(|factor| *factor > 1.0) {
-        let message = format!("a tyre that slides has no more than its largest force, and {factor} of it is more");
+        let message = format!("the force of a sliding tyre is at most its largest force, and {factor} of that is more");
         out.push(KeyError::new("slide_factor", message, "it is at most 1, on dry roads about 0.9"));
     }
     let [a, b, mass] = ["front_axle", "rear_axle", "mass"].map(|key| values.number(key));

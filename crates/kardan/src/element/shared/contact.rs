@@ -1,4 +1,4 @@
-//! Stops on the two sides of a direction.
+//! Contacts on both sides of a direction.
 
 use super::kind::KeyError;
 use super::values::Values;
@@ -7,7 +7,7 @@ use crate::num::Rational;
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Exact;
 
-/// What the sides of a contact are made of.
+/// The material of a contact: soft or rigid.
 #[derive(Debug, Clone)]
 pub(in crate::element) enum Side {
     Rigid { restitution: Exact },
@@ -44,12 +44,12 @@ pub(in crate::element) fn contact(direction: &Direction, [lower, upper]: [Option
     lower.into_iter().chain(upper).collect()
 }
 
-/// A direction the other way round.
+/// The opposite direction.
 fn opposite(direction: &Direction) -> Direction {
     Direction { entries: direction.entries.iter().map(|(name, x)| (name.clone(), -x)).collect() }
 }
 
-/// What is wrong with the keys of [`contact`]; `sides` is the key that says where the stops are.
+/// Errors of the keys of [`contact`]; `sides` is the key with the positions of the stops.
 pub(in crate::element) fn check_contact(values: &Values, sides: &'static str) -> Vec<KeyError> {
     let mut out = check_restitution(values);
     if !values.has("stiffness") && values.exact("damping").is_some_and(|d| !d.is_zero()) {
@@ -64,34 +64,34 @@ fn check_restitution(values: &Values) -> Vec<KeyError> {
     if values.exact("restitution").is_some_and(|e| e.to_f64() > 1.0) {
         out.push(KeyError::new(
             "restitution",
-            "above 1 each blow would add energy",
-            "give a number from 0 (it stays) to 1 (it loses nothing)",
+            "above 1 each impact would add energy",
+            "give a number from 0 (perfectly inelastic) to 1 (no energy loss)",
         ));
     }
     if values.has("stiffness") && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
         out.push(KeyError::new(
             "restitution",
             "it is for rigid contact, and `stiffness` makes it soft",
-            "take one of the two away; a soft one loses energy by its `damping`",
+            "remove one of the two; soft contact loses energy by its `damping`",
         ));
     }
     out
 }
 
-/// The part of the speed that the sides of a play go back with.
+/// The coefficient of restitution of backlash flanks.
 pub(in crate::element) const RESTITUTION: Field = Field::with_default(
     "restitution",
     Kind::Number(Sign::NonNegative),
     "0",
-    "With `backlash`: the part of the speed that its sides go back with where they meet, 0 to 1.",
+    "With `backlash`: coefficient of restitution of the impacts of its flanks, the part of the relative speed with which they separate, 0 to 1.",
 );
 
-/// The width of the play of an element, if it has any.
+/// The width of the backlash of an element, if it has any.
 pub(in crate::element) fn play_of(values: &Values) -> Option<&Exact> {
     values.exact("backlash").filter(|backlash| !backlash.is_zero())
 }
 
-/// A constraint `aᵀq = offset` with play of a width along a: beyond half of it either way its sides hold it. The torque along a is what the
+/// A constraint `aᵀq = offset` with backlash of a width along a: at half of it either way its flanks are in contact. The torque along a is what the
 /// multiplier of the constraint would be.
 pub(in crate::element) fn play(direction: &Direction, offset: &Exact, width: &Exact, side: &Side) -> Vec<Term> {
     contact(&opposite(direction), centred_limits(&-offset, width), side)
@@ -103,11 +103,15 @@ pub(in crate::element) fn centred_limits(middle: &Exact, width: &Exact) -> [Opti
     [middle.plus(&-&half), middle.plus(&half)].map(Some)
 }
 
-/// What is wrong with `restitution` beside `backlash`.
+/// Errors of `restitution` with `backlash`.
 pub(in crate::element) fn check_play(values: &Values) -> Vec<KeyError> {
     let mut out = check_restitution(values);
     if play_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
-        out.push(KeyError::new("restitution", "without `backlash` nothing ever parts", "add `backlash`, or remove it"));
+        out.push(KeyError::new(
+            "restitution",
+            "without `backlash` nothing separates, so there is no impact",
+            "add `backlash`, or remove it",
+        ));
     }
     out
 }

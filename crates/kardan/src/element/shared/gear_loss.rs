@@ -1,4 +1,4 @@
-//! Losses in the teeth of a constraint.
+//! Load-dependent gear friction of a constraint.
 
 use super::kind::KeyError;
 use super::values::Values;
@@ -10,28 +10,28 @@ use crate::units::{Dimension, Exact};
 pub(in crate::element) const EFFICIENCY: Field = Field::optional(
     "efficiency",
     Kind::Number(Sign::Positive),
-    "Part of the power that comes through while the first shaft drives, above 0 and up to 1. Left out: nothing is lost.",
+    "Efficiency while the first shaft drives, above 0 and up to 1. Left out: no loss.",
 );
 
 pub(in crate::element) const EFFICIENCY_BACK: Field = Field::optional(
     "efficiency_back",
     Kind::Number(Sign::Any),
-    "The same while the first shaft is driven, up to 1; zero or less locks by itself: then the load cannot move it, but for a rigid blow, which passes teeth without loss. A worm with friction angle rho \
-     and lead angle g has tan(g - rho)/tan(g). Left out: `efficiency`.",
+    "The same while the first shaft is driven, up to 1; zero or less is self-locking: then the load cannot move it, except by a rigid impact, which \
+     passes through the gear without loss. A worm with friction angle rho and lead angle g has tan(g - rho)/tan(g). Left out: `efficiency`.",
 );
 
 pub(crate) const LOSS: Field = Field::optional(
     "loss",
     Kind::Formula(Dimension::TORQUE),
-    "Loss torque on the first shaft, added to that of `efficiency`: an expression of `load`, the size of the torque that the teeth put on that \
-     shaft, of `speed`, the size of its speed, of parameters and tables, such as \"loss_map(speed, load)\". Never negative.",
+    "Loss torque on the first shaft, added to that of `efficiency`: an expression of `load`, the magnitude of the gear torque on that shaft, of \
+     `speed`, the magnitude of its speed, of parameters and tables, such as \"loss_map(speed, load)\". Never negative.",
 );
 
 /// The names that a [`LOSS`] may use besides those of all expressions.
 pub(crate) const LOAD: &str = "load";
 pub(crate) const SPEED: &str = "speed";
 
-/// The loss against motion along a direction, whose first body the constraint of the element puts a torque on; nothing without such keys.
+/// The loss opposite to the motion along a direction, on whose first body the constraint of the element acts; none without such keys.
 pub(in crate::element) fn gear_loss(direction: Direction, values: &Values) -> Option<Term> {
     let loss = values.formula("loss").cloned();
     let one = Exact::one();
@@ -48,30 +48,27 @@ pub(in crate::element) fn gear_loss(direction: Direction, values: &Values) -> Op
     })
 }
 
-/// A number below zero for what rubs, which would drive.
+/// A negative friction, which would drive.
 pub(in crate::element) fn check_rubs(values: &Values, key: &'static str) -> Option<KeyError> {
     let number = values.formula(key)?.number()?;
-    let message = "it is negative, and what rubs would drive";
+    let message = "it is negative, so friction would drive";
     (number < Rational::ZERO).then(|| KeyError::new(key, message, "give zero or more"))
 }
 
-/// What is wrong with these keys.
+/// Errors of these keys.
 pub(in crate::element) fn check_gear_loss(values: &Values) -> Vec<KeyError> {
     let mut out: Vec<KeyError> = check_rubs(values, "loss").into_iter().collect();
     for key in ["efficiency", "efficiency_back"] {
         let Some(efficiency) = values.number(key) else { continue };
         if efficiency > 1.0 {
-            let message = "above 1 the teeth would add power";
-            out.push(KeyError::new(key, message, "give the part that comes through, such as 0.9"));
+            let message = "above 1 the gear would add power";
+            out.push(KeyError::new(key, message, "give an efficiency, such as 0.9"));
         }
     }
     if values.has("efficiency_back") && !values.has("efficiency") {
-        let message = "without `efficiency` nothing is lost the other way, which no teeth do that rub this way";
-        out.push(KeyError::new(
-            "efficiency_back",
-            message,
-            "add `efficiency`, the part that comes through while the first shaft drives",
-        ));
+        let message =
+            "without `efficiency` the other direction has no loss, which contradicts the loss in this direction";
+        out.push(KeyError::new("efficiency_back", message, "add `efficiency`, that while the first shaft drives"));
     }
     out
 }

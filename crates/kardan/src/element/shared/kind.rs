@@ -1,4 +1,4 @@
-//! What an element is: its keys, its checks and the terms that it stands for.
+//! The kind of an element: its keys, its checks and its terms.
 
 use super::values::Values;
 use crate::equations::Term;
@@ -12,7 +12,7 @@ use crate::units::Dimension;
 pub struct Element {
     /// The word in the model file, the name of the file here, and of the manual page.
     pub keyword: &'static str,
-    /// What it is, in one sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
     /// Sketch with positive directions.
     pub sketch: &'static str,
@@ -24,32 +24,32 @@ pub struct Element {
     pub fields: &'static [Field],
     /// An example, valid TOML.
     pub example: &'static str,
-    /// Checks that concern several keys at once: `(key, message, help)` for each mistake.
+    /// Checks of several keys together: `(key, message, help)` for each error.
     pub check: fn(&Values) -> Vec<KeyError>,
-    /// The terms it stands for.
+    /// The terms that it adds to the model.
     pub terms: fn(name: &str, values: &Values) -> Vec<Term>,
 }
 
-/// A mistake found by an element's own check.
+/// An error found by an element's own check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyError {
     /// The key to point at; the header if it is absent from the table.
     pub key: &'static str,
-    /// What is wrong and why.
+    /// The error and its reason.
     pub message: String,
-    /// What to do.
+    /// How to correct it.
     pub help: String,
 }
 
 impl Element {
-    /// The charges that an element of that name introduces as coordinates, whatever its values.
+    /// The charges that an element of that name introduces as coordinates, for all values of its keys.
     pub fn charges(&self, name: &str) -> Vec<String> {
         let terms = (self.terms)(name, &Values::default());
         let charge = |term| if let Term::Charge { name } = term { Some(name) } else { None };
         terms.into_iter().filter_map(charge).collect()
     }
 
-    /// The signal that events set where the key `current` is left out; nothing of what has none.
+    /// The signal that events set if the key `current` is omitted; none for other elements.
     pub fn signal_of_events(&self, name: &str) -> Option<String> {
         let current = self.fields.iter().find(|field| field.kind == Kind::OfTime(Dimension::CURRENT))?;
         (!current.required).then(|| Quantity::Current.of(name))

@@ -6,7 +6,7 @@ use crate::equations::{Direction, Stribeck, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
 
-/// Damper and friction along a direction, if they are given and not zero.
+/// Damper and friction along a direction, if they are not zero.
 pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<Term> {
     let mut out = Vec::new();
     if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
@@ -26,9 +26,8 @@ pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<
 pub(in crate::element) const BREAKAWAY: Field = Field::optional(
     "breakaway",
     Kind::Mechanical(Dimension::TORQUE, Sign::NonNegative),
-    "Torque at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
-     friction + (breakaway - friction) exp(-(w/stribeck_speed)^2). Only runs know it, designs leave friction out. Left out: \
-     equal to `friction`.",
+    "Breakaway torque at rest, not below `friction`; in motion the friction falls from it as friction + (breakaway - friction) \
+     exp(-(w/stribeck_speed)^2). Only simulations use it; designs neglect friction. Left out: equal to `friction`.",
 );
 pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "stribeck_speed",
@@ -36,7 +35,7 @@ pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "Speed with which the friction falls from `breakaway`; needed with it.",
 );
 
-/// What is wrong with the keys of [`losses`], of a shaft or a mass.
+/// Errors of the keys of [`losses`], of a shaft or a mass.
 pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<KeyError> {
     let (effort, unit) = if masses { ("force", "N") } else { ("torque", "N m") };
     let mut out = Vec::new();
@@ -49,7 +48,7 @@ pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<Key
         )),
         (None, true) => out.push(KeyError::new(
             "stribeck_speed",
-            "it says how fast the friction falls from a breakaway torque, and there is none",
+            "it is the speed scale of the fall from a breakaway torque, and there is none",
             "add `breakaway`, or remove it",
         )),
         (Some(_), true) => {}
@@ -58,11 +57,7 @@ pub(in crate::element) fn check_losses(values: &Values, masses: bool) -> Vec<Key
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
         let (most, sliding) = (breakaway.to_f64(), friction.to_f64());
         let message = format!("the breakaway {effort} {most} {unit} is below the friction {sliding} {unit}");
-        out.push(KeyError::new(
-            "breakaway",
-            message,
-            "friction holds at rest at least what it does in motion: raise it",
-        ));
+        out.push(KeyError::new("breakaway", message, "friction at rest is at least that in motion: raise it"));
     }
     out
 }

@@ -1,4 +1,4 @@
-//! What elements share.
+//! Code shared by several elements.
 
 pub(super) mod branch;
 pub(super) mod car;

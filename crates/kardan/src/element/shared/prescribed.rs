@@ -5,7 +5,7 @@ use crate::equations::Term;
 use crate::num::rational_from_f64;
 use crate::units::Exact;
 
-/// A right-hand side, or what it is at time zero where it is a function of time; and that function as a term.
+/// A right-hand side, or its value at time zero if it is a function of time; and that function as a term.
 pub(in crate::element) fn right_side(values: &Values, key: &str) -> (Exact, Option<Term>) {
     match values.of_time(key) {
         Some(function) => {

@@ -7,7 +7,7 @@ use crate::equations::Curve;
 use crate::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial};
 use crate::num::{Rational, rational_from_f64};
 
-/// A natural cubic spline, straight beyond its ends: the curve and its slope are continuous exactly, its curvature to rounding.
+/// A natural cubic spline with linear extrapolation: the curve and its slope are continuous exactly, its curvature to rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::element) struct Spline {
     /// The curve, its slope and its curvature.
@@ -15,7 +15,7 @@ pub(in crate::element) struct Spline {
 }
 
 impl Spline {
-    /// Through two or more points whose first parts rise.
+    /// Through two or more points with increasing abscissas.
     pub fn new(points: &[(f64, f64)]) -> Option<Self> {
         let slopes = slopes(points);
         let point = |(x, y): &(f64, f64)| Some((rational_from_f64(*x)?, rational_from_f64(*y)?));
@@ -27,7 +27,7 @@ impl Spline {
         Some(Self { tables: [curve, slope, curvature] })
     }
 
-    /// Where the curve turns back: the ends of the first piece in which the slope vanishes or changes its sign.
+    /// Where the curve reverses: the ends of the first piece in which the slope vanishes or changes its sign.
     pub fn turns(&self) -> Option<(f64, f64)> {
         let [_, slope, _] = &self.tables;
         let rises = slope.value(&slope.knots[0]) > Rational::ZERO;
@@ -105,19 +105,19 @@ fn slopes(points: &[(f64, f64)]) -> Vec<f64> {
     out
 }
 
-/// What is wrong with the points of a curve.
+/// Errors of the points of a curve.
 pub(in crate::element) fn check_points(key: &'static str, points: &[(f64, f64)]) -> Vec<KeyError> {
     if points.len() < 2 {
         return vec![KeyError::new(key, "a curve needs two points at least", "add more points")];
     }
     if let Some(pair) = points.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
         let message = format!("its points do not rise: after {} comes {} (SI)", pair[0].0, pair[1].0);
-        return vec![KeyError::new(key, message, "list the points in order, each place once")];
+        return vec![KeyError::new(key, message, "list the points in order, each abscissa once")];
     }
     match Spline::new(points).and_then(|spline| spline.turns()) {
         Some((from, to)) => {
-            let message = format!("the smooth curve through its points turns back between {from} and {to} (SI)");
-            vec![KeyError::new(key, message, "let the values rise or fall all along, or add points there")]
+            let message = format!("the smooth curve through its points reverses between {from} and {to} (SI)");
+            vec![KeyError::new(key, message, "let the values only rise or only fall, or add points there")]
         }
         None => Vec::new(),
     }
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     /// A straight line is itself; a spline goes through its points, its derivatives are those of differences, and its curvature does
-    /// not jump but for rounding.
+    /// not jump, to rounding.
     #[test]
     fn splines_are_smooth_curves_through_their_points() {
         let points = [(-2.0, -1.5), (-0.5, -0.2), (0.3, 0.1), (1.0, 0.9), (2.5, 1.4)];

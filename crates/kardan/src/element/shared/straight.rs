@@ -1,4 +1,4 @@
-//! What turns and what moves straight.
+//! Rotating and translating bodies.
 
 use super::contact::{Side, play, play_of};
 use super::kind::KeyError;
@@ -6,7 +6,7 @@ use super::values::Values;
 use crate::equations::{Direction, Domain, Term};
 use crate::units::Exact;
 
-/// `s − lead·φ = offset`, with the play of the element: a row over a mass and a shaft, which is a length.
+/// `s − lead·φ = offset`, with the backlash of the element: a row over a mass and a shaft, which is a length.
 pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, values: &Values) -> Vec<Term> {
     let direction = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
     let offset = values.exact_or_default("offset");
@@ -17,7 +17,7 @@ pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, value
     std::iter::once(Term::Measure(Domain::Translation)).chain(moves).collect()
 }
 
-/// Keys that must name what moves.
+/// Keys that must name a moving body.
 pub(in crate::element) fn check_moves(values: &Values, keys: &[&'static str]) -> Vec<KeyError> {
     let still = keys.iter().filter(|key| values.word(key) == Some(crate::equations::GROUND));
     still.map(|key| KeyError::new(key, "the ground does not move", "name a shaft or mass that moves")).collect()

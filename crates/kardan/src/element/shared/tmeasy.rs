@@ -1,16 +1,16 @@
-//! The side force of TMeasy (G. Rill, Road Vehicle Dynamics): a fraction up to its peak, from there on a cubic, then what slides.
+//! The side force of TMeasy (G. Rill, Road Vehicle Dynamics): a rational function up to its peak, then a cubic, then the sliding force.
 
 use super::car::Car;
 use super::wheels::AXLES;
 use crate::entries::Entries;
 
-/// The slip of the peak, where none is given, over that at which the slope at no slip would reach the force of the peak.
+/// Default peak slip over the slip at which the initial slope would reach the peak force.
 pub(in crate::element) const PEAK: f64 = 3.0;
-/// The slip from which on the tyre slides, where none is given, over that of the peak.
+/// Default slip from which the tyre slides, over the peak slip.
 pub(in crate::element) const SLIDE: f64 = 3.0;
 
 impl Car<'_> {
-    /// The slope at no slip times the slip of the peak, over the force there: so long as friction and load change, that slip goes with the force.
+    /// The initial slope times the peak slip, over the peak force: while friction and load change, the peak slip is proportional to the force.
     fn steepness(&self, axle: &str) -> String {
         match self.has("peak_slip") {
             true => {
@@ -21,7 +21,7 @@ impl Car<'_> {
         }
     }
 
-    /// The slip from which on it slides over that of the peak.
+    /// The slip from which the tyre slides, over the peak slip.
     fn slides_at(&self, axle: &str) -> String {
         match (self.has("slide_slip"), self.has("peak_slip")) {
             (true, true) => format!("({} / {})", self.own("slide_slip"), self.own("peak_slip")),
@@ -33,7 +33,7 @@ impl Car<'_> {
         }
     }
 
-    /// Slips over those of the peaks, as laws share them, from the tangents of slip angles and the largest forces.
+    /// Slips over the peak slips, as shared expressions of laws, from the tangents of slip angles and the largest forces.
     pub(in crate::element) fn share_slips(&self, out: &mut Entries, of: impl Fn(&str) -> [String; 2]) {
         for (axle, _) in AXLES {
             let ([tangent, most], stiffness) = (of(axle), self.own(&format!("{axle}_stiffness")));
@@ -42,7 +42,7 @@ impl Car<'_> {
         }
     }
 
-    /// The side force of an axle of which this is the largest one.
+    /// The side force of an axle with this largest force.
     pub(in crate::element) fn tmeasy_force(&self, axle: &str, most: &str) -> String {
         let (slip, k) = (self.own(&format!("slip_{axle}")), self.steepness(axle));
         let x = format!("max(-1, min(1, {slip}))");
@@ -52,7 +52,7 @@ impl Car<'_> {
         format!("(-{most} * {up} * {down})")
     }
 
-    /// The part of the pneumatic trail that is left, none from the peak on.
+    /// The remaining part of the pneumatic trail, zero from the peak on.
     pub(in crate::element) fn tmeasy_trail(&self) -> String {
         format!("max(0, 1 - abs({}))", self.own("slip_front"))
     }

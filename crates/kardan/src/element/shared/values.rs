@@ -20,19 +20,19 @@ pub enum Resolved {
     Exact(Exact),
     /// Values by name.
     Map(Vec<(String, Exact)>),
-    /// Coefficients by shaft or mass, and what their sum with these is.
+    /// Coefficients by shaft or mass, and the dimension of their sum.
     Row(Vec<(String, Exact)>, Domain),
     /// Tables.
     Tables(Vec<Values>),
     /// Poles, 1/s.
     Poles(Vec<ExactPole>),
-    /// An expression of what moves.
+    /// An expression of coordinates and rates.
     Formula(Arc<Formula>),
     /// A function of time.
     OfTime(Arc<OfTime>),
-    /// What blocks and expressions compute.
+    /// An expression of signals and blocks.
     Task(Arc<Task>),
-    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    /// Expressions by shaft or mass, and the dimension of their sum with the rates.
     Formulas(FormulaRow),
 }
 
@@ -42,7 +42,7 @@ pub struct Values {
     map: BTreeMap<&'static str, Resolved>,
     /// Whether the element acts along masses.
     pub translational: bool,
-    /// What holds for keys that are left out.
+    /// Defaults of omitted keys.
     defaults: BTreeMap<&'static str, Resolved>,
 }
 
@@ -52,17 +52,17 @@ impl Values {
         self.map.insert(key, value);
     }
 
-    /// What holds for a key if it is left out.
+    /// The default of a key.
     pub fn insert_default(&mut self, key: &'static str, value: Resolved) {
         self.defaults.insert(key, value);
     }
 
-    /// What is given for a key, or its default.
+    /// The value of a key, or its default.
     fn get(&self, key: &str) -> Option<&Resolved> {
         self.map.get(key).or_else(|| self.defaults.get(key))
     }
 
-    /// Gives each number that is given, not a default, the name `<element>.<key>`, or `<element>.<key>.<entry>`.
+    /// Gives each explicit number (not a default) the name `<element>.<key>`, or `<element>.<key>.<entry>`.
     pub fn name(&mut self, element: &str) {
         for (key, value) in &mut self.map {
             let name = |value: &mut Exact, name: String| *value = value.clone().named(name);
@@ -83,12 +83,12 @@ impl Values {
         }
     }
 
-    /// Takes a key away.
+    /// Removes a key.
     pub fn remove(&mut self, key: &str) {
         self.map.remove(key);
     }
 
-    /// Whether the key is there, and not its default.
+    /// Whether the key has an explicit value.
     pub fn has(&self, key: &str) -> bool {
         self.map.contains_key(key)
     }
@@ -140,12 +140,12 @@ impl Values {
         }
     }
 
-    /// What a row of coefficients sums up to: an angle or a length.
+    /// The dimension of the sum of a coefficient row: an angle or a length.
     pub fn measure(&self, key: &str) -> Option<Domain> {
         if let Some(Resolved::Row(_, domain)) = self.get(key) { Some(*domain) } else { None }
     }
 
-    /// An expression of what moves.
+    /// An expression of coordinates and rates.
     pub fn formula(&self, key: &str) -> Option<&Arc<Formula>> {
         if let Some(Resolved::Formula(formula)) = self.get(key) { Some(formula) } else { None }
     }
@@ -155,12 +155,12 @@ impl Values {
         if let Some(Resolved::OfTime(function)) = self.get(key) { Some(function) } else { None }
     }
 
-    /// What blocks and expressions compute.
+    /// An expression of signals and blocks.
     pub fn task(&self, key: &str) -> Option<&Arc<Task>> {
         if let Some(Resolved::Task(task)) = self.get(key) { Some(task) } else { None }
     }
 
-    /// Expressions by shaft or mass, and what their sum with the rates of these is.
+    /// Expressions by shaft or mass, and the dimension of their sum with the rates.
     pub fn formulas(&self, key: &str) -> Option<&FormulaRow> {
         if let Some(Resolved::Formulas(row)) = self.get(key) { Some(row) } else { None }
     }
@@ -191,7 +191,7 @@ impl Values {
         self.word(key).unwrap_or_default()
     }
 
-    /// The ratio of a gear; one where it is missing, which was told: the rest is looked at all the same, and nothing is divided
+    /// The ratio of a gear; one if it is missing, which kardan has reported: the other checks still run, without a division
     /// by zero.
     pub(in crate::element) fn ratio(&self) -> Exact {
         self.exact("ratio").cloned().unwrap_or_else(Exact::one)

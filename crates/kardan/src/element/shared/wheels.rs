@@ -1,4 +1,4 @@
-//! The four wheels of a car: what they carry, how they brake, and what is left to their sides.
+//! The four wheels of a car: loads, braking forces and the remaining side forces.
 
 use super::car::Car;
 use crate::entries::Entries;
@@ -7,11 +7,11 @@ use crate::entries::Entries;
 pub(in crate::element) const AXLES: [(&str, &str); 2] = [("front", "f"), ("rear", "r")];
 const SIDES: [(&str, &str); 2] = [("left", "l"), ("right", "r")];
 
-/// The part of its load at rest that a wheel bears to the side at least: a root has no slope at zero.
+/// Least side force of a wheel over its static load: the slope of a root is infinite at zero.
 const LEAST: &str = "0.000001";
 
 impl Car<'_> {
-    /// Whether its wheels are told apart: in what they carry, or in how they brake or stick.
+    /// Whether its wheels differ: in load, braking force or friction.
     pub(in crate::element) fn wheels(&self) -> bool {
         ["braking", "height", "mu_left", "mu_right"].into_iter().any(|key| self.has(key))
     }
@@ -25,7 +25,7 @@ impl Car<'_> {
         format!("({} * 9.80665 m/s^2)", self.own("mass"))
     }
 
-    /// The braking force that is asked for, N.
+    /// The requested braking force, N.
     fn braking_force(&self) -> Option<String> {
         self.formula("braking").map(|braking_force| format!("max(0 N, {braking_force})"))
     }
@@ -35,7 +35,7 @@ impl Car<'_> {
         if self.has("braking") && self.has("height") { self.own(&format!("load_{axle}")) } else { self.load(axle) }
     }
 
-    /// Forces that wheels share: loads, braking forces, and the largest side forces of the axles.
+    /// Shared expressions of forces: loads, braking forces, and the largest side forces of the axles.
     pub(in crate::element) fn wheel_forces(&self, out: &mut Entries) {
         if !self.wheels() {
             return;
@@ -65,11 +65,11 @@ impl Car<'_> {
         }
     }
 
-    /// What axles and wheels carry.
+    /// Loads of axles and wheels.
     fn loads(&self, out: &mut Entries) {
         let (weight, [a, b]) = (self.weight(), ["front_axle", "rear_axle"].map(|key| self.own(key)));
         if let (Some(braking_force), true) = (self.braking_force(), self.has("height")) {
-            // Of what is asked for, as much as the tyres could bear at rest.
+            // The requested force, limited to that of the tyres at static load.
             let [front, rear] = ["front", "rear"].map(|axle| format!("{} * {}", self.friction(axle), self.load(axle)));
             let moved = format!("min({braking_force}, {front} + {rear}) * {} / ({a} + {b})", self.own("height"));
             self.share(out, "load_front", format!("min({weight}, {} + {moved})", self.load("front")));
@@ -88,7 +88,7 @@ impl Car<'_> {
         }
     }
 
-    /// The load that goes from the left wheel of an axle to the right one in a bend to the left.
+    /// The load transfer from the left wheel of an axle to the right one in a left turn.
     fn moved_aside(&self, axle: &str) -> String {
         let [m, h, track] = ["mass", "height", "track"].map(|key| self.own(key));
         let at_rest = format!("{} / {}", self.load(axle), self.weight());
@@ -101,13 +101,13 @@ impl Car<'_> {
         if !self.rolls() {
             return format!("{force} * {h} / {track} * {own}");
         }
-        // Springs and dampers pass on what rolls, the links of the axles what acts at their height.
+        // Springs and dampers transmit the roll moment, the links of the axles the forces at their height.
         let [c, d] = ["roll_stiffness", "roll_damping"].map(|key| self.own(key));
         let rolled = format!("({c} * {} + {d} * {})", self.of("roll", "phi"), self.of("roll", "w"));
         format!("({rolled} * {own} + {force} * {} * {at_rest}) / {track}", self.own("roll_height"))
     }
 
-    /// The part of what is asked for that an axle brakes.
+    /// The share of an axle in the requested braking force.
     fn brake_share(&self, axle: &str) -> String {
         match (self.has("brake_share"), axle) {
             (true, "front") => self.own("brake_share"),
@@ -127,7 +127,7 @@ impl Car<'_> {
         format!("{friction} * max(0, 1 - {} * {more}) * {load}", self.own("load_sensitivity"))
     }
 
-    /// What braking does to the side, about the vertical axis, and to the king-pins.
+    /// Effects of braking: lateral force, yaw moment and moment about the king-pins.
     pub(in crate::element) fn brakes(&self, out: &mut Entries) {
         if !self.has("braking") {
             return;
@@ -152,7 +152,7 @@ impl Car<'_> {
         self.add(out, "torque", "braking_yaw", &[("shaft", self.part("yaw")), ("law", yaw)]);
     }
 
-    /// The part of the braking force of the front wheels that acts to the right where they are turned to the left.
+    /// The component of the front braking force to the right while the front wheels are steered to the left.
     pub(in crate::element) fn braked_aside(&self) -> Option<String> {
         self.has("braking").then(|| {
             let delta = self.of("wheel", "phi");
@@ -161,7 +161,7 @@ impl Car<'_> {
         })
     }
 
-    /// What is read of braking: names and expressions.
+    /// Signals of braking: names and expressions.
     pub(in crate::element) fn braking_readings(&self) -> Vec<(&'static str, String)> {
         let Some(braking_force) = self.braking_force() else { return Vec::new() };
         let side = |l: &str| ["f", "r"].map(|f| self.own(&format!("braking_{f}{l}"))).join(" + ");
