@@ -9,7 +9,7 @@ use crate::equations::Measured;
 use crate::names;
 use crate::names::SignalName;
 use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
-use crate::study::design::DesignSettings;
+use crate::study::design::designs::DesignSettings;
 use crate::study::{PreparedVariant, Progress, Project, Silent};
 
 /// The last fraction of a run, which counts as settled.

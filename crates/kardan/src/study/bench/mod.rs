@@ -14,9 +14,6 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::checks::{check_matrices, reduce_diagnostics};
-use super::prepare::{file_stem, is_error};
-use super::{PreparedVariant, Progress, Project};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Entry;
@@ -32,6 +29,9 @@ use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use crate::schema::{EntryValue, Kind, Named, Quantity, Value};
 use crate::simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
+use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
+use crate::study::prepare::variants::{file_stem, is_error};
+use crate::study::{PreparedVariant, Progress, Project};
 use crate::synthesis::Law;
 use plan::{MotionSequence, Planner, Refusal};
 use servo::{Servo, ServoLaw, encoders};

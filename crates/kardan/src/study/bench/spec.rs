@@ -6,8 +6,8 @@ use crate::model::tables::ExcitationPlan;
 use crate::model::{Document, Instance, Setting, TableReader};
 use crate::names::unknown_name;
 use crate::schema::{Placed, Sign, Table, Value};
-use crate::study::read::{of_dimension, quantity, read_names, read_word};
-use crate::study::scenario::whole;
+use crate::study::prepare::read_values::{of_dimension, quantity, read_names, read_word};
+use crate::study::prepare::scenario::whole;
 use crate::units::Dimension;
 
 /// The table `[bench]`, with defaults for omitted keys.

@@ -8,7 +8,7 @@ use crate::names::{did_you_mean, unknown_name};
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
 use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
-use crate::study::read::of_dimension;
+use crate::study::prepare::read_values::of_dimension;
 use crate::units::{Dimension, Exact};
 
 /// The tables of the plant, and their differences.

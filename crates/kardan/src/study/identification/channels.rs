@@ -8,7 +8,7 @@ use crate::names;
 use crate::names::SignalName;
 use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Sign, Table};
-use crate::study::read::{quantity, read_scalar, read_word};
+use crate::study::prepare::read_values::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::Group;
 

@@ -5,7 +5,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::TableReader;
 use crate::names::did_you_mean;
 use crate::schema::{Sign, Table};
-use crate::study::read::{quantity, read_word};
+use crate::study::prepare::read_values::{quantity, read_word};
 use crate::units::{Dimension, Exact, header_unit};
 use kardan_tables::read::{Group, unit_in_name};
 

@@ -8,7 +8,7 @@ use crate::identify::{Extra, Shape};
 use crate::model::{Document, Model, TableReader};
 use crate::names::did_you_mean;
 use crate::schema::{Sign, Table, Value};
-use crate::study::read::{quantity, read_word};
+use crate::study::prepare::read_values::{quantity, read_word};
 use crate::units::Dimension;
 
 /// The law of an additional term.

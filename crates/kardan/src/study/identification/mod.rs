@@ -47,13 +47,13 @@ use summary::summary;
 use ways::drop_unused_directions;
 pub use write_values::write_values;
 
-use super::prepare::is_error;
-use super::{Part, Progress, Project};
 use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions};
 use crate::model::{Document, Setting};
 use crate::names::unknown_name;
 use crate::results::Identification;
+use crate::study::prepare::variants::is_error;
+use crate::study::{Part, Progress, Project};
 
 /// Remarks of logs that a diagnostic repeats.
 const REMARKS: usize = 4;
@@ -89,7 +89,7 @@ pub fn identify(
 }
 
 impl Project {
-    /// Identifies parameters from logs; see [`identify`](super::identify()).
+    /// Identifies parameters from logs; see [`identify`](crate::study::identify()).
     ///
     /// # Errors
     /// Errors of the model and of the request; logs that cannot be read, or contain too few data.

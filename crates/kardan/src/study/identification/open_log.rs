@@ -9,7 +9,7 @@ use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Document, Model, TableReader};
 use crate::schema::{Sign, Table, Value};
-use crate::study::read::{quantity, read_word};
+use crate::study::prepare::read_values::{quantity, read_word};
 use crate::units::Dimension;
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 

@@ -4,7 +4,7 @@ use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::Document;
 use crate::schema::Table;
-use crate::study::read::read_word;
+use crate::study::prepare::read_values::read_word;
 
 /// Whether a file name fits a pattern with `*` and `?`.
 fn fits(pattern: &str, name: &str) -> bool {

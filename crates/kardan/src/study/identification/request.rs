@@ -10,7 +10,7 @@ use crate::equations::{Domain, Term};
 use crate::identify::{Excitation, Loss, Steadiness};
 use crate::model::{Document, Model, Setting, TableReader};
 use crate::schema::{Sign, Table, Value};
-use crate::study::read::{quantity, read_names, read_scalar, read_word};
+use crate::study::prepare::read_values::{quantity, read_names, read_scalar, read_word};
 use crate::units::Dimension;
 
 /// Which samples of a log are fitted.

@@ -6,8 +6,8 @@ use crate::model::{self, Document, Instance, NewValue};
 use crate::names;
 use crate::results::{FileLaw, FileTerm, FileValue, Identification};
 use crate::schema::{Table, Value};
-use crate::study::prepare::is_error;
-use crate::study::read::{read_names, read_word};
+use crate::study::prepare::read_values::{read_names, read_word};
+use crate::study::prepare::variants::is_error;
 
 use super::entry_removal::remove_entry;
 use super::request::request;
@@ -225,7 +225,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
         return None;
     };
     let order = |table: &Table| match &term.law {
-        FileLaw::Cogging(order) => crate::study::read::read_scalar(table, "order").is_some_and(
+        FileLaw::Cogging(order) => crate::study::prepare::read_values::read_scalar(table, "order").is_some_and(
             |scalar| matches!(&scalar.value, crate::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
         ),
         _ => true,

@@ -2,7 +2,7 @@
 
 use super::spec::{Effect, SafetySpec};
 use crate::results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
-use crate::study::measure::{Window, measured};
+use crate::study::measure::measures::{Window, measured};
 
 /// The evaluated signals of a run.
 pub(super) struct Traces {

@@ -13,13 +13,13 @@ pub(in crate::study) use rows::check_rows;
 pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 
-use super::prepare::is_error;
-use super::progress::Counted;
-use super::run::run_variant;
-use super::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::RawValue;
 use crate::results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use crate::study::prepare::variants::is_error;
+use crate::study::run::progress::Counted;
+use crate::study::run::runs::run_variant;
+use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
 use crate::units::format_quantity;
 
 /// Most rows of a table.
@@ -380,7 +380,7 @@ impl Table<'_> {
 /// When the first and the last of some faults begin in a variant; `None` if none of them has an effect there.
 fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<Begins> {
     let own = variant.faults.iter().filter(|fault| faults.contains(&fault.name));
-    let mut begins: Vec<f64> = own.map(super::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
+    let mut begins: Vec<f64> = own.map(crate::study::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
     begins.sort_by(f64::total_cmp);
     Some(Begins { all: [*begins.first()?, *begins.last()?] })
 }

@@ -4,7 +4,7 @@ use super::spec::{Effect, SAFETY};
 use crate::diagnostics::Diagnostic;
 use crate::model::{Document, TableReader};
 use crate::schema::Value;
-use crate::study::read::read_word;
+use crate::study::prepare::read_values::read_word;
 use crate::study::{NamedFault, Prepared, PreparedVariant};
 
 /// Rejects times shorter than the row interval of the results after the start of a fault: they would contain no row.

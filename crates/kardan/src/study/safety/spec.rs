@@ -7,10 +7,10 @@ use crate::model::{Document, TableReader, VariantSettings, no_such_fault};
 use crate::results::SafetyEffect;
 use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 use crate::study::NamedFault;
-use crate::study::computed::resolve_signal;
-use crate::study::read::{quantity, read_names, read_scalar, read_word};
-use crate::study::requirements::{Measuring, selected_variants};
-use crate::study::signal_table::SignalContext;
+use crate::study::measure::computed_signals::resolve_signal;
+use crate::study::measure::requirements::{Measuring, selected_variants};
+use crate::study::prepare::read_values::{quantity, read_names, read_scalar, read_word};
+use crate::study::prepare::signal_table::SignalContext;
 use crate::units::Dimension;
 
 /// The table in messages.

@@ -6,7 +6,7 @@ use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::Measure;
 use crate::results::{SweepHead, SweepRow, SweptUntil};
-use crate::study::figure::FigureOf;
+use crate::study::measure::figure::FigureOf;
 use crate::study::{Prepared, Requirement};
 
 /// The goal of a sweep.

@@ -43,16 +43,16 @@ use summary::summarise;
 use together::factors;
 use varied::{SWEEP, Varied};
 
-use super::prepare::is_error;
-use super::progress::Counted;
-use super::requirement::Requirement;
-use super::run::{check_variants, run_variant, tolerance};
-use super::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::VariantSettings;
 use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::{Method, Recorded, Tolerance};
+use crate::study::measure::requirement::Requirement;
+use crate::study::prepare::variants::is_error;
+use crate::study::run::progress::Counted;
+use crate::study::run::runs::{check_variants, run_variant, tolerance};
+use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 
 /// Fewest samples of a block.
 const LEAST_BLOCK: u64 = 64;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::simulate::Recorded;
 use crate::study::Prepared;
-use crate::study::figure::FigureOf;
+use crate::study::measure::figure::FigureOf;
 use crate::units::Expression;
 
 /// The signals of requirements and figures, with those that their expressions name; they are bit-identical to those of a run

@@ -5,7 +5,7 @@ use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::{Document, Setting, VariantSettings};
 use crate::num::{Random, rational_from_f64};
 use crate::results::{Run, SweepRow};
-use crate::study::prepare::prepare_sample;
+use crate::study::prepare::variants::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
 use crate::units::{Exact, format_quantity};
 

@@ -1,0 +1,68 @@
+//! The spans in a file that a diagnostic points at.
+
+use crate::diagnostics::Diagnostic;
+use crate::entries::Place;
+use crate::model::{ControlSpec, Document, occurrences};
+use crate::schema::Value;
+
+/// Largest number of spans for one diagnostic.
+pub(in crate::study) const MOST_LABELS: usize = 8;
+
+/// The span of an element's header; of a charge that of its element, of a node its first mention.
+pub(in crate::study) fn place_of(document: &Document, name: &str) -> Place {
+    let named = document.elements.get(name);
+    match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
+        Some(element) => element.place.clone(),
+        None => place_of_node(document, name),
+    }
+}
+
+/// The first span where a branch names a node.
+pub(in crate::study) fn place_of_node(document: &Document, node: &str) -> Place {
+    let keys = document.elements.iter().flat_map(|e| e.kind.node_keys().filter_map(|key| e.table.values.get(key)));
+    let named = keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.place.clone());
+    named.min_by_key(Place::start).unwrap_or_default()
+}
+
+/// The span of a key's value of an element, of its header if the key is absent.
+pub(in crate::study) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
+    let element = document.elements.get(element);
+    element.map_or_else(Place::default, |e| {
+        e.table.values.get(key).map_or_else(|| e.place.clone(), |value| value.place.clone())
+    })
+}
+
+/// The spans of a word in a controller's table, of its header if the word is absent.
+pub(in crate::study) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
+    let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
+    let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
+    if places.is_empty() { vec![control.place.clone()] } else { places }
+}
+
+/// Adds labels at the spans of elements, charges or nodes, each once, in the order of the file.
+pub(in crate::study) fn at_all<'a>(
+    document: &Document,
+    names: impl IntoIterator<Item = &'a str>,
+    label: &str,
+    diagnostic: Diagnostic,
+) -> Diagnostic {
+    at_places(names.into_iter().map(|name| place_of(document, name)).collect(), label, diagnostic)
+}
+
+/// Adds labels at spans, each once, in the order of the file.
+pub(in crate::study) fn at_places(mut places: Vec<Place>, label: &str, diagnostic: Diagnostic) -> Diagnostic {
+    places.sort_by_key(Place::start);
+    places.dedup();
+    places.into_iter().take(MOST_LABELS).fold(diagnostic, |diagnostic, place| diagnostic.at(place, label))
+}
+
+/// Adds labels at the first of these names, in their order.
+pub(in crate::study) fn at_each<'a>(
+    document: &Document,
+    names: impl IntoIterator<Item = &'a str>,
+    label: &str,
+    diagnostic: Diagnostic,
+) -> Diagnostic {
+    let names = names.into_iter().take(MOST_LABELS);
+    names.fold(diagnostic, |diagnostic, name| diagnostic.at(place_of(document, name), label))
+}

@@ -1,0 +1,65 @@
+//! Stability of a model at its operating point, as far as rounded numbers and the linearisation decide it.
+
+use crate::analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
+use crate::num::LastDigits;
+use crate::reduce::laws_are_linear;
+use crate::results::{Analysis, StabilityVerdict};
+use crate::study::PreparedVariant;
+use crate::study::check::massless::Mechanical;
+use crate::study::measure::signals::WorkingPoint;
+
+/// Number of trials with other numbers within the last digits of rounded ones.
+const PERTURBATIONS: u64 = 8;
+/// Largest number of states for these trials.
+const MOST: usize = 24;
+
+/// Withdraws verdicts that depend on the last digits of rounded numbers, or on the exact position of an equilibrium, and those that the linearisation of a
+/// nonlinear model does not decide.
+pub(in crate::study) fn judge_stability(
+    variant: &PreparedVariant,
+    point: &WorkingPoint,
+    states: &[String],
+    analysis: &mut Analysis,
+) {
+    let Some(properties) = &mut analysis.properties else { return };
+    let mut found = std::mem::take(&mut properties.stability);
+    if point.system.is_rounded() || point.off > 0.0 {
+        found = match states.len() <= MOST {
+            true => {
+                let perturbed = (1..=PERTURBATIONS).filter_map(|seed| near(variant, point, LastDigits::new(seed)));
+                despite_rounding(found, perturbed)
+            }
+            false => StabilityVerdict::undecided("the system has many states and rounded numbers"),
+        };
+    }
+    if !laws_are_linear(&variant.reduced) {
+        found = found.of_linearisation();
+    }
+    properties.stability = found;
+}
+
+/// The verdict with other numbers in place of rounded ones, within their last digits, and at another position within its bound.
+fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) -> Option<StabilityVerdict> {
+    let reduced = &variant.reduced;
+    let mut point = match variant.unfrozen {
+        Some(_) => variant.point.clone(),
+        None => variant.relaxed_at(&at.position),
+    };
+    // Next to a kink the slopes are those of its side, whatever the exact position.
+    if at.kinks.count() == 0 {
+        point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
+    }
+    let system = ConstrainedSystem::near(reduced, &point, &at.stuck, &at.inputs, &mut digits);
+    let linear = linear_at(&system, &reduced.coordinates, at)?;
+    Some(stability_of(&linear.explicit()?.a, Plane::Continuous))
+}
+
+fn linear_at(system: &ConstrainedSystem, preferred: &[usize], at: &WorkingPoint) -> Option<LinearSystem> {
+    let (coordinates, basis) = system.explicit_basis(preferred);
+    let names = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
+    let mechanical = Mechanical::new(linear_system(system, &coordinates, &basis, &at.outputs), names);
+    match mechanical.is_regular() {
+        true => Some(mechanical.into_pencil()),
+        false => Some(mechanical.eliminate().ok()?.system),
+    }
+}

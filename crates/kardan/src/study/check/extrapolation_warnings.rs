@@ -1,0 +1,339 @@
+//! Warnings about tables read outside their range, and about keys of blocks with forbidden values.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::equations::{Formula, GearLoss, Meaning, UnilateralConstraint};
+use crate::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
+use crate::model::programs::Programs;
+use crate::names::SignalName;
+use crate::plan::compile;
+use crate::program::{KeyRule, Looked, TableCall, read_name};
+use crate::reduce::Reduced;
+use crate::results::Series;
+use crate::units::Dimension;
+
+/// Fraction of the range of a table that rounding alone may exceed.
+const ROUNDING: f64 = 1e-9;
+
+/// Smaller numbers are written in scientific notation.
+const SMALL: f64 = 1e-3;
+
+/// The largest exceedance of the range of a table along one of its arguments in a run.
+struct Exceedance {
+    /// For a surface: the axis.
+    axis: &'static str,
+    beyond: Beyond,
+    /// The exceedance, as a fraction of its range, and in the unit of the argument.
+    part: f64,
+    by: f64,
+    unit: String,
+    above: bool,
+    end: f64,
+    time: f64,
+    /// The first time of an exceedance.
+    first: f64,
+    element: String,
+}
+
+/// Warnings about tables that elements, blocks and signals read outside their range, one for each table and argument. Evaluated in
+/// the rows of the run.
+pub(in crate::study) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, series: &Series) -> Vec<String> {
+    let equations = &reduced.equations;
+    let unilaterals = equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
+        UnilateralConstraint::Friction { torque, .. } => Some((&unilateral.element, torque)),
+        _ => None,
+    });
+    let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
+    let mut exceedances: BTreeMap<(String, &str), Exceedance> = BTreeMap::new();
+    for (element, formula) in laws.chain(unilaterals) {
+        look(reduced, (element, &[]), formula, series, &mut exceedances);
+    }
+    for unilateral in &equations.unilaterals {
+        if let UnilateralConstraint::GearLoss(GearLoss { loss: Some(formula), .. }) = &unilateral.value {
+            look(reduced, (&unilateral.element, &unilateral.row_f64()), formula, series, &mut exceedances);
+        }
+    }
+    if let Some(calls) = Calls::of_programs(programs, series) {
+        calls.look(series, &mut exceedances);
+    }
+    let note = |((name, _), exceedances): ((String, &str), Exceedance)| {
+        let Exceedance { axis, beyond, by, unit, above, end, time, first, element, .. } = exceedances;
+        let (side, which) = if above { ("above", "last") } else { ("below", "first") };
+        let goes_on = match beyond {
+            Beyond::Level => "the value of that point is used",
+            Beyond::Straight => "it is extrapolated linearly",
+        };
+        let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
+        format!(
+            "`{element}` read table `{name}` outside its range{axis} from {first:.6} s on: at {time:.6} s by {} \
+             {side} its {which} point at {}, where {goes_on} (largest of all rows)",
+            in_unit(by),
+            in_unit(end)
+        )
+    };
+    exceedances.into_iter().map(note).collect()
+}
+
+/// An argument of a table, with its range and unit.
+struct Argument {
+    /// The element that reads the table.
+    element: String,
+    table: String,
+    axis: &'static str,
+    beyond: Beyond,
+    at: Expr,
+    range: (f64, f64),
+    unit: String,
+}
+
+/// Values of a column, if the run has it, and a factor.
+type Part<'a> = (Option<&'a [f64]>, f64);
+
+/// The meaning of a name in a formula in the rows of a run.
+enum InputSource<'a> {
+    Time,
+    Signal(&'a OfTime),
+    /// A column.
+    Column,
+    /// The size of a sum of columns with factors.
+    Size(Vec<(String, f64)>),
+}
+
+/// The tables of a formula as expressions of columns.
+struct Calls<'a> {
+    graph: Graph,
+    /// The names in them, with their meanings.
+    inputs: Vec<(Symbol, String, InputSource<'a>)>,
+    lookups: Vec<Argument>,
+}
+
+impl<'a> Calls<'a> {
+    /// Those of a formula of an element, of losses along a direction.
+    fn of(reduced: &Reduced, (element, row): (&str, &[(usize, f64)]), formula: &'a Formula) -> Option<Self> {
+        let equations = &reduced.equations;
+        let (mut graph, mut inputs) = (Graph::default(), Vec::<(Symbol, String, InputSource<'a>)>::new());
+        let calls = graph.calls(&formula.expression, &mut |graph, name| {
+            let (_, meaning) = formula.names.iter().find(|(candidate, _)| candidate == name)?;
+            let motion = |body: &str, rate: usize| {
+                let domain = equations.domain(reduced.coordinate(body)?);
+                Some((domain.motion()[rate].of(body), domain.dimensions()[rate], InputSource::Column))
+            };
+            let (signal, dimension, source) = match meaning {
+                Meaning::Constant(value, dimension) => return Some(Named::Constant(value.clone(), *dimension)),
+                Meaning::Table(table) => return Some(Named::Table(Arc::clone(table))),
+                Meaning::Position(body) => motion(body, 0)?,
+                Meaning::Rate(body) => motion(body, 1)?,
+                Meaning::Time => ("t".to_string(), Dimension::TIME, InputSource::Time),
+                Meaning::Signal(function) => (name.to_string(), function.dimension(), InputSource::Signal(function)),
+                Meaning::Block(_, dimension) => (name.to_string(), *dimension, InputSource::Column),
+                Meaning::Shared(shared) => (name.to_string(), shared.dimension, InputSource::Column),
+                // The gear applies it to the first body of the direction.
+                Meaning::Load(dimension) => {
+                    let (first, _) = row.iter().find(|(_, x)| *x > 0.0)?;
+                    let body = &equations.coordinates[*first];
+                    let torque = equations.domain(*first).effort().of(&format!("{element}.{body}"));
+                    (name.to_string(), *dimension, InputSource::Size(vec![(torque, 1.0)]))
+                }
+                Meaning::Slip(dimension) => {
+                    let speed =
+                        |(k, x): &(usize, f64)| (equations.domain(*k).motion()[1].of(&equations.coordinates[*k]), *x);
+                    (name.to_string(), *dimension, InputSource::Size(row.iter().map(speed).collect()))
+                }
+            };
+            let symbol = graph.symbol(&signal, dimension);
+            if inputs.iter().all(|(_, candidate, _)| *candidate != signal) {
+                inputs.push((graph.symbol_of(symbol)?, signal, source));
+            }
+            Some(Named::Varying(symbol, dimension))
+        });
+        let mut lookups = Vec::new();
+        for (name, at) in calls.ok()? {
+            let found = formula.names.iter().find_map(|(own, meaning)| match meaning {
+                Meaning::Table(table) if *own == name => Some(table),
+                _ => None,
+            });
+            lookups.extend(found.into_iter().flat_map(|table| arguments(element, (&name, table), &at)));
+        }
+        (!lookups.is_empty()).then_some(Self { graph, inputs, lookups })
+    }
+
+    /// Tables of blocks and signals.
+    fn of_programs(programs: &'a Programs, series: &Series) -> Option<Self> {
+        let call = |call: &TableCall| arguments(&call.reader, (&call.name, &call.table), &call.at);
+        let lookups: Vec<Argument> = programs.looked.calls.iter().flat_map(call).collect();
+        let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
+        let inputs = inputs_of(programs, &exprs, series);
+        (!lookups.is_empty()).then(|| Self { graph: programs.looked.graph.clone(), inputs, lookups })
+    }
+}
+
+/// Meanings of names in expressions of blocks and signals in the rows of a run.
+fn inputs_of<'a>(programs: &'a Programs, exprs: &[Expr], series: &Series) -> Vec<(Symbol, String, InputSource<'a>)> {
+    let Looked { graph, .. } = &programs.looked;
+    // The name of a sensor alone refers to its reading too.
+    let column = |symbol: &str| {
+        let name = read_name(symbol);
+        let own = || series.signals.iter().find(|signal| SignalName::new(&signal.name).element == name);
+        let found = series.signal(name).or_else(own);
+        found.map_or_else(|| name.to_string(), |signal| signal.name.clone())
+    };
+    let input = |symbol: Symbol| {
+        let (name, _) = graph.name(symbol);
+        let function = programs.functions.iter().find(|(candidate, _)| candidate == name);
+        match function {
+            Some((_, function)) => (symbol, name.to_string(), InputSource::Signal(function)),
+            None if name == "t" => (symbol, name.to_string(), InputSource::Time),
+            None => (symbol, column(name), InputSource::Column),
+        }
+    };
+    graph.symbols(exprs).into_iter().map(input).collect()
+}
+
+/// Table reads of an element, one for each argument.
+fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<Argument> {
+    let names = if at.len() > 1 { [" along x", " along y"] } else { [""; 2] };
+    let ranges = table.ranges().into_iter().zip(table.arguments());
+    at.iter()
+        .zip(ranges)
+        .zip(names)
+        .map(|((at, (range, dimension)), axis)| Argument {
+            element: element.into(),
+            table: name.into(),
+            axis,
+            beyond: table.beyond(),
+            at: *at,
+            range,
+            unit: dimension.si(),
+        })
+        .collect()
+}
+
+/// Evaluates the tables of one formula.
+fn look(
+    reduced: &Reduced,
+    (element, row): (&str, &[(usize, f64)]),
+    formula: &Formula,
+    series: &Series,
+    exceedances: &mut BTreeMap<(String, &'static str), Exceedance>,
+) {
+    if let Some(calls) = Calls::of(reduced, (element, row), formula) {
+        calls.look(series, exceedances);
+    }
+}
+
+impl Calls<'_> {
+    /// Evaluates the tables in all rows.
+    fn look(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
+        let Self { graph, inputs, lookups } = self;
+        let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
+        in_rows((&graph, &inputs), &exprs, series, |k, value, time| lookups[k].compare((value, time), exceedances));
+    }
+}
+
+/// Passes the values of expressions in all rows that are numbers, with the number of the expression and the time.
+fn in_rows(
+    (graph, inputs): (&Graph, &[(Symbol, String, InputSource<'_>)]),
+    exprs: &[Expr],
+    series: &Series,
+    mut visit: impl FnMut(usize, f64, f64),
+) {
+    let symbols: Vec<Symbol> = inputs.iter().map(|(symbol, ..)| *symbol).collect();
+    let expressions: Vec<_> = exprs.iter().enumerate().map(|(k, expr)| (format!("value.{k}"), *expr)).collect();
+    let Ok(plan) = compile(graph, &symbols, &expressions) else { return };
+    let column = |name: &str| series.signal(name).map(|signal| signal.values.as_slice());
+    let parts = |(_, name, source): &(Symbol, String, InputSource<'_>)| match source {
+        InputSource::Size(sum) => sum.iter().map(|(name, factor)| (column(name), *factor)).collect(),
+        _ => vec![(column(name), 1.0)],
+    };
+    let columns: Vec<Vec<Part<'_>>> = inputs.iter().map(parts).collect();
+    let (block, mut memory) = (plan.block(), plan.memory());
+    for (row, &time) in series.time.iter().enumerate() {
+        for ((place, (.., source)), parts) in memory.iter_mut().zip(inputs).zip(&columns) {
+            let sum = || -> f64 {
+                let value = |(column, factor): &Part<'_>| {
+                    factor * column.and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
+                };
+                parts.iter().map(value).sum()
+            };
+            *place = match source {
+                InputSource::Time => time,
+                InputSource::Signal(function) => function.value(time),
+                InputSource::Column => sum(),
+                InputSource::Size(_) => sum().abs(),
+            };
+        }
+        // A value that is not a number exceeds nothing.
+        let _ = block.evaluate(&mut memory);
+        for k in 0..exprs.len() {
+            if let Some(value) = block.output(k, &memory) {
+                visit(k, value, time);
+            }
+        }
+    }
+}
+
+/// Warnings about keys of blocks that are expressions and take values that kardan rejects for constants. Evaluated in the rows of the run.
+pub(in crate::study) fn broken_rules(programs: &Programs, series: &Series) -> Vec<String> {
+    let Looked { graph, rules, .. } = &programs.looked;
+    if rules.is_empty() {
+        return Vec::new();
+    }
+    let exprs: Vec<Expr> = rules.iter().map(|rule| rule.value).collect();
+    let inputs = inputs_of(programs, &exprs, series);
+    let mut broken: Vec<Option<(f64, f64)>> = vec![None; rules.len()];
+    in_rows((graph, &inputs), &exprs, series, |k, value, time| {
+        if value < 0.0 || rules[k].above && value == 0.0 {
+            let (_, least) = broken[k].get_or_insert((time, value));
+            *least = least.min(value);
+        }
+    });
+    let note = |(KeyRule { block, what, dimension, .. }, found): (&KeyRule, Option<(f64, f64)>)| {
+        let (first, least) = found?;
+        let by = if -least < SMALL { format!("{:.3e}", -least) } else { format!("{:.6}", -least) };
+        let by = format!("{by} {}", dimension.si());
+        let by = if least < 0.0 { format!(", by up to {}", by.trim_end()) } else { String::new() };
+        Some(format!(
+            "{what} in block `{block}` from {first:.6} s on{by}, where kardan rejects a constant: the output of the \
+             block is unreliable from there on"
+        ))
+    };
+    rules.iter().zip(broken).filter_map(note).collect()
+}
+
+impl Argument {
+    /// Records a value that exceeds the range by more than the previous ones.
+    fn compare(&self, (value, time): (f64, f64), exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
+        let (low, high) = self.range;
+        let (above, end) = if value > high { (true, high) } else { (false, low) };
+        let by = if above { value - high } else { low - value };
+        let part = by / (high - low).abs().max(f64::MIN_POSITIVE);
+        if part.is_nan() || part <= ROUNDING {
+            return;
+        }
+        let (axis, beyond) = (self.axis, self.beyond);
+        let new = |first: f64| Exceedance {
+            axis,
+            beyond,
+            part,
+            by,
+            unit: self.unit.clone(),
+            above,
+            end,
+            time,
+            first,
+            element: self.element.clone(),
+        };
+        match exceedances.get_mut(&(self.table.clone(), axis)) {
+            Some(before) => {
+                before.first = before.first.min(time);
+                if part > before.part {
+                    *before = new(before.first);
+                }
+            }
+            None => {
+                exceedances.insert((self.table.clone(), axis), new(time));
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Stops at a position: rigid ones that it exceeds, and those that are touched or pressed.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::equations::UnilateralConstraint;
+use crate::model::{Document, TableReader};
+use crate::reduce::{Contact, Reduced, contacts};
+use crate::study::analyze::locations::place_of;
+
+/// Each rigid stop that a reduced position (rad, m) exceeds: its element, the exceedance, and its unit.
+fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {
+    let equations = &reduced.equations;
+    let passed = contacts(reduced, position).into_iter().filter(|one| !one.soft && one.is_passed());
+    let excess = passed.map(|one| {
+        let unilateral = &equations.unilaterals[one.unilateral];
+        (unilateral.element.as_str(), -one.gap, equations.domain_of(unilateral).motion()[0].unit())
+    });
+    excess.collect()
+}
+
+/// Treatment of stops at an operating point in an analysis: pressed soft ones act, touched ones are open.
+pub(in crate::study) fn describe_contacts(
+    reduced: &Reduced,
+    position: &[f64],
+    stuck: &BTreeSet<String>,
+) -> Vec<String> {
+    let found = contacts(reduced, position);
+    let names = |own: &dyn Fn(&&Contact) -> bool| {
+        let unilaterals =
+            found.iter().filter(own).map(|one| reduced.equations.unilaterals[one.unilateral].element.as_str());
+        unilaterals.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
+    };
+    let (pressed, touched) = (names(&|one| one.soft && one.is_passed()), names(&|one| !one.soft && one.is_touched()));
+    let open: BTreeSet<&str> =
+        names(&|_| true).into_iter().filter(|name| !pressed.contains(name) && !touched.contains(name)).collect();
+    let mut out = Vec::new();
+    if !open.is_empty() {
+        out.push(format!(
+            "{} open at the operating point (stops, backlash): the linear model is valid while no contact closes",
+            is_or_are(&open)
+        ));
+    }
+    if !pressed.is_empty() {
+        out.push(format!(
+            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which is \
+             valid while the contact stays closed",
+            is_or_are(&pressed)
+        ));
+    }
+    if !touched.is_empty() {
+        let list = touched.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        out.push(format!(
+            "{} touched at the operating point and treated as open there: `stuck = [{list}]` in `[analysis]` closes \
+             the contact",
+            is_or_are(&touched)
+        ));
+    }
+    out
+}
+
+/// Treatment of clutches, brakes, locks and freewheels in an analysis that are not listed in `stuck`.
+pub(in crate::study) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
+    let of = |own: &dyn Fn(&UnilateralConstraint) -> bool| {
+        let unilaterals = reduced.equations.unilaterals.iter().filter(|unilateral| own(&unilateral.value));
+        unilaterals
+            .map(|unilateral| unilateral.element.as_str())
+            .filter(|name| !stuck.contains(*name))
+            .collect::<BTreeSet<&str>>()
+    };
+    let list = |names: &BTreeSet<&str>| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    let sliding = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Friction { .. }));
+    let open = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay));
+    let mut out = Vec::new();
+    if !sliding.is_empty() {
+        out.push(format!(
+            "{} treated as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in \
+             `[analysis]` closes it",
+            is_or_are(&sliding),
+            list(&sliding)
+        ));
+    }
+    if !open.is_empty() {
+        out.push(format!(
+            "{} treated as open; `stuck = [{}]` in `[analysis]` closes it",
+            is_or_are(&open),
+            list(&open)
+        ));
+    }
+    out
+}
+
+fn is_or_are(names: &BTreeSet<&str>) -> String {
+    format!("{} {}", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
+}
+
+/// The error that a run begins beyond a rigid stop.
+pub(in crate::study) fn check_stops(
+    document: &Document,
+    reduced: &Reduced,
+    position: &[f64],
+    out: &mut Vec<Diagnostic>,
+) {
+    if let Some((element, by, unit)) = beyond(reduced, position).first() {
+        let message = format!("the run begins {by:.6} {unit} beyond the stop of `{element}`, which is rigid");
+        out.push(
+            Diagnostic::error("scenario::stop", message)
+                .at(place_of(document, element), "this stop")
+                .at(TableReader::place(&document.scenario, "initial"), "from here")
+                .help("begin within the stop: by `initial` of `[scenario]`, where missing values are zero"),
+        );
+    }
+}
+
+/// The note on an operating point beyond rigid stops, which are open in an analysis.
+pub(in crate::study) fn describe_passed_stops(reduced: &Reduced, position: &[f64]) -> Option<String> {
+    let listed: Vec<String> = beyond(reduced, position)
+        .iter()
+        .map(|(element, by, unit)| format!("{by:.6} {unit} beyond the stop of `{element}`"))
+        .collect();
+    let listed = listed.join(", ");
+    (!listed.is_empty()).then(|| {
+        format!("the operating point lies {listed}: the model cannot be there; the analysis treats the stop as open")
+    })
+}

@@ -1,0 +1,118 @@
+//! Constraints enforced by multipliers, in the written equations.
+
+use std::collections::BTreeMap;
+
+use crate::equations::{Domain, MultiplierLaw};
+use crate::expr::{Expr, OfTime, Style, parenthesised, printed};
+use crate::num::rational_to_f64;
+use crate::reduce::Motion;
+use crate::study::PreparedVariant;
+use crate::study::equations::symbolic::index;
+
+/// A multiplier constraint as text.
+pub(in crate::study) struct MultiplierLine {
+    pub(in crate::study) element: String,
+    /// Its term in the equation of each reduced coordinate, with its sign; empty if it has none.
+    pub(in crate::study) shares: Vec<Option<Term>>,
+    /// The constraint itself: a relation of positions, speeds or accelerations.
+    pub(in crate::study) equation: String,
+}
+
+/// A product, and whether it is subtracted.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Term {
+    negative: bool,
+    text: String,
+}
+
+/// A function of time as in the file.
+pub(in crate::study) fn of_time(function: &OfTime, style: Style) -> String {
+    let name = |name: &str| match style {
+        Style::Latex if name != "t" => index(name),
+        _ => name.to_string(),
+    };
+    function.formatted(style, &name)
+}
+
+/// Adds terms to a sum in text form, which may be `0`.
+pub(in crate::study) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> String {
+    let mut out = if sum == "0" { String::new() } else { sum.to_string() };
+    for Term { negative, text } in terms {
+        out += match (out.is_empty(), negative) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        out += text;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// All multiplier constraints of a variant at time zero; `mark` writes names as in the other equations.
+pub(in crate::study) fn multiplier_lines(
+    variant: &PreparedVariant,
+    style: Style,
+    mark: &dyn Fn(&str, usize) -> String,
+) -> Vec<MultiplierLine> {
+    let reduced = &variant.reduced;
+    let equations = &reduced.equations;
+    if equations.multiplier_constraints.is_empty() {
+        return Vec::new();
+    }
+    let motion = Motion::at_time_zero(reduced);
+    let (r, first) = (reduced.degrees_of_freedom(), equations.set_valued().count());
+    let place = motion.symbols.iter().zip(&reduced.coordinates);
+    let place: BTreeMap<&str, &str> =
+        place.map(|(symbol, shaft)| (motion.graph.name(*symbol).0, equations.coordinates[*shaft].as_str())).collect();
+    let formatted = |expr: Expr| {
+        printed(&motion.graph, expr, style, &|name| place.get(name).map_or_else(|| name.into(), |name| mark(name, 0)))
+    };
+    let term = |expr: Expr, of: &str| match motion.graph.number_of(expr).map(rational_to_f64) {
+        Some(number) if number.abs() == 1.0 => Term { negative: number < 0.0, text: of.to_string() },
+        Some(number) => Term { negative: number < 0.0, text: format!("{} {of}", number.abs()) },
+        None => product(&formatted(expr), style, of),
+    };
+    let line = |(k, constraint): (usize, &crate::assemble::MultiplierConstraint)| {
+        let effort = match equations.domain_of_multiplier(constraint) {
+            Some(Domain::Rotation) => 3,
+            Some(Domain::Charge) => 6,
+            Some(Domain::Number) => 5,
+            Some(Domain::Translation) => 7,
+            None => 9,
+        };
+        let multiplier = mark(&constraint.element, effort);
+        let direction = &motion.frictions[first + k];
+        let shares = (0..r).map(|i| direction.get(&i).map(|entry| term(*entry, &multiplier))).collect();
+        let left_side = |order: usize| {
+            let row = motion.multiplier_constraints[k].row.iter();
+            let terms: Vec<Term> =
+                row.map(|(shaft, entry)| term(*entry, &mark(&equations.coordinates[*shaft], order))).collect();
+            add("0", terms.iter())
+        };
+        let equation = match (&constraint.law, motion.multiplier_constraints[k].position) {
+            (MultiplierLaw::Surface(_), Some(position)) => format!("{} = 0", formatted(position)),
+            (MultiplierLaw::Position(_, function), _) => format!("{} = {}", left_side(0), of_time(function, style)),
+            (MultiplierLaw::Speed(_, function), _) => format!("{} = {}", left_side(1), of_time(function, style)),
+            (MultiplierLaw::Acceleration(_, function), _) => format!("{} = {}", left_side(2), of_time(function, style)),
+            _ => format!("{} = 0", left_side(1)),
+        };
+        MultiplierLine { element: constraint.element.clone(), shares, equation }
+    };
+    equations.multiplier_constraints.iter().enumerate().map(line).collect()
+}
+
+/// A coefficient in text form, times a factor.
+fn product(coefficient: &str, style: Style, of: &str) -> Term {
+    let mut depth = 0i32;
+    let is_sum = coefficient.char_indices().any(|(at, c)| {
+        depth += i32::from("([{".contains(c)) - i32::from(")]}".contains(c));
+        depth == 0 && at > 0 && (coefficient[at..].starts_with(" + ") || coefficient[at..].starts_with(" - "))
+    });
+    match (is_sum, coefficient.strip_prefix('-'), style) {
+        (true, _, Style::Text) => Term { negative: false, text: format!("({coefficient}) {of}") },
+        (true, _, Style::Latex) => Term { negative: false, text: format!("{} {of}", parenthesised(coefficient)) },
+        (false, Some(rest), _) => Term { negative: true, text: format!("{} {of}", rest.trim_start()) },
+        (false, None, _) => Term { negative: false, text: format!("{coefficient} {of}") },
+    }
+}

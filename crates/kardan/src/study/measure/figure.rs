@@ -1,0 +1,148 @@
+//! Numbers of a run: measured from signals, or computed from other figures.
+
+use crate::expr::{Expr, Graph, Named};
+use crate::names::HasName;
+use crate::plan::compile;
+use crate::results::{DisplayUnit, FigureResult, Series};
+use crate::study::measure::computed_signals::{Computed, Track, kind_of};
+use crate::study::measure::requirement::{Ran, Requirement, judge};
+use crate::units::{Dimension, Exact, Expression, UnitError};
+
+/// A number of each run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Its name.
+    pub name: String,
+    /// Its definition.
+    pub of: FigureOf,
+    /// Its quantity.
+    pub dimension: Dimension,
+    /// Its SI unit.
+    pub unit: String,
+    /// The display unit, if it is another one.
+    pub display: Option<DisplayUnit>,
+    /// Variants that it applies to; empty: all.
+    pub variants: Vec<String>,
+}
+
+impl HasName for Figure {
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// The definition of a figure.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FigureOf {
+    /// The measure of a signal: a requirement without a bound.
+    Measure(Box<Requirement>),
+    /// An expression of parameters and of figures before it.
+    Value(String),
+}
+
+impl Figure {
+    /// Its description.
+    pub(in crate::study) fn describe(&self) -> String {
+        match &self.of {
+            FigureOf::Measure(measure) => measure.describe(),
+            FigureOf::Value(text) => text.clone(),
+        }
+    }
+}
+
+/// Figures by name with their values, and parameters in an expression.
+fn lowered(
+    graph: &mut Graph,
+    law: &Expression,
+    figures: &[Figure],
+    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
+) -> Result<(Expr, Dimension), UnitError> {
+    let mut names = |graph: &mut Graph, name: &str| match figures.iter().find(|figure| figure.name == name) {
+        Some(figure) => Some(Named::Varying(graph.symbol(name, figure.dimension), figure.dimension)),
+        None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
+    };
+    graph.lowered(law, &mut names)
+}
+
+/// The dimension of an expression of figures and parameters.
+pub(in crate::study) fn figure_dimension(
+    law: &Expression,
+    before: &[Figure],
+    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
+) -> Result<Dimension, UnitError> {
+    Ok(kind_of(lowered(&mut Graph::default(), law, before, value)?.1).1)
+}
+
+/// The value of an expression, if all figures in it have one.
+fn computed(
+    text: &str,
+    (figures, found): (&[Figure], &[FigureResult]),
+    parameters: &[(String, Exact, Dimension)],
+) -> Result<f64, &'static str> {
+    const WRONG: &str = "its expression cannot be computed";
+    let law = Expression::parse_law(text).map_err(|_| WRONG)?;
+    let constant = |name: &str| {
+        let own = parameters.iter().find(|(candidate, ..)| candidate == name);
+        own.map(|(_, value, dimension)| (value.clone(), *dimension))
+    };
+    let mut graph = Graph::default();
+    let (expr, _) = lowered(&mut graph, &law, figures, &constant).map_err(|_| WRONG)?;
+    let named = figures.iter().filter(|figure| law.names().contains(&figure.name.as_str()));
+    let (mut symbols, mut values) = (Vec::new(), Vec::new());
+    for figure in named {
+        let value = found.iter().find(|result| result.name == figure.name).and_then(|result| result.value);
+        values.push(value.ok_or("a figure in its expression has no value in this run")?);
+        let symbol = graph.symbol(&figure.name, figure.dimension);
+        symbols.extend(graph.symbol_of(symbol));
+    }
+    let plan = compile(&graph, &symbols, &[(text.to_string(), expr)]).map_err(|_| WRONG)?;
+    let (block, mut memory) = (plan.block(), plan.memory());
+    memory.iter_mut().zip(&values).for_each(|(place, value)| *place = *value);
+    let _ = block.evaluate(&mut memory);
+    block.output(0, &memory).filter(|value| value.is_finite()).ok_or("its expression is no number")
+}
+
+/// Why a figure of cones has no value: the run ended before the car passed them.
+fn ends_before(tracks: &[Track], figure: &str, series: &Series) -> Option<String> {
+    let Track { cones, end } = tracks.iter().find(|track| track.cones.figure == figure)?;
+    let reached = series.signal(&cones.reached)?.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (reached < *end).then(|| {
+        format!(
+            "the figure `{figure}` has no value: the run ends before the car has passed all cones, as its rear axle \
+             reaches x = {reached:.1} m and the last cones are at x = {end:.1} m: lengthen `duration` of the \
+             manoeuvre `{}`, or drive faster",
+            cones.manoeuvre
+        )
+    })
+}
+
+/// The figures of a run, and warnings about those without a value.
+pub(in crate::study) fn figures_of(
+    all: &[Figure],
+    Computed { parameters, tracks, .. }: &Computed,
+    (variant, series, ran): (&str, &Series, &Ran<'_>),
+) -> (Vec<FigureResult>, Vec<String>) {
+    let (mut found, mut notes): (Vec<FigureResult>, Vec<String>) = (Vec::new(), Vec::new());
+    let own = |figure: &&Figure| figure.variants.is_empty() || figure.variants.iter().any(|name| name == variant);
+    for figure in all.iter().filter(own) {
+        let Figure { name, of, unit, display, .. } = figure;
+        let (text, value) = match of {
+            FigureOf::Measure(measure) => {
+                let judged = judge(measure, series, ran, &[]);
+                let early = ends_before(tracks, name, series);
+                let value = judged.result.measured.filter(|_| early.is_none());
+                notes.extend(early.filter(|_| ran.completed).or(judged.note));
+                (judged.result.text, value)
+            }
+            FigureOf::Value(text) => {
+                let value = computed(text, (all, &found), parameters);
+                let note = |why: &str| format!("the figure `{name}` has no value: {why}");
+                notes.extend(value.err().filter(|_| ran.completed).map(note));
+                (text.clone(), value.ok())
+            }
+        };
+        let (name, unit, display) = (name.clone(), unit.clone(), display.clone());
+        found.push(FigureResult { name, text, value, unit, display });
+    }
+    (found, notes)
+}

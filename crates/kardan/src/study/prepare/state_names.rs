@@ -1,0 +1,28 @@
+//! Coordinates that are no angles, and the names of their motions.
+
+use std::collections::BTreeMap;
+
+use crate::equations::Domain;
+use crate::names::{Quantity, SignalName, carrier};
+use crate::reduce::Reduced;
+
+/// Coordinates that are no angles: positions of masses, charges of a circuit.
+pub(in crate::study) type NonAngleDomains = BTreeMap<String, Domain>;
+
+/// Those of a model.
+pub(in crate::study) fn non_angle_domains(reduced: &Reduced) -> NonAngleDomains {
+    let equations = &reduced.equations;
+    let domains = equations.coordinates.iter().cloned().zip((0..).map(|k| equations.domain(k)));
+    domains.filter(|(_, domain)| *domain != Domain::Rotation).collect()
+}
+
+/// `a.w` as it is, `rack.v` in place of `rack.w` for a mass, `L1.i` for a charge.
+pub(in crate::study) fn state_name(name: &str, non_angle_domains: &NonAngleDomains) -> String {
+    let carrier = carrier(name);
+    let Some(domain) = non_angle_domains.get(carrier) else { return name.to_string() };
+    match SignalName::new(name).quantity() {
+        Some(Quantity::Angle) => domain.motion()[0].of(carrier),
+        Some(Quantity::Speed) => domain.motion()[1].of(carrier),
+        _ => name.to_string(),
+    }
+}

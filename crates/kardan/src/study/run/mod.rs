@@ -1,0 +1,8 @@
+//! The runs of a study.
+
+pub(super) mod accuracy;
+pub(super) mod actuator_usage;
+pub(super) mod model_summary;
+pub(super) mod progress;
+pub(super) mod runs;
+pub(super) mod stepped_loop;
