@@ -17,7 +17,8 @@ pub const ERROR: u8 = 2;
 pub fn exit_code(done: Result<u8, Failure>, json: bool) -> u8 {
     done.unwrap_or_else(|mut failure| {
         if let Some(reason) = stop::reason() {
-            let early = Diagnostic::error("command::early", format!("{reason}: the results until then are not enough"));
+            let early =
+                Diagnostic::error("command::interrupted", format!("{reason}: the results until then are not enough"));
             failure.diagnostics.insert(0, early);
         }
         if json {

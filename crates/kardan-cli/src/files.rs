@@ -34,7 +34,7 @@ pub fn expect_plain(path: &Path, name: &str) -> Result<(), Diagnostic> {
     let message = format!("`{name}` is {kind}, not a file");
     Err(match kind {
         "a directory" => Diagnostic::error("file::directory", message).help("name a file inside it"),
-        _ => Diagnostic::error("file::not-plain", message).help(
+        _ => Diagnostic::error("file::not-regular", message).help(
             "write its output to a file first, and name that file; a model may also come from standard input: `-`",
         ),
     })

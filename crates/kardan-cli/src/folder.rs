@@ -82,7 +82,7 @@ impl Folder {
             .and_then(|()| fault::step(|| fs::rename(&from, folder.join(name))));
         done.map_err(|error| {
             let message = format!("cannot move `{}` of an earlier run to `{}`", from.display(), folder.display());
-            Diagnostic::error("output::earlier", format!("{message}: {}", reason(&error)))
+            Diagnostic::error("output::archive", format!("{message}: {}", reason(&error)))
                 .help("the new files are complete; remove the old one, or name another folder with --out DIR")
         })
     }

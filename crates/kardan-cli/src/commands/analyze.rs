@@ -61,7 +61,7 @@ fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
     let Some(forms) = &analysis.realisations else {
         let message = "there is no result to export: no exact forms were found";
         let help = "kardan computes them for few states: 64 with short numbers, 12 with floating-point numbers; the analysis itself has no such limit";
-        return Err(Diagnostic::error("analysis::forms", message).help(help).into());
+        return Err(Diagnostic::error("analysis::no-realisation", message).help(help).into());
     };
     let bytes = match is_mat(path) {
         false => (export::realisations_json(forms) + "\n").into_bytes(),

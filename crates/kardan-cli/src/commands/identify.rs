@@ -110,7 +110,7 @@ pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
         paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|candidate| same(candidate, path)))
     {
         let message = format!("the log `{}` is repeated", path.display());
-        return Err(Diagnostic::error("log::twice", message)
+        return Err(Diagnostic::error("log::duplicate", message)
             .help("name it once: repeated data would make the results look more certain than they are"));
     }
     paths.iter().map(|path| log(path)).collect()

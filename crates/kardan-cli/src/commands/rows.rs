@@ -211,7 +211,7 @@ pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
         let message = format!("`{}` has the name of a sweep file, but kardan did not write it", path.display());
         let help =
             "move it away, or name another folder with --out DIR: `--force` removes only files that kardan wrote";
-        Diagnostic::error("output::foreign", message).help(help)
+        Diagnostic::error("output::foreign-file", message).help(help)
     };
     let mut own =
         all.map(|(own, path)| if own { Ok(path) } else { Err(foreign(&path)) }).collect::<Result<Vec<_>, _>>()?;

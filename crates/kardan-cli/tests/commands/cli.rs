@@ -73,7 +73,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         ("-", "file::empty", &["standard input"]),
     ];
     if cfg!(unix) {
-        cases.push(("/dev/zero", "file::not-plain", &["a device, not a file", "standard input"]));
+        cases.push(("/dev/zero", "file::not-regular", &["a device, not a file", "standard input"]));
         cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
     }
     for (model, code, parts) in cases {

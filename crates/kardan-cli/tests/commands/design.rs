@@ -157,7 +157,10 @@ fn controller_and_report_are_written() {
     let quiet = design(&at, &[&arguments[..], &["--quiet"]].concat());
     // What the model is warned of is said all the same.
     let said = words(&quiet.stderr);
-    assert!(quiet.status.code() == Some(0) && !said.contains("wrote") && said.contains("control::hardly"), "{said}");
+    assert!(
+        quiet.status.code() == Some(0) && !said.contains("wrote") && said.contains("control::low-margins"),
+        "{said}"
+    );
 }
 
 #[test]

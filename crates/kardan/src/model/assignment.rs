@@ -125,7 +125,7 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                 several => {
                     let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
                     let message = format!("`{}` is ambiguous", shortened(path));
-                    Err(assign_error("set::several", message)
+                    Err(assign_error("set::ambiguous", message)
                         .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
                 }
             }

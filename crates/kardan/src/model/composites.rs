@@ -75,8 +75,8 @@ impl Document {
         let at = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.place.clone());
         for whole in self.elements.iter().filter(is_composite) {
             let here = |diagnostic: &Diagnostic| at(diagnostic).as_ref() == Some(&whole.place);
-            if out.iter().any(|diagnostic| here(diagnostic) && diagnostic.code != "signal::moves") {
-                out.retain(|diagnostic| !here(diagnostic) || diagnostic.code != "signal::moves");
+            if out.iter().any(|diagnostic| here(diagnostic) && diagnostic.code != "signal::not-a-time-function") {
+                out.retain(|diagnostic| !here(diagnostic) || diagnostic.code != "signal::not-a-time-function");
             }
         }
         let wholes = self.elements.iter().filter(is_composite).filter(|whole| doubtful.contains(&whole.name));

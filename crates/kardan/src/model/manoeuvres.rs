@@ -382,13 +382,13 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let diagnostic = Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "no car");
+            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "no car");
             out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
             let message = format!("{what}: it does not name one of the cars {}", quoted(cars()));
             let diagnostic =
-                Diagnostic::error("manoeuvre::car", message).at(node.name_place.clone(), "`car` is missing");
+                Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "`car` is missing");
             out.push(diagnostic.help("name it: `car = \"NAME\"`"));
         }
         _ => {}
@@ -486,7 +486,7 @@ pub(super) fn unfollowed_manoeuvres(
             let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
             out.push(
-                Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help),
+                Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help),
             );
         }
         let name = one.steers();
@@ -507,7 +507,7 @@ pub(super) fn unfollowed_manoeuvres(
                 )
             }
         };
-        out.push(Diagnostic::warning("manoeuvre::unfollowed", message).at(one.place.clone(), "not used").help(help));
+        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help));
     }
 }
 

@@ -81,7 +81,8 @@ pub(super) fn check(
             let [from, to] = [guard.transition.from, guard.transition.to].map(|state| &states[state]);
             let message =
                 format!("{what}: `when` of the transition from `{from}` to `{to}` is never true, so it is never taken");
-            let diagnostic = Diagnostic::warning("block::transition", message).at(guard.place.clone(), "never true");
+            let diagnostic =
+                Diagnostic::warning("block::unreachable-transition", message).at(guard.place.clone(), "never true");
             out.push(diagnostic.help("check its thresholds, or remove the transition"));
         } else {
             possible.push(guard);
@@ -115,7 +116,8 @@ pub(super) fn check(
                     "not decided",
                 ),
             };
-            let diagnostic = Diagnostic::warning("block::overlap", message).at(second.place.clone(), word);
+            let diagnostic =
+                Diagnostic::warning("block::overlapping-transitions", message).at(second.place.clone(), word);
             out.push(diagnostic.help(format!(
                 "to give the transition to `{a}` priority, add `and not (...)` with its condition to this one"
             )));
@@ -147,7 +149,7 @@ fn unreachable_states(
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
         let message =
             format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
-        let diagnostic = Diagnostic::warning("block::state", message);
+        let diagnostic = Diagnostic::warning("block::unreachable-state", message);
         let place = of_state.get(&k).copied().or(guards.first());
         let diagnostic = place
             .into_iter()

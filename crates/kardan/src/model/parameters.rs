@@ -177,7 +177,7 @@ fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnos
         let message = format!("{what}`{name}` depends on itself: {}", names::circle(&names));
         let at = place.part(expression.text(), 0..expression.text().len());
         out.push(
-            Diagnostic::error("parameter::circle", message)
+            Diagnostic::error("parameter::cyclic-definition", message)
                 .at(at, "circular")
                 .help("write one of them as a number with its unit"),
         );
@@ -236,7 +236,7 @@ pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: 
     let refuse = |scalar: &mut Scalar, place: &Place, what: String, out: &mut Vec<Diagnostic>| {
         if let Scalar::Tolerated(read) = scalar {
             out.push(
-                Diagnostic::error("tolerance::place", format!("{what} cannot have a tolerance"))
+                Diagnostic::error("tolerance::not-allowed", format!("{what} cannot have a tolerance"))
                     .at(place.clone(), "with a tolerance")
                     .help(help),
             );

@@ -276,7 +276,7 @@ impl Document {
             doubtful.insert(named.element.clone());
             let table = self.elements.all(&named.element).find(|e| e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
-                Diagnostic::error("element::check", format!("sensor `{}`: {message}", named.element))
+                Diagnostic::error("element::invalid", format!("sensor `{}`: {message}", named.element))
                     .at(table.map_or_else(Place::default, |table| TableReader::place(table, key)), "")
                     .help(help),
             );
@@ -382,7 +382,7 @@ pub(super) fn element_values(
         for error in (kind.check)(&values) {
             let place = table.values.get(error.key).map_or(place, |value| &value.place);
             out.push(
-                Diagnostic::error("element::check", format!("{what}: {}", error.message))
+                Diagnostic::error("element::invalid", format!("{what}: {}", error.message))
                     .at(place.clone(), "")
                     .help(error.help),
             );

@@ -148,7 +148,7 @@ impl Document {
                         message
                     );
                     out.push(
-                        Diagnostic::error("element::check", message)
+                        Diagnostic::error("element::invalid", message)
                             .at(tolerance.place.clone(), "with this tolerance")
                             .help(format!("narrow the tolerance, or: {help}")),
                     );

@@ -38,7 +38,7 @@ fn variant_values(
     let toleranced = |text: &str, place: &Place| {
         tolerance_mark(text)?;
         Some(
-            Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
+            Diagnostic::error("tolerance::not-allowed", format!("variants of `{name}` cannot have a tolerance"))
                 .at(place.clone(), "with a tolerance")
                 .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
@@ -127,7 +127,7 @@ fn computed(
     }
     if let Some(other) = expression.names().into_iter().find(|name| moving.contains(name)) {
         let message = format!("{what}: `{other}` differs between the variants too");
-        return Some(Err(Diagnostic::error("parameter::varied", message)
+        return Some(Err(Diagnostic::error("parameter::set-by-variant", message)
             .at(place.clone(), "not one value")
             .help("write the values, or declare a parameter that follows from both and vary what it follows from")));
     }

@@ -92,7 +92,7 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
     if beyond == "refuse" && (first > 0.0 || last < writer.horizon) {
         let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", writer.horizon);
         let help = "define the values outside them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
-        return Err(refused("signal::beyond", message, help));
+        return Err(refused("signal::extrapolation", message, help));
     }
     let mut pieces = between(&times, samples, values.word_or_default("interpolation"));
     let level = |value: f64| [value, 0.0, 0.0, 0.0];

@@ -179,7 +179,7 @@ fn check_fraction(text: &str) -> Result<(), UnitError> {
     }
     let message = format!("it is not clear whether `/` also divides by `{rest}`");
     let help = format!("write `{top}/{first} {rest}`, or `{top}/({first} {rest})`");
-    Err(UnitError::new("number::unclear", reader.at..text.len(), message).help(help))
+    Err(UnitError::new("unit::ambiguous", reader.at..text.len(), message).help(help))
 }
 
 /// Whether a number is one of floating point.

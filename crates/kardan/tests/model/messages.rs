@@ -62,7 +62,7 @@ fn kinks_are_named_where_they_stand() {
         ),
     ] {
         let [code, _, found, beneath, _] = only(&source);
-        assert_eq!([code.as_str(), &found, &beneath], ["motion::kink", under, words], "{source}");
+        assert_eq!([code.as_str(), &found, &beneath], ["motion::not-smooth", under, words], "{source}");
     }
     right(&surface("car.s - 50 mm * cos(a.phi) - abs(-15 cm)"));
     right(&offset("1 deg * sin(2 pi t / 1 s) + abs(-1 deg)"));
@@ -85,7 +85,7 @@ fn a_sign_that_makes_no_jump_is_no_friction() {
         ("-1 N m s^2/rad^2 * a.w^2 * sign(a.w) - 1 N m * sign(a.w - 1 rad/s)", "sign(a.w - 1 rad/s)"),
     ] {
         let [code, _, under, ..] = only(&law(jumps));
-        assert_eq!([code.as_str(), &under], ["law::jump", sign], "{jumps}");
+        assert_eq!([code.as_str(), &under], ["law::discontinuous", sign], "{jumps}");
     }
 }
 
@@ -124,7 +124,10 @@ fn both_sides_of_a_kink_are_analysed() {
     let [code, message, under, ..] = reported(&source, &wrong[0]);
     let expected =
         "`l` has no slope at the operating point, so the model has no linearisation there: it jumps where `a.phi` = 0";
-    assert_eq!((code.as_str(), message.as_str(), under), ("analysis::slope", expected, format!("\"{jump}\"")));
+    assert_eq!(
+        (code.as_str(), message.as_str(), under),
+        ("analysis::not-differentiable", expected, format!("\"{jump}\""))
+    );
 }
 
 /// A relation, and a row of speeds, may be of any unit; the terms of a row are one quantity all the same.
@@ -166,7 +169,7 @@ fn the_ground_stands_still_everywhere() {
         let found = check(&source);
         let [code, message, under, ..] = reported(&source, &found[0]);
         let expected = match key {
-            "motor" | "disturbance" => ["element::check".into(), format!("{key} `x`: the ground does not move")],
+            "motor" | "disturbance" => ["element::invalid".into(), format!("{key} `x`: the ground does not move")],
             _ => ["name::ground".to_string(), format!("{key} `x` acts on the ground alone, which does not move")],
         };
         assert_eq!(([code, message], under.as_str()), (expected, "\"ground\""), "{found:?}");
@@ -214,7 +217,7 @@ fn no_element_breaks_on_the_ground() {
     }
     let joint = format!("{SHAFT}{}", elements[0].replace("\"A\"", "\"a\"").replace("\"G\"", "\"ground\""));
     let [code, message, ..] = only(&joint);
-    assert_eq!([code.as_str(), &message], ["element::check", "universal_joint `x`: the ground does not move"]);
+    assert_eq!([code.as_str(), &message], ["element::invalid", "universal_joint `x`: the ground does not move"]);
 }
 
 /// What rubs is never negative: a number is looked at before a run, and zero is one.
@@ -232,7 +235,7 @@ fn what_rubs_is_not_negative() {
         let source = |value: &str| format!("{pair}{}", element.replace("VALUE", value));
         let [code, message, ..] = only(&source("1 N m - c"));
         let expected = format!("{key} `x`: it is negative, so friction would drive");
-        assert_eq!([code, message], ["element::check".to_string(), expected]);
+        assert_eq!([code, message], ["element::invalid".to_string(), expected]);
         right(&source("2 N m - c"));
         right(&source("c - 1 N m"));
     }
@@ -288,7 +291,10 @@ fn parameters_follow_and_shares_have_units() {
     let [code, message, ..] = only(&with("b = \"a\"", "b"));
     assert_eq!([code.as_str(), &message], ["unit::unknown", "parameter `b`: there is no parameter and no unit `a`"]);
     let [code, message, ..] = only(&with("b = \"b\"", "1 kg m^2 * b / b"));
-    assert_eq!([code.as_str(), &message], ["parameter::circle", "parameter `b` depends on itself: b from b"]);
+    assert_eq!(
+        [code.as_str(), &message],
+        ["parameter::cyclic-definition", "parameter `b` depends on itself: b from b"]
+    );
     let pair = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n";
     let gear =
         |value: &str| format!("{pair}[gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 2\nefficiency = {value}\n");

@@ -134,7 +134,7 @@ fn a_pendulum_is_analysed_where_it_rests() {
 fn a_sign_of_a_speed_is_friction() {
     let reported = |law: &str| check(&PENDULUM.replace("-18 N m * sin(arm.phi)", law));
     let jumps = reported("-2 N m * sign(arm.w)");
-    assert!(jumps.len() == 1 && jumps[0].code == "law::jump", "{jumps:?}");
+    assert!(jumps.len() == 1 && jumps[0].code == "law::discontinuous", "{jumps:?}");
     assert!(reported("-2 N m * sign(arm.phi) - 1 N m s^2/rad^2 * arm.w * abs(arm.w)").is_empty());
 }
 

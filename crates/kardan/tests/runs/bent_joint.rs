@@ -84,8 +84,8 @@ fn a_linear_observer_is_reported_before_any_run() {
     let linear = "plant = \"linear\"\ndisturbances = []";
     let felt = largest(&run(&bent("20", linear)), "driver.tau");
     assert!(felt > 5.0, "{felt}");
-    assert_eq!(codes(&bent("20", linear)), ["control::coupled-there"]);
-    assert_eq!(codes(&bent("30", linear)), ["control::unstable-there"]);
+    assert_eq!(codes(&bent("20", linear)), ["control::coupled-at-position"]);
+    assert_eq!(codes(&bent("30", linear)), ["control::unstable-at-position"]);
     let design = designed(&bent("20", linear));
     let loop_along_path = design.loop_along_path.as_ref().expect("a bent joint");
     assert_eq!(
@@ -232,7 +232,7 @@ shaft = \"rk\"
     for (precision, fault) in [("double", ""), ("single", fault)] {
         let clock = format!("plant = \"nonlinear\"\nsample_time = \"0.2 ms\"\nprecision = \"{precision}\"");
         let source = steering("30", &clock, keys, false, &format!("{scenario}{fault}"));
-        assert_eq!(codes(&source), ["control::coupled-there"]);
+        assert_eq!(codes(&source), ["control::coupled-at-position"]);
         let run = run(&source);
         assert_eq!(run.outcome, Outcome::Completed);
         assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));

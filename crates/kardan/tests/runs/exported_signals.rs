@@ -183,18 +183,18 @@ fn signals_that_no_law_exports_are_named() {
     // What a controller needs cannot be left out.
     for needed in ["drive", "arm", "encoder"] {
         let reported = study::check(&HELD.replace("FADE", &format!("without = [\"{needed}\"]")));
-        assert!(reported.iter().any(|one| one.code == "control::without"), "{needed}: {reported:?}");
+        assert!(reported.iter().any(|one| one.code == "control::excluded-elements"), "{needed}: {reported:?}");
     }
     // A signal that nothing sets would switch it off.
     let reported = study::check(&HELD.replace("FADE", "fade = \"powr\""));
-    assert!(reported.iter().any(|one| one.code == "control::fade"), "{reported:?}");
+    assert!(reported.iter().any(|one| one.code == "control::blending-signal"), "{reported:?}");
     let set = "\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"power\"\nto = 1\n";
     assert_eq!(study::check(&(HELD.replace("FADE", "fade = \"power\"") + set)), []);
     // Where the controller is not in the loop, it tells nothing.
     let variants = "[[variant]]\nname = \"with\"\n[[variant]]\nname = \"other\"\ncontrols = []\n";
     let reported = study::check(&(HELD.replace("FADE", "") + TOLD + variants));
     assert!(
-        reported.iter().any(|one| one.code == "block::told" && one.message.contains("(variant `other`)")),
+        reported.iter().any(|one| one.code == "block::unavailable-signal" && one.message.contains("(variant `other`)")),
         "{reported:?}"
     );
     let continuous = HELD.replace("FADE", "fade = \"x\"").replace("sample_time = \"1 ms\"\n", "");

@@ -320,7 +320,7 @@ fn faults_that_cannot_be() {
     let twice = wheel("", &["at = \"1 s\"", "kind = \"reversed\"\nat = \"2 s\""]);
     let reported = study::prepare(&twice).1;
     assert!(
-        reported.iter().any(|one| one.code == "fault::window" && one.message.contains("another fault then")),
+        reported.iter().any(|one| one.code == "fault::overlap" && one.message.contains("another fault then")),
         "{reported:?}"
     );
 }

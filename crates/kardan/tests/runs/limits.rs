@@ -150,7 +150,7 @@ fn events_of_one_signal_at_one_time() {
         model.to_string() + &events.iter().map(text).collect::<String>()
     };
     let reported = |events: &[(&str, &str, f64, f64)]| -> Vec<String> {
-        let found = study::check(&source(events)).into_iter().filter(|d| d.code == "event::twice");
+        let found = study::check(&source(events)).into_iter().filter(|d| d.code == "event::duplicate");
         found.map(|d| d.message).collect()
     };
     let five = [("1 s", "T", 1.0, 0.0); 5];

@@ -446,7 +446,7 @@ fn teeth_that_would_jam_are_foretold_and_end_by_name() {
             .replace("\"0.5 kg m^2\"", "\"50 kg m^2\"")
             .replace("\"0.3 kg m^2\"", &format!("\"{inertia} kg m^2\""));
         let project = Project::open(&model);
-        let reported = project.diagnostics().iter().filter(|diagnostic| diagnostic.code == "teeth::jam").count();
+        let reported = project.diagnostics().iter().filter(|diagnostic| diagnostic.code == "gear::jamming").count();
         assert_eq!(reported, jams, "{inertia}: {:?}", project.diagnostics());
     }
     let screw = "[shaft.a]\ndamping = \"0.1 N m s/rad\"\n[mass.n]\nmass = \"1 kg\"\n[screw.s]\nshaft = \"a\"\nnut = \"n\"\nlead = \"5 mm/rev\"\n\

@@ -360,7 +360,7 @@ fn a_manoeuvre_that_nothing_follows_is_reported() {
     let reported = |rest: &str| {
         let project = Project::open(format!("{CAR}{step}{rest}"));
         let all: Vec<_> =
-            project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unfollowed").cloned().collect();
+            project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unused-signal").cloned().collect();
         all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
     };
     let message = "manoeuvre `turn`: the model does not use its signal `steer`, so no run of it has steering";

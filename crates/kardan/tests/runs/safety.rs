@@ -219,7 +219,8 @@ fn values_that_a_variant_sets() {
     assert_eq!(tried(&of("", "threshold = [\"0.02 rad\"]")).rows.len(), 4);
     for chosen in ["", "variants = [\"plain\", \"strong\"]\n"] {
         let reported = study::prepare(&of(chosen, "push = [\"4 N m\"]")).1;
-        let found = reported.iter().find(|one| one.code == "safety::varied").unwrap_or_else(|| panic!("{reported:?}"));
+        let found =
+            reported.iter().find(|one| one.code == "safety::set-by-variant").unwrap_or_else(|| panic!("{reported:?}"));
         assert!(found.message.contains("the variant `strong` sets it") && !found.labels.is_empty(), "{found:?}");
         assert!(found.help.as_ref().is_some_and(|help| help.contains("variants")), "{found:?}");
     }

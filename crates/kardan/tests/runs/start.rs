@@ -17,7 +17,7 @@ fn reported(model: &str, initial: &str) -> String {
     let source = format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n");
     let (_, diagnostics) = study::prepare(&source);
     let wrong: Vec<_> = diagnostics.iter().filter(|one| one.severity == Severity::Error).collect();
-    assert!(wrong.len() == 1 && wrong[0].code == "scenario::contradiction", "{wrong:?}");
+    assert!(wrong.len() == 1 && wrong[0].code == "scenario::inconsistent-initial", "{wrong:?}");
     wrong[0].message.clone()
 }
 
@@ -194,7 +194,7 @@ fn what_is_given_beside_kept_rows_may_contradict_them() {
         (PENDULUM, "\"x.s\" = \"3 m\"", "`x.s` = 3 m contradicts `rod`"),
     ] {
         let found = wrong(&format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n"));
-        assert!(found.len() == 1 && found[0].code == "constraint::start", "{initial}: {found:?}");
+        assert!(found.len() == 1 && found[0].code == "constraint::initial-position", "{initial}: {found:?}");
         assert!(found[0].message.contains(said), "{initial}: {}", found[0].message);
     }
 }

@@ -488,5 +488,5 @@ fn nonsense_is_refused() {
     assert_eq!(diagnostics[0].code, "sweep::resume");
     let grid = Project::open(text.replace("[[sweep.vary]]", "[sweep]\npoints = \"morris\"\n[[sweep.vary]]"));
     let diagnostics = grid.sweep_plan(&asked(100, SweepGoal::Until(0.1))).unwrap_err();
-    assert_eq!(diagnostics[0].code, "sweep::until");
+    assert_eq!(diagnostics[0].code, "sweep::stopping-rule");
 }

@@ -395,5 +395,5 @@ fn two_clocks() {
         assert!((rate / 2412.7 - 1.0).abs() < 0.02, "driver at {time}: {rate} Hz");
     }
     let found = study::check(&driver("3.14159265358979 ms"));
-    assert!(found.iter().any(|one| one.code == "control::no-map"), "{found:?}");
+    assert!(found.iter().any(|one| one.code == "control::no-common-period"), "{found:?}");
 }

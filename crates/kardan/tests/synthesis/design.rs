@@ -988,8 +988,8 @@ fn settings_that_cannot_be_designed() {
             "control::feedback",
             &["`noninteracting`", "no choice of feedback", "leave `--feedback` out"],
         ),
-        (law("position_loop", asked(&["wg_motor"], &["fs.phi"])), "control::template", &["keys of its own"]),
-        (law("noninteracting", asked(&both, &["fs.phi"])), "control::count", &[]),
+        (law("position_loop", asked(&["wg_motor"], &["fs.phi"])), "control::needs-keys", &["keys of its own"]),
+        (law("noninteracting", asked(&both, &["fs.phi"])), "control::channel-count", &[]),
         (law("computed_torque", asked(&["rk_motor"], &["fs.phi"])), "control::design", &["`rk_motor`", "`fs.phi`"]),
         (law("noninteracting", asked(&both, &["fs.w", "rk.phi"])), "name::unknown", &["`fs.w`", "angle"]),
     ];

@@ -229,7 +229,7 @@ fn what_has_no_linear_model_there_is_reported() {
     // A crank of 10 cm with a rod of 30 cm ends at 40 cm.
     let far = format!("{LIFT}{HOLD}{CHANNEL}").replace("\"crank.phi\" = \"30 deg\"", "\"slide.s\" = \"1 m\"");
     let reported = refused(&far);
-    assert!(reported.iter().any(|one| one.code == "control::point"), "{reported:?}");
+    assert!(reported.iter().any(|one| one.code == "control::operating-point"), "{reported:?}");
 }
 
 /// The start of a run on the rod is the default point, wherever it is, and the weight is held there.

@@ -198,12 +198,12 @@ fn a_program_is_looked_at_in_motion() {
         assert!(reported(&design.notes, "car.v = 10.000000 m/s"), "{:?}", design.notes);
     }
     let held = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
-    refused(&held, "control::point", &["no steady motion was found"]);
+    refused(&held, "control::operating-point", &["no steady motion was found"]);
     let begins = car("at = { \"car.v\" = \"10 m/s\" }\n") + "start = \"operating_point\"\n";
-    refused(&begins, "control::point", &["a run begins there at rest"]);
-    refused(&car("at = \"t = 3 s\"\n"), "control::point", &["`t` = 3 s is after the end of the run"]);
+    refused(&begins, "control::operating-point", &["a run begins there at rest"]);
+    refused(&car("at = \"t = 3 s\"\n"), "control::operating-point", &["`t` = 3 s is after the end of the run"]);
     let mixed = pendulum(GRAVITY, "at = { \"arm.w\" = \"1 rad/s\" }\n");
-    refused(&mixed, "control::point", &["kardan designs a law of this kind at an equilibrium"]);
+    refused(&mixed, "control::operating-point", &["kardan designs a law of this kind at an equilibrium"]);
 }
 
 /// Where a torque has a kink at the operating point, everything is about one side of it, and the opposite one stands beside it: `τ = −40 |sin φ|` is a
@@ -317,7 +317,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
     refused(
         &pendulum("-100 N m * sin(arm.phi)", AT_60),
-        "control::point",
+        "control::operating-point",
         &["`drive` would have to give 86.602540 N m", "60 N m"],
     );
     // A torque on a shaft that the motor does not reach.
@@ -325,10 +325,14 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
                 [spring_damper.s]\nshaft_1 = \"free\"\nshaft_2 = \"arm\"\nstiffness = \"1 N m/rad\"\n";
     let both = "at = { \"arm.phi\" = \"0 deg\", \"free.phi\" = \"0 deg\" }\n";
     let poles = |text: String| text.replace("[-5, -7]", "[-5, -7, -8, -9]");
-    refused(&poles(pendulum(GRAVITY, both) + more), "control::point", &["along `free` 2.000000 N m are left"]);
+    refused(
+        &poles(pendulum(GRAVITY, both) + more),
+        "control::operating-point",
+        &["along `free` 2.000000 N m are left"],
+    );
     // Not named, it is a warning; the law is designed at zero angles.
     let (_, warnings) = study::prepare(&poles(pendulum(GRAVITY, "") + more));
-    let warning = warnings.iter().find(|one| one.code == "control::point").expect("a warning");
+    let warning = warnings.iter().find(|one| one.code == "control::operating-point").expect("a warning");
     assert!(
         warning.to_string().contains("zero angles, which is no equilibrium of the model: 2.000000 N m on `free`"),
         "{warning}"
@@ -349,11 +353,15 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     for (law, at) in [("sqrt(abs(arm.phi - 1))", "1 rad"), ("sqrt(1 - cos(arm.phi))", "0 rad")] {
         let at = format!("at = {{ \"arm.phi\" = \"{at}\" }}\n");
         let slope = "`gravity` has no slope at the operating point";
-        refused(&pendulum(&format!("-4 N m * {law}"), &at), "control::slope", &[slope, "its slope is infinite"]);
+        refused(
+            &pendulum(&format!("-4 N m * {law}"), &at),
+            "control::not-differentiable",
+            &[slope, "its slope is infinite"],
+        );
     }
-    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::slope", &["its value is not a number"]);
+    refused(&pendulum("-4 N m / (arm.phi)", ""), "control::not-differentiable", &["its value is not a number"]);
     let jump = "-4 N m * sign(arm.phi)";
-    refused(&pendulum(jump, ""), "control::slope", &["it jumps where `arm.phi` = 0"]);
+    refused(&pendulum(jump, ""), "control::not-differentiable", &["it jumps where `arm.phi` = 0"]);
     // An analysis refuses it the same way.
     let settings = study::AnalyzeSettings::default();
     let analysed = |angle: &str| {
@@ -362,7 +370,8 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     };
     let diagnostics = analysed("0 rad").expect_err("a jump");
     assert!(
-        diagnostics[0].code == "analysis::slope" && diagnostics[0].to_string().contains("`gravity` has no slope"),
+        diagnostics[0].code == "analysis::not-differentiable"
+            && diagnostics[0].to_string().contains("`gravity` has no slope"),
         "{diagnostics:?}"
     );
     assert!(analysed("60 deg").is_ok());
@@ -370,7 +379,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     let full = "[model]\nname = \"full\"\n[shaft.arm]\ninertia = \"2 kg m^2\"\n[torque.gravity]\nshaft = \"arm\"\nlaw = \"-40 N m * sin(arm.phi)\"\n\
                 [motor.drive]\nshaft = \"arm\"\n[control.hold]\nlaw = \"computed_torque\"\nat = { \"arm.phi\" = \"60 deg\" }\n\
                 [[control.hold.channels]]\noutput = \"arm.phi\"\ninput = \"drive\"\nreference = \"ref\"\n";
-    refused(full, "control::point", &["has no operating point"]);
+    refused(full, "control::operating-point", &["has no operating point"]);
 }
 
 /// The built-in joint of a robot, designed at 60 deg: the poles asked for are the roots of its characteristic polynomial, written down by hand with

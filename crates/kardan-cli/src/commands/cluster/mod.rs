@@ -130,7 +130,7 @@ impl<'a> Work<'a> {
         let model = args.model.clone().unwrap_or_default();
         if model.as_os_str() == "-" {
             let message = "`--on` cannot pass a model from standard input to its shards";
-            return Err(Diagnostic::error("sweep::on", message)
+            return Err(Diagnostic::error("sweep::scheduler", message)
                 .help("write it to a file that all machines see")
                 .into());
         }
@@ -166,7 +166,7 @@ impl<'a> Work<'a> {
             let message =
                 format!("model and `{}` share no folder but `/`, which no volume can mount", work.out.display());
             let help = "put the model and the folder of `--out` into one folder, that of the claim";
-            return Err(Diagnostic::error("sweep::on", message).help(help).into());
+            return Err(Diagnostic::error("sweep::scheduler", message).help(help).into());
         }
         work.lock = Some(prepared_folder(&work.out, None)?);
         work.take_up((&project, &plan))?;
@@ -254,7 +254,7 @@ impl<'a> Work<'a> {
             );
             let help =
                 "move it away, or name another folder with --out DIR; if it is of this sweep, continue with `--resume`";
-            return Err(Diagnostic::error("output::foreign", message).help(help));
+            return Err(Diagnostic::error("output::foreign-file", message).help(help));
         }
         if self.args.force { self.start_anew(0) } else { Ok(()) }
     }
@@ -348,7 +348,7 @@ impl<'a> Work<'a> {
                     "`{}` cannot be written into a script: it is not UTF-8 or has control characters",
                     path.display()
                 );
-                Err(Diagnostic::error("sweep::on", message).help("give it another name"))
+                Err(Diagnostic::error("sweep::scheduler", message).help("give it another name"))
             }
         };
         let quoted = |path: &Path| Ok::<_, Diagnostic>(quoted_for_shell(&text(path)?));
@@ -389,7 +389,7 @@ impl<'a> Work<'a> {
             (true, false) => Ok(format!("'{root}'")),
             (true, true) => {
                 let message = format!("`{root}` has quotes that YAML and a shell read differently");
-                Err(Diagnostic::error("sweep::on", message).help("give that folder another name"))
+                Err(Diagnostic::error("sweep::scheduler", message).help("give that folder another name"))
             }
         }
     }
@@ -451,7 +451,7 @@ impl<'a> Work<'a> {
                 self.queue.install,
                 self.by_hand(&path)
             );
-            return Err(Diagnostic::error("sweep::on", message).help(help));
+            return Err(Diagnostic::error("sweep::scheduler", message).help(help));
         }
         let (count, name) = (shards.len(), self.queue.name);
         if self.queue.submit.is_empty() {
@@ -459,7 +459,7 @@ impl<'a> Work<'a> {
             let started = started(&path);
             let mut child = started.map_err(|error| {
                 let message = format!("cannot run `{}`: {}", path.display(), reason(&error));
-                Diagnostic::error("sweep::on", message).help(format!("install {}", self.queue.install))
+                Diagnostic::error("sweep::scheduler", message).help(format!("install {}", self.queue.install))
             })?;
             let followed = self.follow(shards, &mut || Ok(child.try_wait().is_ok_and(|ended| ended.is_none())), true);
             if followed.is_err() {
@@ -527,7 +527,7 @@ impl<'a> Work<'a> {
                     if silent > SILENCE {
                         let message = format!("{} no longer answers: {why}", self.queue.name);
                         let help = "its jobs continue; the same command with `--resume` follows them";
-                        return Err(Diagnostic::error("sweep::queue", message).help(help));
+                        return Err(Diagnostic::error("sweep::job-queue", message).help(help));
                     }
                 }
             }
@@ -548,7 +548,8 @@ impl<'a> Work<'a> {
                 "kardan stops its processes; the same command with `--resume` continues with the missing shards".into()
             }
         };
-        Diagnostic::error("sweep::left", format!("{missing} of {} shards are missing", self.shards)).help(help)
+        Diagnostic::error("sweep::missing-shards", format!("{missing} of {} shards are missing", self.shards))
+            .help(help)
     }
 
     /// Shards are missing after all tries.

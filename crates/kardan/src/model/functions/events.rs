@@ -41,7 +41,8 @@ impl Functions<'_, '_> {
                 dimension.si(),
                 event.at
             );
-            let diagnostic = Diagnostic::error("motion::jump", message).at(TableReader::place(table, "to"), "jumps");
+            let diagnostic =
+                Diagnostic::error("motion::discontinuous", message).at(TableReader::place(table, "to"), "jumps");
             out.push(diagnostic.help("give the change a duration: `over = \"1 ms\"`; a step is allowed only at 0 s"));
         }
         let mut graph = Graph::default();

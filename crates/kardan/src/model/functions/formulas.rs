@@ -54,7 +54,7 @@ impl Functions<'_, '_> {
                     let help =
                         "model Coulomb friction by `friction` of a shaft, a mass or a spring_damper: it sticks at rest";
                     let at = place.part(expression.text(), span);
-                    out.push(Diagnostic::warning("law::jump", message).at(at, "jumps").help(help));
+                    out.push(Diagnostic::warning("law::discontinuous", message).at(at, "jumps").help(help));
                 }
                 Some(formula)
             }
@@ -158,7 +158,7 @@ impl Functions<'_, '_> {
         if let Some(first) = self.open.iter().position(|open| *open == name) {
             let message = format!("{what}: it depends on itself: {}", circle(&self.open[first..]));
             let help = "make one of them depend on something else, such as a state or a block with a `sample_time`";
-            out.push(Diagnostic::error("signal::circle", message).at(place.clone(), "circular").help(help));
+            out.push(Diagnostic::error("signal::cyclic-definition", message).at(place.clone(), "circular").help(help));
             return Some(None);
         }
         self.open.push(&signal.name);
@@ -265,7 +265,7 @@ fn no_function(name: &str, expression: &Expression, (place, what): (&Place, &str
     let message = format!(
         "{what}: the signal `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
     );
-    Diagnostic::error("signal::moves", message)
+    Diagnostic::error("signal::not-a-time-function", message)
         .at(place.part(expression.text(), span), "not a function of time")
         .help("write its formula here, or let a block with a `sample_time` read it: `kind = \"hold\"`")
 }

@@ -147,7 +147,8 @@ impl<'a, 'd> Functions<'a, 'd> {
                     "{what}: `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
                 );
                 let at = place.part(expression.text(), span);
-                let diagnostic = Diagnostic::error("signal::moves", message).at(at, "not a function of time");
+                let diagnostic =
+                    Diagnostic::error("signal::not-a-time-function", message).at(at, "not a function of time");
                 out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` use the output of a block by its name"));
                 return None;
             } else if self.document.signals.has(name) {
@@ -252,7 +253,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                             Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
                             _ => signal.place.clone(),
                         };
-                        let diagnostic = Diagnostic::error("signal::circle", message).at(place, "circular");
+                        let diagnostic = Diagnostic::error("signal::cyclic-definition", message).at(place, "circular");
                         out.push(diagnostic.help("define one of them without the others"));
                         None
                     }

@@ -129,7 +129,7 @@ impl Functions<'_, '_> {
             let (span, reason) = find_kink(expression, is_bent);
             let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign; for a table use `interpolation = \"cubic\"` with `beyond = \"straight\"`, which continues without a kink";
-            out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
+            out.push(Diagnostic::error("motion::not-smooth", message).at(at, reason).help(help));
             return None;
         }
         Some((Arc::new(formula), found))

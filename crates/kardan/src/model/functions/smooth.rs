@@ -43,7 +43,7 @@ impl Functions<'_, '_> {
             let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));
             let at = place.part(expression.text(), span);
             let help = "leave out abs, min, max, if and sign, and tables with kinks; a `[signal.NAME]` declares its breakpoints";
-            out.push(Diagnostic::error("motion::kink", message).at(at, reason).help(help));
+            out.push(Diagnostic::error("motion::not-smooth", message).at(at, reason).help(help));
             return None;
         }
         let derivatives = match expected {
@@ -60,7 +60,7 @@ impl Functions<'_, '_> {
             let message =
                 format!("{what}: {whose} jumps by {jump} {unit} at {time} s, which needs an infinite {effort}");
             let help = "use a function without that jump: a cubic table, a sine that starts at a turning point, an expression of `t`";
-            out.push(Diagnostic::error("motion::jump", message).at(at, "jumps").help(help));
+            out.push(Diagnostic::error("motion::discontinuous", message).at(at, "jumps").help(help));
             return None;
         }
         Some(function)

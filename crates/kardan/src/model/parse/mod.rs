@@ -543,7 +543,7 @@ impl Reader<'_> {
     /// A text that is not a quantity, as an expression, or the error if it is not one. Without names it becomes a value directly.
     fn expression(&self, error: UnitError, quoted: bool, text: &str) -> Result<Scalar, UnitError> {
         // A number with a unit where none may be is no expression either.
-        if !quoted || ["number::not-finite", "number::unclear"].contains(&error.code) || parse_quantity(text).is_ok() {
+        if !quoted || ["number::not-finite", "unit::ambiguous"].contains(&error.code) || parse_quantity(text).is_ok() {
             return Err(error);
         }
         // A text without any sign of an expression is an invalid quantity.

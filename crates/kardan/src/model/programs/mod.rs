@@ -461,8 +461,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if made.memory.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
-            let diagnostic =
-                Diagnostic::error("block::start", format!("{what}: its initial value may vary")).at(at, "varies");
+            let diagnostic = Diagnostic::error("block::initial-value", format!("{what}: its initial value may vary"))
+                .at(at, "varies");
             out.push(diagnostic.help("write it with numbers and parameters alone"));
             return None;
         }

@@ -138,7 +138,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let message = format!("blocks depend on each other at the same sample: {}", circle(&names));
         let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
-        let diagnostic = Diagnostic::error("block::circle", message);
+        let diagnostic = Diagnostic::error("block::algebraic-loop", message);
         let diagnostic =
             found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "circular"));
         diagnostic.help(BREAK_CIRCLE)

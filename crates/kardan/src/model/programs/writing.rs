@@ -332,7 +332,11 @@ impl<'a> Blocks<'a, '_, '_> {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
                 let message = format!("{what}: `{name}` depends on itself: {}", circle(&self.open[first..]));
                 let at = place.part(read.text(), 0..read.text().len());
-                out.push(Diagnostic::error("signal::circle", message).at(at, "circular").help(super::BREAK_CIRCLE));
+                out.push(
+                    Diagnostic::error("signal::cyclic-definition", message)
+                        .at(at, "circular")
+                        .help(super::BREAK_CIRCLE),
+                );
                 Err(Stopped::Reported)
             }
         }

@@ -269,7 +269,7 @@ fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Dia
             "the gear `{element}` is self-locking against the inertia of its load: whenever the load drives the \
              rotating gear, it jams (Painlevé), and kardan ends a run that stays jammed"
         );
-        let warning = Diagnostic::warning("teeth::jam", message).at(place_of(document, &element), "jams");
+        let warning = Diagnostic::warning("gear::jamming", message).at(place_of(document, &element), "jams");
         out.push(warning.help(UNJAM.replacen("Give", "give", 1)));
     }
 }

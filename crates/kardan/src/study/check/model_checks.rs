@@ -197,7 +197,7 @@ pub(in crate::study) fn reduce_diagnostics(document: &Document, model: &Model, e
             .at(place_of(document, shaft), "follows from all of them")
             .help("put a spring between some of them, or use one shaft where joints only transmit a motion"),
         ReduceError::NotExplicit { elements, suggestion, .. } => {
-            let out = Diagnostic::error("constraint::loop", error.to_string());
+            let out = Diagnostic::error("constraint::not-explicit", error.to_string());
             let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
             out.help(if model.coordinates.is_some() {
                 suggest(suggestion)

@@ -29,8 +29,8 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
     let names = quoted(equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let before = out.len();
     let mut refuse = |message: String, place, label: &str, help: &str| {
-        let diagnostic =
-            Diagnostic::error("constraint::kept", message).at(place_of(document, &first.element), "this constraint");
+        let diagnostic = Diagnostic::error("constraint::multiplier", message)
+            .at(place_of(document, &first.element), "this constraint");
         out.push(diagnostic.at(place, label).help(help));
     };
     if !document.bench.values.is_empty() || !document.identification.values.is_empty() {
@@ -135,7 +135,7 @@ pub(in crate::study) fn begin_on_rows(
     let equations = &reduced.equations;
     // From contradictory values nothing follows.
     if equations.multiplier_constraints.is_empty()
-        || out.iter().any(|diagnostic| diagnostic.code == "scenario::contradiction")
+        || out.iter().any(|diagnostic| diagnostic.code == "scenario::inconsistent-initial")
     {
         return Vec::new();
     }
@@ -225,7 +225,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             )
         }
     };
-    let mut diagnostic = Diagnostic::error("constraint::start", message);
+    let mut diagnostic = Diagnostic::error("constraint::initial-position", message);
     if places.is_empty() {
         diagnostic = diagnostic.at(TableReader::place(&document.scenario, "initial"), "from here");
     }
@@ -261,7 +261,8 @@ pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<Prep
         return Err(diagnostic);
     }
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
-    let refused = |message: String, help: String| Diagnostic::error("analysis::kept", message).help(help);
+    let refused =
+        |message: String, help: String| Diagnostic::error("analysis::multiplier-constraint", message).help(help);
     let rest = RestPoint::of(variant).map_err(|message| {
         refused(
             message,
@@ -474,7 +475,7 @@ pub(in crate::study) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) ->
          coordinate: {names}",
         control.name
     );
-    Diagnostic::error("constraint::kept", message)
+    Diagnostic::error("constraint::multiplier", message)
         .at(control.place.clone(), "this controller")
         .help("take a law that is designed at an operating point: `lqr`, `pole_placement` or `decoupling`")
 }
@@ -483,7 +484,7 @@ pub(in crate::study) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) ->
 pub(in crate::study) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
     let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
     let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);
-    Diagnostic::error("constraint::kept", message)
+    Diagnostic::error("constraint::multiplier", message)
         .at(control.place.clone(), "this controller")
         .help("give other angles by `initial` of `[scenario]`, or by `at` of the controller")
 }

@@ -283,11 +283,11 @@ fn keys(
                 quoted(outputs.iter().map(String::as_str))
             );
             let help = "name as many with `--inputs` and `--outputs`";
-            return Err(vec![Diagnostic::error("control::count", message).help(help)]);
+            return Err(vec![Diagnostic::error("control::channel-count", message).help(help)]);
         }
         let message = format!("a controller of the law `{keyword}` needs keys of its own");
         return Err(vec![
-            Diagnostic::error("control::template", message)
+            Diagnostic::error("control::needs-keys", message)
                 .help(format!("write it into the model file; `kardan elements {keyword}` shows the keys")),
         ]);
     };

@@ -249,7 +249,7 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
                 let help =
                     "design with the values of the variant, or choose slower poles; `kardan design` shows the loop";
                 out.push(
-                    Diagnostic::warning("control::unstable-there", message)
+                    Diagnostic::warning("control::unstable-at-position", message)
                         .at(control.place.clone(), "this controller")
                         .help(help),
                 );
@@ -273,7 +273,7 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
         let help = "let law and observer use the values of the variant, with `plant = \"nonlinear\"` in both; a \
                     faster observer helps where they cannot";
         out.push(
-            Diagnostic::warning("control::coupled-there", message)
+            Diagnostic::warning("control::coupled-at-position", message)
                 .at(control.place.clone(), "this controller")
                 .help(help),
         );

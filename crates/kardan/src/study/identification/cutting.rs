@@ -230,14 +230,14 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
         match (cut, own) {
             (Err(why), Some(own)) => {
                 let message = format!("the gear loss of `{element}` cannot be identified: {why}");
-                return Err(vec![Diagnostic::error("identify::teeth", message)
+                return Err(vec![Diagnostic::error("identify::gear-loss", message)
                     .help(format!("remove `{}` from the parameters, or log the missing signal", own.term))]);
             }
             (Ok(cut), Some(own)) if cut.explains_itself => {
                 let message = format!(
                     "the gear loss of `{element}` is unidentifiable: all parameters on the other side of the gear are unknown too"
                 );
-                return Err(vec![Diagnostic::error("identify::teeth", message).help(format!(
+                return Err(vec![Diagnostic::error("identify::gear-loss", message).help(format!(
                     "put known values of one side (an inertia, a weight, a logged torque) into the file and identify the others; or remove \
                      `{}` from the parameters",
                     own.term

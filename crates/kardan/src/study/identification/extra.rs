@@ -297,7 +297,7 @@ impl Declared<'_> {
         for key in ["shape", "speed", "torque", "order", "spring", "clear", "friction", "teeth"] {
             if self.table.values.contains_key(key) && !fits(key) {
                 out.push(
-                    Diagnostic::error("key::idle", format!("{}: the kind `{kind}` has no `{key}`", self.what))
+                    Diagnostic::error("key::unused", format!("{}: the kind `{kind}` has no `{key}`", self.what))
                         .at(TableReader::place(self.table, key), "has no effect here")
                         .help("leave it out, or write another kind"),
                 );

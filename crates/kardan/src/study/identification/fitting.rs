@@ -143,11 +143,11 @@ fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
     } else {
         "log longer, use a shorter `--window`, lower `rest_speed`, or request fewer parameters"
     };
-    Diagnostic::error("identify::too-little", message).help(help)
+    Diagnostic::error("identify::too-few-samples", message).help(help)
 }
 
 fn too_large() -> Diagnostic {
-    Diagnostic::error("identify::numbers", "the logs contain numbers too large to compute with").help(
+    Diagnostic::error("identify::overflow", "the logs contain numbers too large to compute with").help(
         "check units and factors of the channels, and whether a large number marks a missing reading (leave such a reading \
          empty)",
     )

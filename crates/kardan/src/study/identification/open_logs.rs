@@ -100,7 +100,7 @@ impl OpenLogs {
                 if own.contains(&one.quantity) {
                     let message = format!("the logs contain `{}` in two channels", one.quantity.signal());
                     return Err(vec![
-                        Diagnostic::error("log::twice", message)
+                        Diagnostic::error("log::duplicate", message)
                             .help("leave one channel per signal in the `[log.NAME]` tables"),
                     ]);
                 }
@@ -121,7 +121,7 @@ impl OpenLogs {
                     if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
                     if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
                 );
-                return Err(vec![Diagnostic::error("log::differ", message).help(help)]);
+                return Err(vec![Diagnostic::error("log::different-signals", message).help(help)]);
             }
         }
         Ok(first)

@@ -109,12 +109,12 @@ pub(super) fn request(
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
         out.push(match plays.first() {
             Some(gear) => Diagnostic::error(
-                "identify::nothing",
+                "identify::no-parameters",
                 format!("`{gear}.backlash` alone gives no torque balance to fit"),
             )
             .help("the contact side follows from that balance: add a damping or a friction of the model"),
             None => Diagnostic::error(
-                "identify::nothing",
+                "identify::no-parameters",
                 "no parameters to identify: the model has no damping and no friction",
             )
             .help("name the parameters with `--parameters shaft.damping,shaft.friction`"),
@@ -212,7 +212,7 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
         let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
         if !instance.table.values.contains_key("backlash") {
             let message = format!("`{}` has no backlash to identify", instance.name);
-            out.push(Diagnostic::error("identify::play", message).at(instance.place.clone(), "no `backlash`").help(
+            out.push(Diagnostic::error("identify::no-backlash", message).at(instance.place.clone(), "no `backlash`").help(
                 "give it an initial `backlash`, so that its two sides have separate angles: `backlash = \"1 mrad\"`",
             ));
         }

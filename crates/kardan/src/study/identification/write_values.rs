@@ -82,7 +82,7 @@ fn diagnostics(text: &str) -> Vec<Diagnostic> {
     out.extend(diagnostics);
     request(&document, &model, &set, &IdentifySettings::default(), &mut out);
     // A file need not request any parameter.
-    out.retain(|one| is_error(one) && one.code != "identify::nothing");
+    out.retain(|one| is_error(one) && one.code != "identify::no-parameters");
     out
 }
 

@@ -572,7 +572,7 @@ fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, o
         if let Some(name) = names.into_iter().find(|name| document.is_varied(name)) {
             out.push(
                 Diagnostic::error(
-                    "requirement::varied",
+                    "requirement::set-by-variant",
                     format!("`{key}` of {what}: `{name}` differs between the variants"),
                 )
                 .at(place, "a varied parameter")

@@ -261,7 +261,7 @@ fn check_slopes(
                 "`{name}` has no slope at the operating point, so the model has no linearisation there: {}",
                 slopes.undefined.join(" and ")
             );
-            let diagnostic = Diagnostic::error("analysis::slope", message)
+            let diagnostic = Diagnostic::error("analysis::not-differentiable", message)
                 .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
             let spec = &variant.analysis;
             let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));

@@ -177,7 +177,11 @@ pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVari
         let message = format!("control `{}` {}", control.name, assumed_gain_text(&read));
         let help = "give the controller a `sample_time`, or remove that of the blocks: the loop then closes through \
                     them; a run includes them in any case";
-        out.push(Diagnostic::warning("block::loop", message).at(control.place.clone(), "this controller").help(help));
+        out.push(
+            Diagnostic::warning("block::not-in-design", message)
+                .at(control.place.clone(), "this controller")
+                .help(help),
+        );
     }
     for law in &reduced.equations.laws {
         let blocks: Vec<&str> = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name)).collect();
@@ -202,7 +206,7 @@ pub(in crate::study) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> 
 
 /// A warning about an element that depends on blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
-    let diagnostic = Diagnostic::warning("block::loop", message).help(help);
+    let diagnostic = Diagnostic::warning("block::not-in-design", message).help(help);
     match document.elements.get(element) {
         Some(own) => diagnostic.at(own.place.clone(), "this element"),
         None => diagnostic,
@@ -236,7 +240,7 @@ fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mu
             control.name, fade.name
         );
         let help = "name a block or a signal, or set it by an event: `signal = \"power\"`, `to = 1`";
-        out.push(Diagnostic::error("control::fade", message).at(place, "not set").help(help));
+        out.push(Diagnostic::error("control::blending-signal", message).at(place, "not set").help(help));
     }
 }
 
@@ -248,7 +252,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
         let Some((control, law)) = own else {
             let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
             let place = document.controls.get(head).map(|one| one.place.clone());
-            let diagnostic = Diagnostic::warning("block::told", message);
+            let diagnostic = Diagnostic::warning("block::unavailable-signal", message);
             let diagnostic = place.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.at(at, "not in this loop"));
             out.push(diagnostic.help(
                 "blocks that read it get no torque and no motion there; pass the variant to them by a parameter",
@@ -264,7 +268,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             "it outputs {}; `disturbances` of its observer lists where unknown torques act",
             quoted(found.iter().map(String::as_str))
         );
-        let diagnostic = Diagnostic::error("block::told", message);
+        let diagnostic = Diagnostic::error("block::unavailable-signal", message);
         let place = document
             .controls
             .iter()

@@ -303,7 +303,7 @@ pub(in crate::study) fn check_late(
     if at >= end {
         let message = format!("this {what} at {at} s never happens: the run ends at {end} s");
         out.push(
-            Diagnostic::warning("event::late", message)
+            Diagnostic::warning("event::after-end", message)
                 .at(TableReader::place(table, "at"), "after the end")
                 .help(format!("lengthen `duration` or move the {what}")),
         );
@@ -338,7 +338,7 @@ fn check_duplicates(
         event.number,
         shown.join(", ")
     );
-    out.push(Diagnostic::error("event::twice", message).at(TableReader::place(table, "at"), "the same time").help(
+    out.push(Diagnostic::error("event::duplicate", message).at(TableReader::place(table, "at"), "the same time").help(
         "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
     ));
 }

@@ -153,7 +153,7 @@ impl<'a> Reader<'a, '_> {
             [_, second, ..] => {
                 let message = format!("it names {}, but a fault concerns one part", quoted(named.iter().copied()));
                 let help = "write one fault for each; they may be at the same time".to_string();
-                out.push(self.diagnostic("fault::part", &message, (second, "a second part"), help));
+                out.push(self.diagnostic("fault::component", &message, (second, "a second part"), help));
                 None
             }
         }
@@ -176,7 +176,7 @@ impl<'a> Reader<'a, '_> {
         if until <= at {
             let message = format!("it would end at {until} s, before it begins at {at} s");
             let help = "choose `until` after `at`, or leave it out for a fault that stays".to_string();
-            out.push(self.diagnostic("fault::window", &message, ("until", "not after the begin"), help));
+            out.push(self.diagnostic("fault::overlap", &message, ("until", "not after the begin"), help));
             return None;
         }
         Some((at, until))
@@ -255,7 +255,7 @@ impl<'a> Reader<'a, '_> {
         let shown = shortened(&fault.name);
         let message = format!("`{shown}` has another fault then, from {} s{end}", overlapping.at);
         let help = "let one fault end before the other begins".to_string();
-        out.push(self.diagnostic("fault::window", &message, ("at", "at the same time"), help));
+        out.push(self.diagnostic("fault::overlap", &message, ("at", "at the same time"), help));
         false
     }
 
@@ -374,7 +374,7 @@ impl<'a> Reader<'a, '_> {
         let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {
             let message = format!("`{shown}` computes in continuous time, which no control unit can do");
             let help = format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{shown}]`");
-            out.push(self.diagnostic("fault::part", &message, ("control", "no unit"), help));
+            out.push(self.diagnostic("fault::component", &message, ("control", "no unit"), help));
             return;
         };
         let found = match kind {
@@ -428,14 +428,14 @@ impl<'a> Reader<'a, '_> {
         let springs = || self.equations.springs.iter().filter(|spring| spring.element == fault.name);
         if let Some((message, help)) = self.cannot_break(&fault.name, kind) {
             if !self.document.suppressed.has(&fault.name) {
-                out.push(self.diagnostic("fault::part", &message, ("element", "cannot fail in this way"), help));
+                out.push(self.diagnostic("fault::component", &message, ("element", "cannot fail in this way"), help));
             }
             return;
         }
         if fault.until.is_finite() {
             let message =
                 format!("`{shown}` stays {}", if kind == "jump" { "where it has jumped to" } else { "broken" });
-            out.push(self.diagnostic("fault::window", &message, ("until", "for good"), "remove `until`".into()));
+            out.push(self.diagnostic("fault::overlap", &message, ("until", "for good"), "remove `until`".into()));
             return;
         }
         let found = match kind {

@@ -87,7 +87,7 @@ fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
         (None, Some(element)) => format!("{own} contradicts {} by the ratio of `{element}`", earlier.join(", ")),
         (None, None) => format!("{own} is not possible"),
     };
-    let mut out = Diagnostic::error("scenario::contradiction", format!("`initial` of `[scenario]`: {message}"));
+    let mut out = Diagnostic::error("scenario::inconsistent-initial", format!("`initial` of `[scenario]`: {message}"));
     if let Some(entry) = entries.get(last) {
         out = out.at(entry.place.clone(), "contradicts");
     }

@@ -65,7 +65,7 @@ impl NamedPoint {
                 match named.iter().find(|(other, _, _)| *other == k) {
                     Some((_, other, first)) if *other != angle => out.push(
                         Diagnostic::error(
-                            "control::point",
+                            "control::operating-point",
                             format!("`at` of {what}: another controller has another value of `{shaft}`"),
                         )
                         .at(place.clone(), "another one here")
@@ -107,7 +107,7 @@ impl NamedPoint {
         let named = controls.iter().find(|control| Self::is_named(document, control)).or(controls.first());
         let name = named.map_or("", |control| control.name.as_str());
         let place = self.named.first().map(|(_, _, place)| place.clone()).unwrap_or_default();
-        Diagnostic::error("control::point", format!("`at` of control `{name}` is no equilibrium: {why}"))
+        Diagnostic::error("control::operating-point", format!("`at` of control `{name}` is no equilibrium: {why}"))
             .at(place, "the motors do not balance it there")
             .help("name fewer coordinates, so that kardan can find the others, or name another position")
     }
@@ -252,7 +252,7 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
         let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, but a controller \
                        names a motion";
         out.push(
-            Diagnostic::error("control::point", message)
+            Diagnostic::error("control::operating-point", message)
                 .at(TableReader::place(&document.scenario, "start"), "at rest")
                 .at(motion.place.clone(), "this is in motion")
                 .help("leave out `start`, and give the speeds that the run begins with by `initial`"),
@@ -271,7 +271,7 @@ fn add_motion(
     if control.law.keyword != Program::KEYWORD {
         out.push(
             Diagnostic::error(
-                "control::point",
+                "control::operating-point",
                 format!("`at` of control `{name}`: kardan designs a law of this kind at an equilibrium"),
             )
             .at(request.place, "a speed, a torque or a time")
@@ -282,7 +282,7 @@ fn add_motion(
     match motion {
         Some(first) if (&first.at, &first.given) != (&request.at, &request.given) => out.push(
             Diagnostic::error(
-                "control::point",
+                "control::operating-point",
                 format!("`at` of control `{name}`: another controller names another motion"),
             )
             .at(request.place, "another one here")
@@ -311,7 +311,7 @@ pub(in crate::study) fn check_smooth(
             slopes.undefined.join(" and ")
         );
         out.push(
-            Diagnostic::error("control::slope", message)
+            Diagnostic::error("control::not-differentiable", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")
                 .at(control.place.clone(), "this controller")
                 .help(format!(
@@ -327,7 +327,7 @@ pub(in crate::study) fn check_smooth(
 pub(in crate::study) fn no_equilibrium(control: &ControlSpec, at: &str, why: &str) -> Diagnostic {
     let message =
         format!("control `{}` is designed at {at}, which is no equilibrium of the model: {why}", control.name);
-    Diagnostic::warning("control::point", message)
+    Diagnostic::warning("control::operating-point", message)
         .at(control.place.clone(), "this controller")
         .help("name the operating point with `at`; otherwise the residual torque disturbs the loop")
 }

@@ -125,7 +125,7 @@ impl PreparedVariant {
         for (number, name) in names.iter().enumerate() {
             if names[..number].contains(name) {
                 let message = format!("the fault `{}` is named twice", shortened(name));
-                return Err(Diagnostic::error("fault::window", message).help("name it once: its table gives its time"));
+                return Err(Diagnostic::error("fault::overlap", message).help("name it once: its table gives its time"));
             }
             let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
                 let help = match self.faults.first() {
@@ -137,7 +137,7 @@ impl PreparedVariant {
             };
             scenario.faults = scenario.faults.with(&fault.faults).map_err(|part| {
                 let message = format!("with the fault `{name}` `{part}` would fail in two ways at once");
-                Diagnostic::error("fault::window", message).help("a part has one fault at a time")
+                Diagnostic::error("fault::overlap", message).help("a part has one fault at a time")
             })?;
         }
         Ok(scenario)

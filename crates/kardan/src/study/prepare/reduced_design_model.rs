@@ -20,7 +20,7 @@ pub(in crate::study) fn excluded(
     let mut found = BTreeSet::new();
     if control.law.keyword == Program::KEYWORD && control.values.has("without") {
         let message = format!("control `{}`: a program is not designed, so `without` has no effect", control.name);
-        out.push(Diagnostic::error("control::without", message).at(place, "not read").help("take it out"));
+        out.push(Diagnostic::error("control::excluded-elements", message).at(place, "not read").help("take it out"));
         return None;
     }
     for name in control.values.names("without").unwrap_or_default() {
@@ -44,7 +44,7 @@ pub(in crate::study) fn excluded(
             control.name
         );
         out.push(
-            Diagnostic::error("control::without", message)
+            Diagnostic::error("control::excluded-elements", message)
                 .at(place, "left out here")
                 .help("take out `at` or `without`"),
         );
@@ -71,7 +71,7 @@ pub(in crate::study) fn needed_by(document: &Document, control: &ControlSpec, mo
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
     let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
     let help = "leave out less: removing a shaft also removes the elements that act on it";
-    Some(Diagnostic::error("control::without", message).at(place, "left out here").help(help))
+    Some(Diagnostic::error("control::excluded-elements", message).at(place, "left out here").help(help))
 }
 
 /// The model without these elements, and without all that act on their coordinates.

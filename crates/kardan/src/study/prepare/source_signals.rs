@@ -87,7 +87,7 @@ fn of_reference(
         let help = format!(
             "write a block in its place, which has a sample time: `[block.{shown}]` with kind = \"hold\" and the expression as `input`"
         );
-        out.push(Diagnostic::error("reference::samples", message).at(place.clone(), "this reference").help(help));
+        out.push(Diagnostic::error("reference::sampled", message).at(place.clone(), "this reference").help(help));
         return None;
     }
     let expression = Expression::parse_law(&quoted(&source.name)).ok()?;

@@ -432,7 +432,7 @@ fn add_faults(
                 let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
                 let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
                 out.push(
-                    Diagnostic::error("fault::window", message)
+                    Diagnostic::error("fault::overlap", message)
                         .at(place, "at the same time")
                         .help("a part has one fault at a time: let one end before the other begins"),
                 );
@@ -647,7 +647,7 @@ fn designed_law(
     if law.as_ref().is_ok_and(|law| law.on_full_model()) && NamedPoint::is_named(document, control) {
         let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
         out.push(
-            Diagnostic::error("control::point", message)
+            Diagnostic::error("control::operating-point", message)
                 .at(control.place.clone(), "this controller")
                 .help("leave out `at`: it evaluates the model at its current position"),
         );
@@ -733,7 +733,7 @@ fn design_model(
             quoted(moving)
         );
         out.push(
-            Diagnostic::warning("control::time", message)
+            Diagnostic::warning("control::time-varying", message)
                 .at(control.place.clone(), "this controller")
                 .help("its design uses the initial value, at rest, and the motion disturbs the loop"),
         );
@@ -746,7 +746,7 @@ fn design_model(
         let message =
             format!("the design of control `{}` uses the torque of {} at time zero", control.name, quoted(of_time));
         out.push(
-            Diagnostic::warning("control::time", message)
+            Diagnostic::warning("control::time-varying", message)
                 .at(control.place.clone(), "this controller")
                 .help("write a torque that is unknown to it as a `disturbance` with a function of time"),
         );

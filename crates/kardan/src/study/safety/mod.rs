@@ -182,7 +182,7 @@ fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
     if spec.detected.is_none() && spec.effects.is_empty() {
         let message = "`[safety]` defines neither a detection condition nor unwanted effects";
         let help = "add `detected = \"MONITOR\"`, or an effect: `[[safety.effect]]` with `signal` and `below`";
-        return Err(Diagnostic::error("safety::judge", message).help(help));
+        return Err(Diagnostic::error("safety::no-criterion", message).help(help));
     }
     Ok(spec)
 }

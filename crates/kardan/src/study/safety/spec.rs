@@ -192,7 +192,7 @@ fn value_names(
             let message =
                 format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
             out.push(
-                Diagnostic::error("safety::varied", message)
+                Diagnostic::error("safety::set-by-variant", message)
                     .at(name.place.clone(), "set by a variant")
                     .help("remove it here, or list under `variants` those that do not set it"),
             );
@@ -319,7 +319,9 @@ fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), o
     if let Some((name, place)) = found {
         let message = format!("`{key}` of {what}: `{name}` differs between the variants");
         out.push(
-            Diagnostic::error("requirement::varied", message).at(place, "a varied parameter").help("write a number"),
+            Diagnostic::error("requirement::set-by-variant", message)
+                .at(place, "a varied parameter")
+                .help("write a number"),
         );
     }
 }

@@ -38,7 +38,7 @@ impl Project {
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
-        let refused = |message: String, help: &str| Err(vec![Diagnostic::error("sweep::again", message).help(help)]);
+        let refused = |message: String, help: &str| Err(vec![Diagnostic::error("sweep::rerun", message).help(help)]);
         let (origin, integrated) = (self.origin(), integrated(settings));
         if !identity.starts_with(&format!("{origin},")) {
             let message = format!("the rows are of another sweep: {identity}; this is {origin}");

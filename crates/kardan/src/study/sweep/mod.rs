@@ -84,7 +84,7 @@ impl Project {
         }
         let nothing = || {
             let help = "write tolerances after values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
-            vec![Diagnostic::error("sweep::nothing", "no value of the file varies").help(help)]
+            vec![Diagnostic::error("sweep::no-variation", "no value of the file varies").help(help)]
         };
         let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
         let seed = settings.seed.unwrap_or(spec.seed);
@@ -431,13 +431,13 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
             let message = format!("`--until`: the half-width of intervals must be between 1e-5 and 0.5, not {width}");
-            return refused("sweep::until", message, "0.01 requests probabilities to 1 %");
+            return refused("sweep::stopping-rule", message, "0.01 requests probabilities to 1 %");
         }
         SweepGoal::Until(_) if !drawn => {
             let word = spec.sampling.word();
             let message =
                 format!("`--until`: the samples of `points = \"{word}\"` are a fixed set, and not drawn one by one");
-            return refused("sweep::until", message, "choose other points, or omit it");
+            return refused("sweep::stopping-rule", message, "choose other points, or omit it");
         }
         SweepGoal::Worst(_) => {
             let least = requested.div_ceil(BLOCKS_OF_SEARCH).clamp(LEAST_OF_SEARCH, LEAST_BLOCK);

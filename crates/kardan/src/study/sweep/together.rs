@@ -133,7 +133,9 @@ fn member(
     let mut refuse = |why: &str, help: &str| {
         let message = format!("{what}: `{}` {why}", shortened(name));
         let key = if table.values.contains_key("parameters") { "parameters" } else { "file" };
-        out.push(Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "here").help(help));
+        out.push(
+            Diagnostic::error("sweep::correlation", message).at(TableReader::place(table, key), "here").help(help),
+        );
         None
     };
     let Some(number) = varied.iter().position(|one| one.name == name) else {
@@ -173,7 +175,7 @@ fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matr
 fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
     let mut refuse = |key: &str, message: String, help: &str| {
         let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("sweep::together", format!("{what}: {message}")).at(place, "here").help(help));
+        out.push(Diagnostic::error("sweep::correlation", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
     // Duplicate names were reported.
@@ -386,7 +388,9 @@ fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut V
     let key = if correlation.moments.is_some() { "file" } else { "correlation" };
     let help = "correct the matrix: it must be positive semidefinite";
     out.push(
-        Diagnostic::error("sweep::together", message).at(TableReader::place(table, key), "not semidefinite").help(help),
+        Diagnostic::error("sweep::correlation", message)
+            .at(TableReader::place(table, key), "not semidefinite")
+            .help(help),
     );
     None
 }

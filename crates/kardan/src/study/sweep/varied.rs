@@ -64,13 +64,19 @@ pub(super) fn parameter<'d>(
         let message =
             format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
         let help = "remove it here, or from the variants";
-        out.push(Diagnostic::error("sweep::varied", message).at(place.clone(), "a varied parameter").help(help));
+        out.push(
+            Diagnostic::error("sweep::set-by-variant", message).at(place.clone(), "a varied parameter").help(help),
+        );
         return None;
     }
     if parameter.expression.is_some() {
         let message = format!("{label}: `{name}` is computed from other parameters");
         let help = "vary those, or replace it by a value";
-        out.push(Diagnostic::error("sweep::follows", message).at(place.clone(), "no value of its own").help(help));
+        out.push(
+            Diagnostic::error("sweep::dependent-parameter", message)
+                .at(place.clone(), "no value of its own")
+                .help(help),
+        );
         return None;
     }
     Some(parameter)

@@ -80,7 +80,8 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             let message = format!("whether the sampled loop is stable is not decided: {why} ({})", all.join(", "));
             let help = "choose times whose common period is a small multiple of the shortest; a run shows what \
                         happens";
-            let warning = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
+            let warning =
+                Diagnostic::warning("control::no-common-period", message).at(control.place.clone(), "this controller");
             out.push(warning.help(help));
             return;
         }
@@ -222,7 +223,7 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
             };
             let message =
                 format!("in continuous time the loop is unstable: {how} (linear loop, lag of the motors included)");
-            Diagnostic::warning("control::grows", message)
+            Diagnostic::warning("control::unstable-continuous", message)
         }
         _ => on_the_border(&control.name, verdict),
     };
@@ -233,7 +234,7 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
 /// The warning that a loop is marginal, or not known to be stable.
 fn on_the_border(control: &str, verdict: &StabilityVerdict) -> Diagnostic {
     let message = format!("control `{control}`: stability of the loop: {verdict}");
-    Diagnostic::warning("control::border", message)
+    Diagnostic::warning("control::stability-undecided", message)
 }
 
 /// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
@@ -269,7 +270,8 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             of_motors(&survey, Some(&response), false).iter().filter(|one| low_margins(one)).filter_map(close)
         {
             let message = format!("control `{}`: {message}", control.name);
-            let warning = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
+            let warning =
+                Diagnostic::warning("control::low-margins", message).at(control.place.clone(), "this controller");
             out.push(warning.help(
                 "request less bandwidth, or choose a shorter lag, delay or sample time; `kardan design` shows all \
                  margins",
