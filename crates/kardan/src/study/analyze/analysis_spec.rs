@@ -544,7 +544,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
 mod tests {
     use super::*;
     use crate::diagnostics::{Severity, plain};
-    use crate::study::prepare::variants as prepare;
+    use crate::study::prepare;
 
     const MODEL: &str = r#"
 [model]
