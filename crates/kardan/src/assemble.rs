@@ -211,6 +211,17 @@ pub struct Equations {
     pub run_parameters: Vec<String>,
 }
 
+fn by_element(terms: &[NamedTerm]) -> Vec<&NamedTerm> {
+    let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
+    sorted.sort_by(|a, b| a.element.cmp(&b.element));
+    sorted
+}
+
+fn sorted_row(mut row: Vec<(usize, Rational)>) -> Vec<(usize, Rational)> {
+    row.sort_by_key(|(shaft, _)| *shaft);
+    row
+}
+
 /// Numbers the shafts and sorts the terms of a model.
 ///
 /// A transmission whose curve is exactly a shifted identity becomes a linear constraint.
@@ -221,18 +232,14 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     let mut out = Equations { coordinates: shafts.to_vec(), ..Equations::default() };
     out.coordinates.sort();
     let number = |name: &str| {
-        out.coordinates
-            .binary_search_by(|shaft| shaft.as_str().cmp(name))
-            .unwrap_or_else(|_| panic!("no shaft `{name}`"))
+        let found = out.coordinates.binary_search_by(|shaft| shaft.as_str().cmp(name));
+        found.unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
     let row = |direction: &Direction| {
         let entries = direction.entries.iter().map(|(name, x)| (number(name), x.to_rational()));
-        let mut row: Vec<(usize, Rational)> = entries.filter(|(_, x)| !Scalar::is_zero(x)).collect();
-        row.sort_by_key(|(shaft, _)| *shaft);
-        row
+        sorted_row(entries.filter(|(_, x)| !Scalar::is_zero(x)).collect())
     };
-    let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
-    sorted.sort_by(|a, b| a.element.cmp(&b.element));
+    let sorted = by_element(terms);
     let mut next = Equations { domains: vec![Domain::Rotation; out.coordinates.len()], ..Equations::default() };
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
     for (element, term) in sorted.into_iter().map(|named| (named.element.clone(), &named.term)) {
@@ -260,11 +267,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Compliance { direction, offset, scale, stiffness, damping } => {
                 let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
                 let spring = SpringLaw { stiffness: stiffness.clone(), rest };
-                next.add_compliance(
-                    DirectionalTerm { element, row: row(direction), value: scale.clone() },
-                    spring,
-                    damping,
-                );
+                let term = DirectionalTerm { element, row: row(direction), value: scale.clone() };
+                next.add_compliance(term, spring, damping);
             }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
@@ -290,9 +294,10 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.domains[number(name)] = term.domain()
             }
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
-            Term::MultiplierLaw(law) => next
-                .multiplier_constraints
-                .push(MultiplierConstraint { element, law: law.renamed(|name| number(name)) }),
+            Term::MultiplierLaw(law) => {
+                let law = law.renamed(|name| number(name));
+                next.multiplier_constraints.push(MultiplierConstraint { element, law });
+            }
             Term::Moving(function) => drop(next.moving.insert(element, Arc::clone(function))),
             Term::Balance { node, .. } if node == GROUND => {}
             Term::Balance { node, direction } => add_shares(balances.entry(node.clone()).or_default(), row(direction)),

@@ -3,7 +3,7 @@ use kardan_rt::functions::exp;
 use super::Coefficient;
 use super::extra::{Extra, ExtraDirection};
 use super::teeth::Teeth;
-use crate::assemble::CoefficientKind as Kind;
+use crate::assemble::{CoefficientKind as Kind, DirectionalTerm, SpringLaw};
 use crate::num::{Matrix, dot, echelon};
 use crate::reduce::{Kinematics, LawTorques, Reduced, linearise};
 
@@ -112,14 +112,11 @@ impl Regressor {
         let independent = echelon(&columns, &(0..unmeasured.len()).collect::<Vec<_>>()).pivots;
         let unmeasured: Vec<usize> = independent.into_iter().map(|k| unmeasured[k]).collect();
         let plain = |row: Vec<(usize, f64)>| Term { row, rest: 0.0 };
-        let terms = [
+        let spring = |term: &DirectionalTerm<SpringLaw>| Term { row: term.row_f64(), rest: term.value.rest.to_f64() };
+        let terms: [Vec<Term>; 4] = [
             equations.inertias.iter().map(|term| plain(term.row_f64())).collect(),
             equations.dampers.iter().map(|term| plain(term.row_f64())).collect(),
-            equations
-                .springs
-                .iter()
-                .map(|term| Term { row: term.row_f64(), rest: term.value.rest.to_f64() })
-                .collect::<Vec<_>>(),
+            equations.springs.iter().map(spring).collect(),
             equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
         ];
         let fixed = super::coefficients(reduced).into_iter().flat_map(|one| {

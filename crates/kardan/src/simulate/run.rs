@@ -412,6 +412,8 @@ impl RunLoop {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
+        let multipliers = reduced.equations.multiplier_constraints.iter();
+        let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
@@ -445,12 +447,7 @@ impl RunLoop {
             outputs,
             event_samples: EventSamples::new(names.len()),
             names,
-            multiplier_names: reduced
-                .equations
-                .multiplier_constraints
-                .iter()
-                .map(|constraint| constraint.element.clone())
-                .collect(),
+            multiplier_names,
             prescribing: reduced.equations.moving.keys().cloned().collect(),
             input_names,
             input_units: input_units(reduced),

@@ -4,9 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::elimination::Entry;
 use super::{Laurent, Letters, Symbol};
-use crate::equations::{
-    Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Stribeck, Term, UnilateralConstraint,
-};
+use crate::equations::{Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Term, UnilateralConstraint};
 use crate::num::{Rational, Scalar};
 use crate::units::Exact;
 
@@ -19,6 +17,12 @@ pub(super) struct DirectionalTerm<T> {
     pub(super) element: String,
     pub(super) row: Row,
     pub(super) value: T,
+}
+
+impl<T> DirectionalTerm<T> {
+    fn new(element: &str, row: Row, value: T) -> Self {
+        Self { element: element.to_owned(), row, value }
+    }
 }
 
 /// A spring: stiffness, and relaxed position.
@@ -84,30 +88,20 @@ impl Terms {
             match term {
                 Term::Inertia { direction, inertia } => {
                     let row = row(numbered(letters, direction));
-                    out.inertias.push(DirectionalTerm { element: element.clone(), row, value: letters.exact(inertia) });
+                    out.inertias.push(DirectionalTerm::new(element, row, letters.exact(inertia)));
                 }
                 Term::Damper { direction, damping } => {
                     let row = row(numbered(letters, direction));
-                    out.dampers.push(DirectionalTerm { element: element.clone(), row, value: letters.exact(damping) });
+                    out.dampers.push(DirectionalTerm::new(element, row, letters.exact(damping)));
                 }
                 Term::Spring { direction, stiffness, rest } => {
                     let value = Spring { stiffness: letters.exact(stiffness), rest: letters.exact(rest) };
-                    out.springs.push(DirectionalTerm {
-                        element: element.clone(),
-                        row: row(numbered(letters, direction)),
-                        value,
-                    });
+                    out.springs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
                 }
                 Term::Friction { direction, torque, stribeck } => {
-                    let falls =
-                        |Stribeck { breakaway, speed }: &Stribeck| [letters.exact(breakaway), letters.exact(speed)];
-                    let stribeck = stribeck.as_ref().map(falls);
+                    let stribeck = stribeck.as_ref().map(|one| [&one.breakaway, &one.speed].map(|x| letters.exact(x)));
                     let value = Friction { torque: letters.exact(torque), stribeck };
-                    out.frictions.push(DirectionalTerm {
-                        element: element.clone(),
-                        row: row(numbered(letters, direction)),
-                        value,
-                    });
+                    out.frictions.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
                 }
                 Term::Constraint { direction, offset } => {
                     let entries = numbered(letters, direction);
@@ -127,11 +121,7 @@ impl Terms {
                     out.comply(element, row, spring, damping);
                 }
                 Term::Input { direction, .. } | Term::Torque { direction, .. } => {
-                    out.inputs.push(DirectionalTerm {
-                        element: element.clone(),
-                        row: row(numbered(letters, direction)),
-                        value: (),
-                    });
+                    out.inputs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), ()));
                 }
                 Term::Balance { node, direction } if node != GROUND => {
                     let shares = balances.entry(node).or_default();

@@ -259,8 +259,7 @@ impl Machine {
         let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();
         let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
         let drives = drives(&reduced.equations, scenario, &mut size);
-        let laws = connected_laws(&setup, &drives, &mut size);
-        let flow = Flow::new(scenario, &mut size);
+        let (laws, flow) = (connected_laws(&setup, &drives, &mut size), Flow::new(scenario, &mut size));
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let parts =
             Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
@@ -288,11 +287,7 @@ impl Machine {
             timed,
             kinks,
             modes: vec![Mode::Stick; m],
-            holding: if multiplier_constraints.is_empty() {
-                Vec::with_capacity(r)
-            } else {
-                multiplier_constraints.clone().collect()
-            },
+            holding: Vec::with_capacity(r),
             following: Vec::with_capacity(m),
             turning: Vec::new(),
             moves: moving.contains(&true),
@@ -333,6 +328,7 @@ impl Machine {
             work,
         };
         if !multiplier_constraints.is_empty() {
+            out.holding.extend(multiplier_constraints);
             out.prepare_holding();
         }
         out

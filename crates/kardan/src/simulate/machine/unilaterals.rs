@@ -360,9 +360,8 @@ impl Machine {
         };
         let meets = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work);
-            let blocked =
-                if matches!(self.unilaterals.kind(*k), Kind::Lock | Kind::GearLoss) { speed.abs() } else { -speed };
-            blocked > noise(self, *k, &sizes)
+            let both_ways = matches!(self.unilaterals.kind(*k), Kind::Lock | Kind::GearLoss);
+            (if both_ways { speed.abs() } else { -speed }) > noise(self, *k, &sizes)
         };
         let hit: Vec<usize> = rigid.iter().copied().filter(meets).collect();
         if hit.is_empty() {

@@ -135,6 +135,8 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
     }
 }
 
+const CORRECT_DAMPING: &str = "correct the sign of a damping";
+
 /// The model with states of first order for motions with dampers, or with friction elements in series with springs.
 fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
     reduced.relaxation = relaxation(&reduced).map_err(|error| {
@@ -211,9 +213,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 "the chosen coordinates move with it".into(),
                 "name coordinates that have an inertia first, or give one of these shafts an inertia",
             ),
-            NoRelaxation::Damping => {
-                refusal("its damping is not positive definite".into(), "correct the sign of a damping")
-            }
+            NoRelaxation::Damping => refusal("its damping is not positive definite".into(), CORRECT_DAMPING),
         }
     })?;
     Ok(reduced)

@@ -85,8 +85,7 @@ pub(super) fn request(
     out: &mut Vec<Diagnostic>,
 ) -> FitRequest {
     let table = &document.identification;
-    let word =
-        |options: &Option<String>, key: &str| options.clone().or_else(|| read_word(table, key).map(str::to_string));
+    let word = |option: &Option<String>, key| option.clone().or_else(|| read_word(table, key).map(str::to_string));
     let method = word(&options.method, "method").map(|word| Method::of(&word));
     let mut names: Vec<String> = match options.parameters.as_slice() {
         [] => name_list(table, "parameters"),
@@ -113,19 +112,17 @@ pub(super) fn request(
                 format!("`{gear}.backlash` alone gives no torque balance to fit"),
             )
             .help("the contact side follows from that balance: add a damping or a friction of the model"),
-            None => Diagnostic::error(
-                "identify::no-parameters",
-                "no parameters to identify: the model has no damping and no friction",
-            )
-            .help("name the parameters with `--parameters shaft.damping,shaft.friction`"),
+            None => {
+                let message = "no parameters to identify: the model has no damping and no friction";
+                let help = "name the parameters with `--parameters shaft.damping,shaft.friction`";
+                Diagnostic::error("identify::no-parameters", message).help(help)
+            }
         });
     }
     let confidence = confidence(document, options, out);
     if names.iter().any(|name| name.is_empty()) {
-        out.push(
-            Diagnostic::error("identify::parameters", "one of the requested parameters has no name")
-                .help("separate them with single commas: `--parameters wg.damping,wg.friction`"),
-        );
+        let unnamed = Diagnostic::error("identify::parameters", "one of the requested parameters has no name");
+        out.push(unnamed.help("separate them with single commas: `--parameters wg.damping,wg.friction`"));
     }
     let tolerance = number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or_default();
     let mut request = FitRequest {

@@ -82,21 +82,14 @@ pub(in crate::study) fn prepare_document(
     // The preparation of one variant does not depend on the others; its diagnostics do.
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
-        let (model, mut diagnostics) = document.model_with(settings, controls.as_deref());
-        let is_complete = !document.suppressed.equations && !model.programs.broken && !diagnostics.iter().any(is_error);
+        let (model, mut reported) = document.model_with(settings, controls.as_deref());
+        let is_complete = !document.suppressed.equations && !model.programs.broken && !reported.iter().any(is_error);
         let ready = is_complete.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant(
-                (purpose, &steps, None),
-                document,
-                name,
-                model.clone(),
-                (settings, faults),
-                &mut diagnostics,
-            )
+            prepare_variant((purpose, &steps, None), document, name, model.clone(), (settings, faults), &mut reported)
         });
-        document.check_tolerances(settings, &mut diagnostics);
-        (model, ready.flatten(), diagnostics)
+        document.check_tolerances(settings, &mut reported);
+        (model, ready.flatten(), reported)
     };
     let all: Vec<_> = all_settings.par_iter().map(one).collect();
     progress.preparing(1.0);
@@ -372,8 +365,7 @@ fn prepare_variant(
     if purpose == Purpose::Sample {
         return complete.then_some(variant);
     }
-    let variant =
-        with_motion(with_loop(variant, &multipliers), named_point.and_then(|named_point| named_point.motion), out);
+    let variant = with_motion(with_loop(variant, &multipliers), named_point.and_then(|point| point.motion), out);
     check_blocks(document, &variant, out);
     if complete && purpose == Purpose::Run {
         check_loop(document, &variant, steps, out);

@@ -17,13 +17,8 @@ use crate::study::{Prepared, PreparedVariant};
 const MOST_OF_HALTON: usize = 8;
 
 /// The summary of the rows.
-pub(super) fn summarise(
-    prepared: &Prepared,
-    plan: &SweepPlan,
-    rows: &SweepRows,
-    stopping_rule: &StoppingRule,
-) -> Sweep {
-    let (until, confidence) = match stopping_rule {
+pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, rule: &StoppingRule) -> Sweep {
+    let (until, confidence) = match rule {
         StoppingRule::Until(interim_analyses) => {
             (Some(interim_analyses.status().clone()), interim_analyses.status().confidence)
         }
@@ -40,7 +35,7 @@ pub(super) fn summarise(
         variants: plan.head.variants.clone(),
         varied: plan.head.varied.clone(),
         rows: rows.len() as u64,
-        missing: match stopping_rule.is_done() {
+        missing: match rule.is_done() {
             true => 0,
             false => (own_samples.end - own_samples.start) * plan.head.variants.len() as u64 - rows.len() as u64,
         },
@@ -48,8 +43,8 @@ pub(super) fn summarise(
         compared: compared(plan, rows),
         confidence: CONFIDENCE,
         stopping_rule: until,
-        worst: worst(plan, rows, stopping_rule, prepared),
-        rare: rare(plan, stopping_rule, prepared),
+        worst: worst(plan, rows, rule, prepared),
+        rare: rare(plan, rule, prepared),
         ..Sweep::default()
     };
     if out.worst.is_some() || out.rare.is_some() {

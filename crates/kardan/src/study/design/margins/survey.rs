@@ -11,7 +11,7 @@ use super::stability::{LoopStability, StabilityProblem};
 use super::warnings::{LOW_MARGIN, low_margins};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, motions_over_states};
-use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability};
+use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability, TogetherMargin};
 use crate::study::PreparedVariant;
 use crate::study::prepare::loop_blocks::loop_blocks;
 use crate::synthesis::{
@@ -42,6 +42,36 @@ pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant
     survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
 
+/// What a loop tolerates beside the gains of its motors.
+struct Tolerated {
+    channels: Vec<ChannelMargin>,
+    multiloop: Option<TogetherMargin>,
+    longest_delay: Option<Limit>,
+    longest_lag: Option<Limit>,
+    /// The longest stable period for each delay in samples.
+    rates: Vec<(f64, Option<Limit>)>,
+}
+
+/// Searches it, with all blocks and with those of a search; a loop that is unstable as it is has no slowest rate and tolerates nothing.
+fn tolerated(variant: &PreparedVariant, [survey, reduced]: [&Survey<'_>; 2], stable: Option<bool>) -> Tolerated {
+    let tolerates = stable != Some(false);
+    // With a law that is designed for its sample time, few other clocks have a common period.
+    let for_one_time = survey.laws.iter().any(|law| law.clock().is_some());
+    let delays: &[f64] = if for_one_time || !tolerates { &[] } else { &[0.0, 0.5, 1.0] };
+    let channels = || if stable == Some(true) { errors(variant, survey.number, reduced) } else { Default::default() };
+    let delay = || reduced.longest_delay().filter(|_| tolerates);
+    let lag = || reduced.longest_lag().filter(|_| tolerates);
+    let rates = || delays.par_iter().map(|delay| (*delay, survey.longest_period(*delay))).collect();
+    let ((channels, multiloop), ((longest_delay, longest_lag), rates)) =
+        rayon::join(channels, || rayon::join(|| rayon::join(delay, lag), rates));
+    Tolerated { channels, multiloop, longest_delay, longest_lag, rates }
+}
+
+fn rate_limit(delay: f64, found: Option<Limit>, design: &Design) -> RateLimit {
+    let rate = found.map(|limit| 1.0 / limit.value);
+    RateLimit { delay, rate, motion: found.map(|limit| motion(&limit, design)).unwrap_or_default() }
+}
+
 /// The stability margins of the loop of a controller. The simulation gives the peaks of the torques.
 pub(in crate::study) fn survey(
     variant: &PreparedVariant,
@@ -59,16 +89,6 @@ pub(in crate::study) fn survey(
     let as_it_is = survey.slowest(survey.unchanged());
     let motion = |limit: &Limit| motion(limit, design);
     let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
-    let rates = |delay: f64| {
-        let found = survey.longest_period(delay);
-        RateLimit {
-            delay,
-            rate: found.map(|limit| 1.0 / limit.value),
-            motion: found.map(|limit| motion(&limit)).unwrap_or_default(),
-        }
-    };
-    // With a law that is designed for its sample time, few other clocks have a common period.
-    let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
     let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
@@ -76,22 +96,12 @@ pub(in crate::study) fn survey(
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let is_unstable = |decided: &LoopStability| decided.verdict.word == Stability::Unstable;
-    // A loop that is unstable as it is has no slowest rate and tolerates nothing.
-    let tolerated = stable != Some(false);
-    let channels = || if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
-    let limits = || {
-        let lag = || reduced_survey.longest_lag().filter(|_| tolerated);
-        rayon::join(|| reduced_survey.longest_delay().filter(|_| tolerated), lag)
-    };
-    let rates = || {
-        let none = for_one_time || !tolerated;
-        if none { Vec::new() } else { [0.0, 0.5, 1.0].par_iter().map(|delay| rates(*delay)).collect() }
-    };
-    let ((channels, together), ([longest_delay, longest_lag], rates)) =
-        rayon::join(channels, || rayon::join(|| <[_; 2]>::from(limits()), rates));
+    let tolerated = tolerated(variant, [&survey, &reduced_survey], stable);
+    let channels = tolerated.channels;
     let only_motor =
         channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.is_sensor && !one.multirate_search);
-    let gain_margin = only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| tolerated));
+    let gain_margin =
+        only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| stable != Some(false)));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / LOW_MARGIN || high < LOW_MARGIN;
     let low_margins = channels.iter().any(|one| !one.is_sensor && low_margins(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
@@ -115,9 +125,9 @@ pub(in crate::study) fn survey(
         stability: decided.as_ref().map(|decided| decided.verdict.clone()).unwrap_or_default(),
         proven: decided.as_ref().is_some_and(|decided| decided.verdict.is_proven()),
         poles: decided.as_ref().and_then(|decided| decided.poles.clone()),
-        rates,
-        longest_delay: longest_delay.map(limit),
-        longest_lag: longest_lag.map(limit),
+        rates: tolerated.rates.into_iter().map(|(delay, found)| rate_limit(delay, found, design)).collect(),
+        longest_delay: tolerated.longest_delay.map(limit),
+        longest_lag: tolerated.longest_lag.map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
         uncontrolled_modes: free,
         uncontrolled_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
@@ -128,7 +138,7 @@ pub(in crate::study) fn survey(
         near_zero_poles: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
-        multiloop: together,
+        multiloop: tolerated.multiloop,
         low_margins,
         contacts: Vec::new(),
         peaks: Vec::new(),
