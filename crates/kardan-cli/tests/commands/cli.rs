@@ -424,7 +424,7 @@ fn a_run_says_what_its_inputs_reach() {
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
     let object = printed(&got.stdout);
     assert_eq!((&object["analysis"]["controllable"], &object["analysis"]["states"]), (&true.into(), &4.into()));
-    let shown = text(&output(&at, &["run", "two-bodies"]).stdout);
+    let shown = text(&output(&at, &["run", "two-bodies", "--verbose"]).stdout);
     assert!(shown.contains("structure: controllable by motor_1"), "{shown}");
 }
 
@@ -473,7 +473,7 @@ fn variants_have_the_names_of_the_file() {
         [(model.replace("FEWER", "controls = []\n"), &names[..]), (model.replace("FEWER", ""), &names), (grid, &values)]
     {
         fs::write(at.join("m.toml"), model).unwrap();
-        let got = output(&at, &["run", "m.toml", "--out", "o", "--no-report"]);
+        let got = output(&at, &["run", "m.toml", "--out", "o", "--no-report", "--verbose"]);
         let rows = text(&got.stdout);
         let energy = rows.split("Energy balance").nth(1).unwrap();
         assert!(names.iter().all(|name| energy.contains(&format!("\n  {name} "))), "{energy}");

@@ -94,7 +94,7 @@ fn passed(all: &[Summed<'_>]) -> Body {
     let rows = all.iter().map(|sum| {
         let show = |value: f64| measured(Some(value), sum.first.display.as_ref(), &sum.first.unit);
         let range = match sum.range {
-            Some([low, high]) if low == high => show(low),
+            Some([low, high]) if show(low) == show(high) => show(low),
             Some([low, high]) => format!("{} to {}", show(low), show(high)),
             None => "not measured".into(),
         };

@@ -54,7 +54,7 @@ pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together:
         conditions.push(Above { sum: Affine { constant: bound.clone(), terms }, strict: false });
     }
     let half = Affine::constant(Rational::ONE / Rational::from(2));
-    let mut all = vec![Case { conditions: conditions, value: Affine::default() }];
+    let mut all = vec![Case { conditions, value: Affine::default() }];
     for value in &values {
         let Some(next) = product(&all, value, |_, own| Some((Above::of(&own.minus(&half), true)?, Affine::default())))
         else {

@@ -6,10 +6,10 @@ use kardan::results::{Analysis, Pole};
 use kardan::study::{AnalyzeSettings, Silent, analyze};
 use serde_json::{Value, json};
 
-const KEYS: &str = "schema name description mechanism class coordinates elimination counting modes controllable observable minimal \
+const KEYS: &str = "schema name description mechanism model_class coordinates elimination integrals_without_effect modes controllable observable minimal \
                     uncontrollable unobservable controllable_rank observable_rank states state_names inputs outputs \
                     relative_degrees zeros kind min_inputs min_outputs factors invariant_factors construction placements \
-                    placement_search sensitivity properties opposite_side discrete descriptor matrix_distance parity bases constraint_forces certificate notes complete unfinished";
+                    placement_search sensitivity properties opposite_side discrete descriptor matrix_distance parity bases constraint_forces certificate notes complete incomplete_reason";
 
 fn written(analysis: &Analysis) -> Value {
     let text = analysis_json(analysis);

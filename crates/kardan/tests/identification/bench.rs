@@ -333,7 +333,7 @@ fn true_values_are_given_or_drawn() {
     let drawn = |seed| prepared(&bare, &BenchSettings { seed: Some(seed), ..Default::default() });
     let (one, two) = (drawn(1), drawn(2));
     assert_eq!(one.truth().len(), 9);
-    assert!(one.notes().iter().any(|note| note.contains("drawn within 20 %")));
+    assert!(one.notes().iter().any(|note| note.contains("friction within 20 %")));
     let nominal = coefficients(one.model());
     let (mut lowest, mut highest) = (1.0f64, 1.0f64);
     for (value, other) in one.truth().iter().zip(two.truth()) {

@@ -385,7 +385,7 @@ fn texts_that_are_no_plans_are_refused_with_their_line() {
         ("input x\nv1 = add x y", 2, "`y`"),
         ("input x\nv1 = add x v2\nv2 = add x x", 2, "later"),
         ("input x\nv2 = add x x", 2, "v1"),
-        ("table 2 | 1 | 2 | 3", 1, "fit"),
+        ("table 2 | 1 | 2 | 3", 1, "inconsistent"),
         ("nonsense", 1, "no line"),
     ] {
         let error = parse(text).unwrap_err();

@@ -134,7 +134,7 @@ fn circles_are_reported_once() {
         each(CIRCLES, count, |name, source| {
             let reported = errors(source);
             assert_eq!(reported.len(), 1, "{name} of {count}: {:?}", reported.get(1));
-            assert!(reported[0].contains("circle") && reported[0].len() < 1000, "{name}: {}", reported[0]);
+            assert!(reported[0].contains("circular") && reported[0].len() < 1000, "{name}: {}", reported[0]);
             commands(source);
         });
     }

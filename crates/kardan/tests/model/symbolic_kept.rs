@@ -642,7 +642,7 @@ fn comments_of_latex_end_with_their_lines() {
     let numbers = project.equations(EquationsForm::Latex).unwrap_or_else(|reported| panic!("{reported:?}")).0;
     assert!(numbers.contains(r"\frac{\sin^{2}(2t)}{2 + t}"), "{numbers}");
     assert!(numbers.starts_with("% Model a b 100%: "), "{numbers}");
-    assert!(numbers.contains("% Offsets that depend on the time (p) stand still here"), "{numbers}");
+    assert!(numbers.contains("% Offsets that depend on the time (p) are constant here"), "{numbers}");
     let symbols = project.symbolic_text(EquationsForm::Latex).unwrap().0;
     assert!(symbols.contains("% Input w, as it is written: -2 N m * sin(x.phi)\n"), "{symbols}");
     assert!(

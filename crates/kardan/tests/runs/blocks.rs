@@ -491,7 +491,7 @@ fn errors_of_blocks_are_reported() {
         ),
         (
             "[block.arm]\nkind = \"gain\"\ninput = \"u\"\ngain = 1\n",
-            "the name `arm` is used twice, for shaft and block",
+            "the name `arm` has two uses, for shaft and block",
         ),
         ("[block.u]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\n", "`u` cannot be the name of a block: a signal has it"),
         (

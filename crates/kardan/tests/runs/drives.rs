@@ -165,7 +165,7 @@ fn events_set_a_current_source() {
     };
     let steps = reported(source.replace("over = \"500 ms\"\n", ""));
     assert!(
-        steps.iter().any(|one| one.starts_with("motion::jump: `I.i` would jump from 0 to 2 A at 1 s")),
+        steps.iter().any(|one| one.starts_with("motion::discontinuous: `I.i` would jump from 0 to 2 A at 1 s")),
         "{steps:?}"
     );
     assert!(reported(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());

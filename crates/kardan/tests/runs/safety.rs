@@ -193,7 +193,7 @@ fn what_cannot_be_asked() {
     }
     let refused =
         |source: &str| study::safety(source, &SafetySettings::default(), &Silent).expect_err("refused").remove(0);
-    assert!(refused(&wheel("", "")).message.contains("no faults to try"));
+    assert!(refused(&wheel("", "")).message.contains("no faults to analyse"));
     assert!(refused(&wheel(DEAD, "[safety]\n")).message.contains("neither"));
     let own = "[[variant]]\nname = \"ill\"\nfaults = [\"dead\"]\n";
     assert!(

@@ -199,8 +199,8 @@ fn others_run_one_by_one() {
     let read = BODIES.replace("[scenario]", sensor).replace("signal = \"b.phi\"", "signal = \"s.phi\"");
     let events = BODIES.replace("signal = \"b.phi\"\nmeasure = \"final\"", "signal = \"b.phi\"\nmeasure = \"events\"");
     for (text, why) in [
-        (initial, "`scenario.initial.b.w` reaches more than inertias"),
-        (follows, "`m` reaches more than inertias"),
+        (initial, "`scenario.initial.b.w` affects more than inertias"),
+        (follows, "`m` affects more than inertias"),
         (limited, "a torque limit applies to a ramp, a time function or a law without sample time"),
         (rate, "a motor has a rate limit"),
         (read, "a figure or a requirement reads a signal that SIMD lanes do not compute"),

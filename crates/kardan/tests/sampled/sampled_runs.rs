@@ -33,7 +33,7 @@ fn a_lost_encoder() {
     let reported = |what: &str| run.events.iter().find(|event| event.description == what).map(|event| event.time);
     assert_eq!(reported("wg_encoder outputs no number any more"), Some(0.2));
     assert_eq!(reported("wg_encoder works again"), Some(0.22));
-    let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
+    let note = run.notes.iter().find(|note| note.contains("not a number")).expect("reported");
     assert!(note.contains("column") && note.contains("in 20 of 15") && note.contains("first at 0.2"), "{note}");
     // It is felt, and gone in the end.
     let whole = variant(ecu(), "rack");
@@ -100,7 +100,7 @@ until = \"0.155 s\"
 ";
     let run = common::run(source);
     assert_eq!(run.outcome, Outcome::Completed);
-    let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
+    let note = run.notes.iter().find(|note| note.contains("not a number")).expect("reported");
     // Those at both ends of the run among them.
     assert!(note.contains("in 5 of 2001 samples"), "{note}");
     assert!((at(&run, "a.phi", 2.0) - 1.0).abs() < 1e-6, "it arrives all the same");

@@ -132,7 +132,7 @@ fn an_own_law_has_the_margins_of_the_plant_at_its_operating_point() {
         assert_eq!(one.stable, Some(true));
         same(&one.channels, &other.channels);
         // 40 sin 60° would hold it, and that is not what it commands.
-        let reported = found.notes.iter().any(|note| note.contains("and 34.641016 N m hold it"));
+        let reported = found.notes.iter().any(|note| note.contains("equilibrium needs 34.641016 N m"));
         assert!(reported, "{:?}", found.notes);
     }
     // Without a point it is that at zero, where the cube has no slope.

@@ -400,7 +400,7 @@ fn impossible_outputs_are_explained_by_elements() {
     // The wave generator alone: everything hangs together.
     let one = why(&steering(&["wg_motor"], &["fs", "cj"]));
     assert_eq!(one[0], "2 outputs, 1 input");
-    assert!(one[1].ends_with("couple them") && one[1].contains("torsion_bar"), "{one:?}");
+    assert!(one[1].ends_with("tie them together") && one[1].contains("torsion_bar"), "{one:?}");
     let unreached =
         LinearSystem::state_space(integers(&[&[0, 0], &[0, -1]]), integers(&[&[1], &[0]]), integers(&[&[0, 1]]));
     let found = obstruction(&unreached).unwrap();

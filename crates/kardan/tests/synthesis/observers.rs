@@ -263,7 +263,7 @@ fn coupled_chains_are_reported() {
         LinearSystem::state_space(integers(&[&[0, 1], &[0, 0]]), Matrix::zeros(2, 0), integers(&[&[1, 0], &[2, 0]]));
     let observer = luenberger(&twice, &[real(-1, 1), real(-1, 1)]).unwrap();
     assert_eq!(observer.indices, [2, 0]);
-    assert!(observer.notes[0].starts_with("y2 shows nothing"), "{:?}", observer.notes);
+    assert!(observer.notes[0].starts_with("y2 adds no information"), "{:?}", observer.notes);
     assert!((0..2).all(|i| observer.gain[(i, 1)].is_zero()));
     let singular = LinearSystem { e: Matrix::zeros(2, 2), ..twice };
     assert_eq!(luenberger(&singular, &[real(-1, 1), real(-1, 1)]), Err(ObserverError::Singular));

@@ -328,7 +328,7 @@ fn points_that_nothing_holds_and_kinks_are_reported() {
     refused(
         &poles(pendulum(GRAVITY, both) + more),
         "control::operating-point",
-        &["along `free` 2.000000 N m are left"],
+        &["is no equilibrium: 2.000000 N m on `free`"],
     );
     // Not named, it is a warning; the law is designed at zero angles.
     let (_, warnings) = study::prepare(&poles(pendulum(GRAVITY, "") + more));

@@ -91,7 +91,7 @@ fn impacts_keep_their_restitution_and_cars_tip() {
     below.iter().zip(above).for_each(|(one, other)| assert!((one - other).abs() < 0.03, "{below:?} {above:?}"));
     assert!(below[1] - below[0] > 0.5 * 0.8, "given back: {below:?}");
     let tips = run(&source("car-tips"), Method::Taylor);
-    assert!(tips.notes.iter().any(|note| note.contains("a car rolls over there")), "{:?}", tips.notes);
+    assert!(tips.notes.iter().any(|note| note.contains("a real car rolls over there")), "{:?}", tips.notes);
 }
 
 #[test]

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 const KEYS: &str = "schema model description variant controller law other_controllers design_model rounded_constraints states inputs outputs \
                     definitions hidden_poles relative_degrees decoupling_matrix decouplability feedback gains canonical \
-                    channels closed_loop_poles closed_loop_poles_exact counters zero_dynamics cancels_zeros observer transfer \
-                    decoupled blocks_decoupled cross_coupling margins opposite_side responses strains passage exploration robustness flatness \
-                    controller_data observer_data warnings notes complete unfinished";
+                    channels closed_loop_poles closed_loop_poles_exact integrals_without_effect zero_dynamics cancels_zeros observer transfer \
+                    decoupled blocks_decoupled cross_coupling margins opposite_side responses motor_loads loop_along_path exploration robustness flatness \
+                    controller_data observer_data warnings notes complete incomplete_reason";
 
 fn steering() -> Design {
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };

@@ -466,6 +466,6 @@ mod tests {
         let (found, out) = decide(low);
         assert!(out.is_empty() && (found.unwrap()[(1, 0)] - 1.0).abs() < 1e-11);
         let (found, out) = decide(1.01);
-        assert!(found.is_none() && out[0].message.contains("below zero"), "{out:?}");
+        assert!(found.is_none() && out[0].message.contains("negative variance"), "{out:?}");
     }
 }

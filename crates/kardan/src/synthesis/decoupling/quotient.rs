@@ -152,7 +152,7 @@ fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<Definit
         let expression = linear_combination(states, row);
         let name = if expression.chars().count() > LONGEST_NAME { fresh.next() } else { None };
         let name = name.unwrap_or_else(|| expression.clone());
-        definitions.push(Definition { state: name.clone(), expression: expression });
+        definitions.push(Definition { state: name.clone(), expression });
         name
     };
     (rows.iter().map(&mut name).collect(), definitions)
