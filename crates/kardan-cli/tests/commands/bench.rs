@@ -128,7 +128,7 @@ fn what_cannot_be_is_reported_and_leaves_no_folder() {
     fs::write(at.join("fast.toml"), text.replace("points = 6", "points = 900")).unwrap();
     fs::write(at.join("truth.toml"), "[bench.truth]\n\"gw.damping\" = \"1 N m s/rad\"\n").unwrap();
     for (arguments, part) in [
-        (&["fast.toml"][..], "only 48 keep the limits"),
+        (&["fast.toml"][..], "only 48 satisfy the limits"),
         (&["m.toml", "--study", "--control", "drve"], "did you mean `drive`?"),
         (&["rack-and-pinion", "--study"], "no controller to test"),
         (&["m.toml", "--truth", "truth.toml"], "there is no element `gw`"),

@@ -49,7 +49,12 @@ fn folder(name: &str) -> PathBuf {
 fn run(folder: &Path, plots: &str) -> Output {
     fs::write(folder.join("arm.toml"), format!("{MODEL}{plots}")).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
-    command.current_dir(folder).args(["run", "arm.toml", "--out", "out"]).stdin(Stdio::null()).output().unwrap()
+    command
+        .current_dir(folder)
+        .args(["run", "arm.toml", "--out", "out", "--verbose"])
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
 }
 
 fn words(bytes: &[u8]) -> String {

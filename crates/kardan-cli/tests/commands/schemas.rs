@@ -37,7 +37,7 @@ fn kind(object: &Value) -> &'static str {
         ("plan", "bench"),
         ("verdict", "identify"),
         ("equations", "equations"),
-        ("checked", "check"),
+        ("file", "check"),
         ("operating_point", "linearise"),
         ("staircase", "realisations"),
         ("models", "models"),
@@ -81,7 +81,7 @@ fn schemas_show_what_is_wrong() {
         |all| drop(all["modes"][0].as_object_mut().unwrap().remove("factor")),
         |all| all["states"] = json!("4"),
         |all| all["modes"][0]["eigenvalue_per_s"] = json!([1.0]),
-        |all| all["schema"] = json!("kardan/2"),
+        |all| all["schema"] = json!("kardan/1"),
     ];
     for (number, change) in changes.iter().enumerate() {
         let mut bad = good.clone();

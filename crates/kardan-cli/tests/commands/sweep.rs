@@ -616,7 +616,7 @@ fn goals_are_reported_and_go_on() {
     let goals = [
         (&["--samples", "160", "--worst", "1"][..], "worst", "that 160 runs found: margin", 1),
         (&["--samples", "200", "--rare", "f"][..], "rare", "fails with the probability", 1),
-        (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "until", "Every requirement is met", 0),
+        (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "stopping_rule", "Every requirement is met", 0),
     ];
     for (more, key, reported, code) in goals {
         let sweep = |others: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, others].concat());
@@ -664,7 +664,7 @@ fn goals_that_are_none_are_refused() {
         (&["--worst", "3"], "there is no requirement `3`"),
         (&["--worst", "max"], "there is no requirement `max`"),
         (&["--worst", "2"], "has no magnitude"),
-        (&["--rare", "1", "--samples", "10"], "less than 200"),
+        (&["--rare", "1", "--samples", "10"], "fewer than 200"),
     ] {
         let got = kardan(&at, &[&["sweep", "m.toml"], more].concat());
         let error = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");

@@ -278,7 +278,7 @@ fn play_is_drawn_and_reported() {
     let shown = |mechanism: &Mechanism| caption(mechanism, &scene(&Graph::of(mechanism)));
     let (tight, loose) = (gear(&[]), gear(&["backlash"]));
     assert!(
-        !shown(&tight).contains("play") && shown(&loose).contains("wo flanks across an end: play"),
+        !shown(&tight).contains("backlash") && shown(&loose).contains("wo flanks across an end: backlash"),
         "{}",
         shown(&loose)
     );

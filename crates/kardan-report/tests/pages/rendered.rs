@@ -419,7 +419,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         "lightly damped",
         "torsion_bar\u{a0}50\u{a0}%",
         "class=\"frame\"",
-        "0.023 % of its own",
+        "0.023 %",
         "Deviations in the nonlinear simulation, over 2 s",
         "Block StateSpace of kardan-rt, in continuous time.",
         "the simulation: driver_model.",

@@ -489,10 +489,7 @@ fn errors_of_blocks_are_reported() {
             "[block.a]\nkind = \"gain\"\ninput = \"b.y\"\ngain = 1\n[block.b]\nkind = \"gain\"\ninput = \"a.x\"\ngain = 1\n",
             "`input` of block `b`: there is no `a.x` that a block can read",
         ),
-        (
-            "[block.arm]\nkind = \"gain\"\ninput = \"u\"\ngain = 1\n",
-            "the name `arm` has two uses, for shaft and block",
-        ),
+        ("[block.arm]\nkind = \"gain\"\ninput = \"u\"\ngain = 1\n", "the name `arm` has two uses, for shaft and block"),
         ("[block.u]\nkind = \"gain\"\ninput = \"t\"\ngain = 1\n", "`u` cannot be the name of a block: a signal has it"),
         (
             "[block.a]\nkind = \"pid\"\nreference = \"u\"\nmeasured = \"arm.w\"\nproportional = 1\n",

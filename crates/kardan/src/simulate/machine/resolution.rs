@@ -44,8 +44,8 @@ impl Machine {
             [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| plan.place(*output));
         let outputs: Vec<usize> =
             outputs.into_iter().chain(gear_losses).flat_map(of).chain(motion).chain(also.iter().copied()).collect();
-        let outputs: Vec<usize> = [&forces, &rates, &outputs].into_iter().flatten().copied().collect();
-        let resolution = Resolution::new(plan, &outputs, |input| self.is_steady_input(input));
+        let resolved: Vec<usize> = [&forces, &rates, &outputs].into_iter().flatten().copied().collect();
+        let resolution = Resolution::new(plan, &resolved, |input| self.is_steady_input(input));
         let arguments: Vec<usize> = resolution.arguments().collect();
         let (inputs, r) = (plan.inputs.len(), self.degrees_of_freedom);
         self.resolved = (!resolution.is_empty()).then(|| {
