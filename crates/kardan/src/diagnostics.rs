@@ -85,8 +85,8 @@ impl fmt::Display for Diagnostic {
 ///
 /// ```
 /// use kardan::diagnostics::{Diagnostic, plain};
-/// let mistake = Diagnostic::error("unit::unknown", "unknown unit `kq`").at(4..6, "here").help("did you mean `kg`?");
-/// assert_eq!(plain("x = kq", &[mistake]), "error[unit::unknown] 1:5: unknown unit `kq` | here | help: did you mean `kg`?\n");
+/// let diagnostic = Diagnostic::error("unit::unknown", "unknown unit `kq`").at(4..6, "here").help("did you mean `kg`?");
+/// assert_eq!(plain("x = kq", &[diagnostic]), "error[unit::unknown] 1:5: unknown unit `kq` | here | help: did you mean `kg`?\n");
 /// ```
 pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
     let mut out = String::new();

@@ -12,8 +12,8 @@ impl Delay {
     ///
     /// ```
     /// let mut memory = [0.0; 3];
-    /// let answers = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
-    /// assert_eq!(answers, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
+    /// let outputs = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
+    /// assert_eq!(outputs, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
     /// ```
     #[must_use = "false: the previous input replaces this one"]
     pub fn step<N: Arithmetic>(&self, input: N, memory: &mut [N]) -> bool {

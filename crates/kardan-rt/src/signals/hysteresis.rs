@@ -19,7 +19,7 @@ impl<N: Arithmetic> Hysteresis<N> {
     /// One sample. Returns false and leaves output and switch unchanged where the input is not a number.
     ///
     /// ```
-    /// let switch = kardan_rt::Hysteresis { upper: 3.0, lower: 1.0, answers: [0.0, 10.0] };
+    /// let switch = kardan_rt::Hysteresis { upper: 3.0, lower: 1.0, levels: [0.0, 10.0] };
     /// let mut memory = [0.0; 2];
     /// for (input, expected) in [(2.0, 0.0), (3.0, 10.0), (2.0, 10.0), (1.0, 0.0), (2.0, 0.0)] {
     ///     assert!(switch.step(input, &mut memory) && memory[0] == expected);

@@ -17,9 +17,9 @@ use crate::units::parse_quantity;
 ///
 /// ```
 /// use kardan::file::syntax;
-/// let (entries, mistakes) = syntax("inertia = 130 kg mm^2\n");
+/// let (entries, diagnostics) = syntax("inertia = 130 kg mm^2\n");
 /// assert!(entries.get("inertia").is_some());
-/// assert_eq!(mistakes[0].help.as_deref(), Some("write \"130 kg mm^2\""));
+/// assert_eq!(diagnostics[0].help.as_deref(), Some("write \"130 kg mm^2\""));
 /// assert_eq!(syntax("mu = 0,8\n").1[0].help.as_deref(), Some("write \"0.8\", with a decimal point"));
 /// ```
 pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {

@@ -140,7 +140,7 @@ pub fn unknown_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
 /// Whether a word means a fixed frame: a name for the housing, or for a fixed shaft.
 ///
 /// ```
-/// use kardan::names::{how_to_fix_shaft, stands_still};
+/// use kardan::names::{how_to_fix_shaft, is_fixed_name};
 /// assert!(is_fixed_name("ground") && is_fixed_name("Fixed") && !is_fixed_name("rk"));
 /// assert_eq!(how_to_fix_shaft("rk"), "to fix a shaft, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
 /// ```

@@ -62,12 +62,12 @@ pub enum Rounding<'a> {
 /// a spring of 1e12 N m/rad is not free.
 ///
 /// ```
-/// use kardan::num::{Matrix, Rounding, at_zero, at_zero_within};
+/// use kardan::num::{Matrix, Rounding, at_zero, at_zero_rounded};
 /// // Beside a decay with 1e16 1/s two slow ones are next to nothing.
 /// let rows = [[-1e16, 0.0, 0.0], [1.0, -1.0, 0.5], [1.0, 0.5, -1.0]];
 /// let a = Matrix::from_fn(3, 3, |i, j| rows[i][j]);
 /// assert_eq!(at_zero(&a).unwrap().motions.columns(), 2);
-/// assert_eq!(at_zero_within(&a, Rounding::OfEach(&a)).unwrap().motions.columns(), 0);
+/// assert_eq!(at_zero_rounded(&a, Rounding::OfEach(&a)).unwrap().motions.columns(), 0);
 /// ```
 ///
 /// # Panics

@@ -10,10 +10,10 @@
 /// let mut out = StateArchive::taking();
 /// out.number(&mut speed);
 /// out.counts(&mut places);
-/// let words = out.words();
+/// let data = out.data();
 ///
 /// let (mut again, mut there) = (0.0, vec![]);
-/// let mut back = StateArchive::putting(&words);
+/// let mut back = StateArchive::putting(&data);
 /// back.number(&mut again);
 /// back.counts(&mut there);
 /// assert!(back.fits());

@@ -29,9 +29,9 @@ impl Exploration {
     ///
     /// ```
     /// use kardan::results::Exploration;
-    /// let mut found = Exploration { limited: true, ..Exploration::default() };
+    /// let mut found = Exploration { relative_to_limits: true, ..Exploration::default() };
     /// assert_eq!(found.amount(0.523, 1), "52.3 %");
-    /// found.limited = false;
+    /// found.relative_to_limits = false;
     /// assert_eq!(found.amount(0.523, 1), "5.23e-1 N m");
     /// ```
     pub fn amount(&self, torque: f64, decimals: usize) -> String {

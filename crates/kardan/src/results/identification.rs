@@ -116,7 +116,7 @@ impl Identification {
     /// use kardan::results::{IdentifiedParameter, Identification, Interval, LogRead};
     /// let interval = Some(Interval { lower: 1.9, upper: 2.1 });
     /// let one = IdentifiedParameter { name: "a.damping".into(), value: Some(2.0), interval, ..IdentifiedParameter::default() };
-    /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
+    /// let mut found = Identification { parameters: vec![one.clone(), one], degrees_of_freedom: 7, ..Identification::default() };
     /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("kardan uses 900 rows of it".into()), ..LogRead::default() });
     /// let verdict = found.verdict();
     /// assert!(!verdict.sound && verdict.text.starts_with(

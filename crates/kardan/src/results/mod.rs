@@ -399,7 +399,7 @@ impl MotorLoad {
     ///
     /// ```
     /// use kardan::results::{MotorLoad, Span};
-    /// let spans = vec![Span { from: 1.0, until: 1.5 }, Span { from: 3.0, until: 4.0 }];
+    /// let spans = vec![Span { start: 1.0, end: 1.5 }, Span { start: 3.0, end: 4.0 }];
     /// let motor_load = MotorLoad { at_torque_limit: spans, ..MotorLoad::default() };
     /// assert_eq!(motor_load.seconds_at_limit(0.0, f64::INFINITY), 1.5);
     /// assert_eq!(motor_load.seconds_at_limit(1.25, 3.25), 0.5);

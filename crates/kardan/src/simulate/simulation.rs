@@ -31,7 +31,7 @@ use crate::results::{Event, Outcome, Physical};
 ///
 /// let (prepared, _) = study::prepare(model::builtin("two-bodies").unwrap().source);
 /// let variant = &prepared.variants[0];
-/// let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+/// let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
 /// let mut bodies = Simulation::new(setup, Tolerance::default());
 /// let (torque, angle) = (bodies.input("motor_1.tau")?, bodies.signal("body_2.phi")?);
 ///

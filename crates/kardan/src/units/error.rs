@@ -4,10 +4,10 @@ use std::ops::Range;
 ///
 /// ```
 /// use kardan::units::parse_quantity;
-/// let mistake = parse_quantity("130 kq mm^2").unwrap_err();
-/// assert_eq!(mistake.to_string(), "unknown unit `kq`");
-/// assert_eq!((mistake.code, mistake.span), ("unit::unknown", 4..6));
-/// assert_eq!(mistake.help.as_deref(), Some("did you mean `kg`?"));
+/// let diagnostic = parse_quantity("130 kq mm^2").unwrap_err();
+/// assert_eq!(diagnostic.to_string(), "unknown unit `kq`");
+/// assert_eq!((diagnostic.code, diagnostic.span), ("unit::unknown", 4..6));
+/// assert_eq!(diagnostic.help.as_deref(), Some("did you mean `kg`?"));
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]

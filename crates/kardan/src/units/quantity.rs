@@ -42,10 +42,10 @@ pub fn parse_quantity(text: &str) -> Result<(Exact, Dimension), UnitError> {
 /// The unit of a quantity as it is written, with what one of it is in SI units; `None` if it has none.
 ///
 /// ```
-/// use kardan::units::{Dimension, Exact, unit_as_written};
+/// use kardan::units::{Dimension, Exact, split_unit};
 /// let torque = (Exact::from_ratio(1, 1000), Dimension::TORQUE);
-/// assert_eq!(unit_as_written("20 mN m"), Some(("mN m", torque.0, torque.1)));
-/// assert_eq!(unit_as_written("3/2"), None);
+/// assert_eq!(split_unit("20 mN m"), Some(("mN m", torque.0, torque.1)));
+/// assert_eq!(split_unit("3/2"), None);
 /// ```
 pub fn split_unit(text: &str) -> Option<(&str, Exact, Dimension)> {
     let mut reader = Reader { text, at: 0 };

@@ -11,11 +11,11 @@ const DIGITS: usize = 17;
 /// A quantity in SI units as a model file writes it: [`parse_quantity`](super::parse_quantity) gives the same number back.
 ///
 /// ```
-/// use kardan::units::{Dimension, Exact, parse_quantity, written_quantity};
-/// assert_eq!(written_quantity(&Exact::from_ratio(13, 10), Dimension::TORQUE), "1.3 N m");
-/// assert_eq!(written_quantity(&Exact::from_ratio(1, 3), Dimension::NONE), "1/3");
+/// use kardan::units::{Dimension, Exact, parse_quantity, format_quantity};
+/// assert_eq!(format_quantity(&Exact::from_ratio(13, 10), Dimension::TORQUE), "1.3 N m");
+/// assert_eq!(format_quantity(&Exact::from_ratio(1, 3), Dimension::NONE), "1/3");
 /// let (angle, dimension) = parse_quantity("30 deg")?;
-/// assert_eq!(written_quantity(&angle, dimension), "1/6 pi rad");
+/// assert_eq!(format_quantity(&angle, dimension), "1/6 pi rad");
 /// assert_eq!(parse_quantity("1/6 pi rad")?, (angle, dimension));
 /// # Ok::<(), kardan::units::UnitError>(())
 /// ```

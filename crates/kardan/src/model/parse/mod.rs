@@ -12,13 +12,13 @@
 //!
 //! static SHAFT: [Field; 1] = [Field::required("inertia", Kind::Quantity(Dimension::INERTIA, Sign::Positive), "Inertia.")];
 //! let source = "[shaft.wg]\ninertia = 0.05\n";
-//! let (entries, mut mistakes) = syntax(source);
-//! let shafts = Node::root(&entries).child("shaft", &mut mistakes);
-//! for shaft in shafts.map(|shafts| shafts.children(&mut mistakes)).unwrap_or_default() {
-//!     table(&SHAFT, &shaft, &format!("shaft `{}`", shaft.name), &mut mistakes);
+//! let (entries, mut diagnostics) = syntax(source);
+//! let shafts = Node::root(&entries).child("shaft", &mut diagnostics);
+//! for shaft in shafts.map(|shafts| shafts.children(&mut diagnostics)).unwrap_or_default() {
+//!     table(&SHAFT, &shaft, &format!("shaft `{}`", shaft.name), &mut diagnostics);
 //! }
 //! assert_eq!(
-//!     plain(source, &mistakes),
+//!     plain(source, &diagnostics),
 //!     "error[unit::dimension] 2:11: `inertia` of shaft `wg`: expected a moment of inertia, \
 //!      found a number without a unit | a number without a unit \
 //!      | help: write the unit too: \"0.05 kg m^2\"\n"
@@ -163,9 +163,9 @@ fn values_of_masses(fields: &[Field], node: &Node<'_>) -> bool {
 /// use kardan::model::parse::value;
 /// use kardan::schema::{Kind, Scalar, Sign, Value};
 /// use kardan::units::{Dimension, Exact};
-/// let (entries, mut mistakes) = syntax("ratio = \"51/50\"");
+/// let (entries, mut diagnostics) = syntax("ratio = \"51/50\"");
 /// let written = &entries.keyed("ratio").ok_or("no ratio")?.entry;
-/// let ratio = value(&Kind::Number(Sign::NonZero), "`ratio`", written, &mut mistakes);
+/// let ratio = value(&Kind::Number(Sign::NonZero), "`ratio`", written, &mut diagnostics);
 /// let expected = Value::Scalar(Scalar::Literal(Exact::from_ratio(51, 50), Dimension::NONE));
 /// assert_eq!(ratio.map(|r| r.value), Some(expected));
 /// # Ok::<(), &str>(())

@@ -9,13 +9,13 @@ use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 /// ```
 /// use kardan::file::syntax;
 /// use kardan::model::parse::Node;
-/// let (entries, mut mistakes) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
+/// let (entries, mut diagnostics) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
 /// let root = Node::root(&entries);
-/// root.expect_keys(&["model", "scenario"], "the file", &mut mistakes);
-/// let scenario = root.child("scenario", &mut mistakes).ok_or("no scenario")?;
-/// scenario.expect_keys(&["event"], "the scenario", &mut mistakes);
-/// assert_eq!(mistakes[0].help.as_deref(), Some("did you mean `event`?"));
-/// assert!(scenario.list("event", &mut mistakes)[0].table.get("time").is_some());
+/// root.expect_keys(&["model", "scenario"], "the file", &mut diagnostics);
+/// let scenario = root.child("scenario", &mut diagnostics).ok_or("no scenario")?;
+/// scenario.expect_keys(&["event"], "the scenario", &mut diagnostics);
+/// assert_eq!(diagnostics[0].help.as_deref(), Some("did you mean `event`?"));
+/// assert!(scenario.list("event", &mut diagnostics)[0].table.get("time").is_some());
 /// # Ok::<(), &str>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -55,7 +55,7 @@ struct Job {
 /// let found = study::closed_loop(&study::Project::open(source), &study::BenchSettings::default(), &study::Silent).unwrap();
 /// // The angle follows on the bench as in the simulation; the torque does not.
 /// let [angle, torque] = &found.experiments[0].responses[..] else { panic!("two outputs") };
-/// assert!(angle.distance < 0.05 && torque.farthest.bench > 1.5 * torque.farthest.simulation);
+/// assert!(angle.max_difference < 0.05 && torque.max_deviation.bench > 1.5 * torque.max_deviation.simulation);
 /// ```
 ///
 /// # Errors

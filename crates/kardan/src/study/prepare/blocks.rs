@@ -286,7 +286,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
 /// );
 /// let graph = kardan::study::signal_graph(&project.prepared().variants[0].model);
 /// assert_eq!((graph[0].name.as_str(), graph[0].sample_time, graph[0].outputs[0].unit.as_str()), ("late", Some(0.001), "rad"));
-/// assert_eq!((&graph[0].reads[..], graph[0].at_once.len()), (&["arm.phi".to_string()][..], 0));
+/// assert_eq!((&graph[0].reads[..], graph[0].direct_feedthrough.len()), (&["arm.phi".to_string()][..], 0));
 /// ```
 pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
     let answer = |answer: &TaskAnswer| SignalAnswer { name: answer.name.clone(), unit: answer.dimension.si() };

@@ -130,8 +130,8 @@ impl Project {
     /// let project = Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\n");
     /// let (heavier, _) = project.with(&["axle.inertia=3 kg cm^2"]).unwrap();
     /// assert_eq!(heavier.to_toml(), "[shaft.axle]\ninertia = \"3 kg cm^2\"\n");
-    /// let mistake = project.with(&["axel.inertia=3 kg cm^2"]).unwrap_err();
-    /// assert_eq!(mistake.help.as_deref(), Some("did you mean `axle`?"));
+    /// let diagnostic = project.with(&["axel.inertia=3 kg cm^2"]).unwrap_err();
+    /// assert_eq!(diagnostic.help.as_deref(), Some("did you mean `axle`?"));
     /// ```
     ///
     /// # Errors

@@ -65,7 +65,7 @@ impl StaticDecoupling {
 /// let gains = decouple(&body, &half(&[&[0], &[1]]), None, &[wanted]).unwrap();
 /// assert_eq!(gains.k, matrix(&[&[800, 53]]));
 /// assert_eq!((gains.l, gains.m), (matrix(&[&[800]]), matrix(&[&[1]])));
-/// assert!(gains.rejects_any_course[0]);
+/// assert!(gains.rejects_any_signal[0]);
 /// ```
 ///
 /// # Errors
