@@ -65,7 +65,7 @@ pub struct Alternative {
     pub sensors: String,
     /// Largest magnitude of the interaction of [`Exploration::interaction`] in the linear loop.
     pub interaction: f64,
-    /// Largest torque command of a motor after steps, over its limit, or N m: [`Exploration::limited`].
+    /// Largest torque command of a motor after steps, over its limit, or N m: [`Exploration::relative_to_limits`].
     pub torque: f64,
     /// Largest root mean square torque from the rounding of the sensors, over the limits, or N m.
     pub noise: f64,

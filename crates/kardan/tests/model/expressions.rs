@@ -386,7 +386,7 @@ fn texts_that_are_no_plans_are_refused_with_their_line() {
         ("input x\nv1 = add x v2\nv2 = add x x", 2, "later"),
         ("input x\nv2 = add x x", 2, "v1"),
         ("table 2 | 1 | 2 | 3", 1, "inconsistent"),
-        ("nonsense", 1, "no line"),
+        ("nonsense", 1, "not a line"),
     ] {
         let error = parse(text).unwrap_err();
         assert!(error.line == line && error.what.contains(word), "{text}: {error}");

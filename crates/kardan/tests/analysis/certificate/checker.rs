@@ -9,15 +9,14 @@ pub fn check(text: &str) -> Option<()> {
     let n = all["state_names"].as_array().filter(|names| !names.is_empty() && all["states"] == names.len())?.len();
     // Forces act on speeds, sensors measure angles: these rows of a witness are empty.
     let r = if all["kind"] == "state space" { 0 } else { n / 2 };
-    let names = |text: &'static str| <[&str; 7]>::try_from(text.split(' ').collect::<Vec<_>>()).ok();
     let inputs = "controllable controllable_rank min_inputs inputs controllability_minor uncontrollable_invariant B";
     let outputs = "observable observable_rank min_outputs outputs observability_minor unobservable_invariant C";
-    let (inputs, outputs) = (names(inputs)?, names(outputs)?);
     side(&all, n, inputs, 0, 0..r).and_then(|()| side(&all, n, outputs, 1, n - r..n))
 }
 
 /// The inputs, or (`swap` = 1) the outputs as inputs of the transposed pencil.
-fn side(all: &Value, n: usize, keys: [&str; 7], swap: usize, empty: std::ops::Range<usize>) -> Option<()> {
+fn side(all: &Value, n: usize, keys: &str, swap: usize, empty: std::ops::Range<usize>) -> Option<()> {
+    let keys: Vec<&str> = keys.split(' ').collect();
     let read = |name: &str, columns: usize| -> Option<Matrix> {
         let mut out = vec![vec![RBig::ZERO; columns]; n];
         for x in all["certificate"]["pencil"][name].as_array()? {
