@@ -163,7 +163,6 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "the proof is for this controller alone",
             "what is proven of the loop applies",
             "the statements are for the exact loop; the loop that runs",
-            "what is designed and proven is about small motions",
             "exact verdicts are for the rounded rows",
             "all later steps are exact",
             "Those o",
