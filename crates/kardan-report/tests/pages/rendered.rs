@@ -422,7 +422,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         "0.023 %",
         "Deviations in the nonlinear simulation, over 2 s",
         "Block StateSpace of kardan-rt, in continuous time.",
-        "the simulation: driver_model.",
+        "simulation also include: driver_model.",
     ] {
         assert!(steering.contains(text), "{text:?} is missing");
     }
