@@ -4,11 +4,12 @@
     python3 tests/frozen.py target/release/kardan            compares with tests/frozen.txt
     python3 tests/frozen.py target/release/kardan --update   writes it
 
-One line an output: model, command, file, hash of its numbers, hash of its words. Tables count with every bit. The numbers of a page or an
-object are those of its text in their order, whatever the words and keys between them. Ten minutes on two cores.
+One line an output: model, command, file, hash of its numbers, hash of its words. Tables count with every bit, objects with their numbers
+in order, whatever their keys; the numbers of a page are those of its text. Three minutes on two cores.
 """
 import concurrent.futures
 import hashlib
+import json
 import pathlib
 import re
 import subprocess
@@ -48,11 +49,22 @@ NUMBER = re.compile(rb"(?<![A-Za-z_#])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 TABLES = {".csv", ".parquet", ".mat", ".mf4"}
 
 
+def leaves(value):
+    """Numbers, truths and nothings of a JSON value, in their order; keys and texts are words."""
+    if isinstance(value, (dict, list)):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from leaves(one)
+    elif not isinstance(value, str):
+        yield repr(value)
+
+
 def hashes(data, is_table):
     if is_table:
         head, _, rows = data.partition(b"\n")
         return short(rows), short(head)
     data = VARYING.sub(b"", data)
+    if data[:1] == b"{":
+        return short(" ".join(leaves(json.loads(data))).encode()), short(data)
     return short(b" ".join(NUMBER.findall(data))), short(data)
 
 
