@@ -46,8 +46,8 @@ impl<N: Arithmetic> Observer<'_, N> {
             let foretold = dot(row(self.a, i, count), x) + dot(row(self.b, i, inputs.len()), inputs);
             gains.fold(foretold, |sum, (k, (gain, y))| sum + *gain * residual(k, *y, x))
         };
-        let input_doubts = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + zero_or_nan(*x));
-        let nan_sum = (0..count).fold(input_doubts, |sum: N, i| sum + zero_or_nan(next(i, states)));
+        let nan_of_inputs = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + zero_or_nan(*x));
+        let nan_sum = (0..count).fold(nan_of_inputs, |sum: N, i| sum + zero_or_nan(next(i, states)));
         let stays = nan_sum.finite_or(one());
         for (answer, state) in estimates.iter_mut().zip(states.iter()) {
             *answer = half::<N>().select(stays, *answer, *state);

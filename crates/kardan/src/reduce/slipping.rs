@@ -31,11 +31,11 @@ pub(super) fn slips(
 impl Reduced {
     /// The torque of each slider where it sticks at reduced coordinates `position`, N m: its friction and
     /// `−T_yᵀ(S q − s₀)`.
-    pub fn carried_by_sliders(&self, position: &[f64]) -> Vec<(usize, f64)> {
+    pub fn slipping_friction_torques(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);
         let slips = self.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
-        let slider_torques = self.jenkins_shares(&kinematics).into_iter().map(|shares| {
+        let jenkins_torques = self.jenkins_shares(&kinematics).into_iter().map(|shares| {
             let torque = |(spring, share): (usize, f64)| {
                 let spring = &self.equations.springs[spring];
                 let twist = spring.row.iter().map(|(shaft, x)| rational_to_f64(x) * kinematics.angles[*shaft]);
@@ -43,7 +43,7 @@ impl Reduced {
             };
             -shares.into_iter().map(torque).sum::<f64>()
         });
-        slips.map(|slip| slip.friction).zip(slider_torques).collect()
+        slips.map(|slip| slip.friction).zip(jenkins_torques).collect()
     }
 
     /// The rate of the torque of each slider while it sticks by the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row

@@ -83,3 +83,22 @@ fn what_may_reach_the_border_is_not_shown() {
     assert!(!contracts(&moved, -100.0, 0));
     assert!(!contracts(&Matrix::identity(2), -100.0, 0) && contracts(&Matrix::identity(2), -100.0, 2));
 }
+
+/// Beside a motion at one, how far a map is off counts in the coupling of both: with 1/4 the second pole of diag(1, 1/2) may be at one, too.
+#[test]
+fn coupled_motions_may_meet_at_one() {
+    let map = Matrix::from_fn(2, 2, |i, j| match (i, j) {
+        (0, 0) => Rational::ONE,
+        (1, 1) => rational(1, 2),
+        _ => Rational::ZERO,
+    });
+    assert!(contracts(&map, -20.0, 1) && !contracts(&map, -2.0, 1));
+    // Two motions in a chain need more: 1/(z - 1)² is larger.
+    let chained = Matrix::from_fn(3, 3, |i, j| match (i, j) {
+        (i, j) if i == j && i < 2 => Rational::ONE,
+        (0, 1) => Rational::ONE,
+        (2, 2) => rational(1, 2),
+        _ => Rational::ZERO,
+    });
+    assert!(contracts(&chained, -40.0, 2) && !contracts(&chained, -6.0, 2));
+}

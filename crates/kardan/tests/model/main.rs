@@ -19,7 +19,7 @@ mod reduction;
 mod source_equations;
 mod state_space;
 mod symbolic;
-mod symbolic_kept;
+mod symbolic_multipliers;
 mod torque_laws;
 mod translation;
 mod values;

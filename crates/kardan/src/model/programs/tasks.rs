@@ -309,12 +309,12 @@ impl<'a> Blocks<'a, '_, '_> {
             let symbol = graph.symbol_of(self.read.get(&outside.name)?.0)?;
             Some((symbol, outside.read.clone()))
         });
-        let answers_read = self.outputs.iter().filter_map(|(name, (expr, _))| {
+        let outputs_read = self.outputs.iter().filter_map(|(name, (expr, _))| {
             let symbol = graph.symbol_of(*expr)?;
             Some((symbol, Read::Source(name.clone())))
         });
         let mut reads: Vec<_> =
-            outside.chain(answers_read).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
+            outside.chain(outputs_read).filter(|(symbol, _)| used.binary_search(symbol).is_ok()).collect();
         reads.sort_by(|a, b| a.1.cmp(&b.1));
         reads
     }

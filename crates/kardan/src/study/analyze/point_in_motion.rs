@@ -144,7 +144,7 @@ fn format_torques(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
 }
 
 /// Positions of coordinates at rest, as text.
-fn rest_in_words(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
+fn describe_rest(base: &Reduced, [position, speeds]: &[Vec<f64>; 2]) -> Option<String> {
     let names = base.coordinate_names();
     let all = format_position(base, position);
     let still: Vec<&str> =
@@ -168,7 +168,7 @@ fn describe_steady_motion(base: &Reduced, found: &SteadyMotion) -> String {
         true => "without torques of inputs".to_string(),
         false => format!("balanced by {}", torques.join(", ")),
     };
-    let at_rest_text = rest_in_words(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
+    let at_rest_text = describe_rest(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
     let proven = match found.radius {
         _ if !found.balanced => {
             return format!("{}, {by}{at_rest_text}; {}", format_motion(base, &found.motion), describe_residual(found));

@@ -302,7 +302,7 @@ pub(in crate::study) fn check_start(
                 .help("give its position alone, or give it an inertia"),
         );
     }
-    for (friction, torque) in reduced.carried_by_sliders(position) {
+    for (friction, torque) in reduced.slipping_friction_torques(position) {
         let friction = &reduced.equations.frictions[friction];
         let most = friction.value.torque.to_f64();
         if torque.abs() > most * (1.0 + 1e-9) {

@@ -26,14 +26,14 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     };
     let mut text = source.to_string();
     let mut new: Vec<FileValue> = values.clone();
-    let mut still_there_entries: Vec<String> = Vec::new();
+    let mut unremoved_entries: Vec<String> = Vec::new();
     for term in terms {
         let (document, _) = model::read(&text);
         let Some(law) = TermEdit::new(&document, term) else { continue };
         new.extend(law.values.iter().cloned());
         let unremoved;
         (text, unremoved) = law.put(&text, &document, term);
-        still_there_entries.extend(unremoved);
+        unremoved_entries.extend(unremoved);
     }
     for (term, entry) in entries {
         let (document, _) = model::read(&text);
@@ -65,7 +65,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     if !new.is_empty() {
         return Err(new);
     }
-    omissions.extend(still_there_entries);
+    omissions.extend(unremoved_entries);
     omissions.extend(not.iter().cloned());
     Ok((text, omissions))
 }

@@ -171,9 +171,9 @@ fn worst_turns(matrix: &Mat<c64>) -> (f64, Vec<c64>) {
             let before = now;
             for k in 1..m {
                 let with = |x: f64| {
-                    let mut turned_angles = angles.clone();
-                    turned_angles[k] = x;
-                    turned_angles
+                    let mut changed_angles = angles.clone();
+                    changed_angles[k] = x;
+                    changed_angles
                 };
                 let tried = (0..PHASES).map(|j| angles[k] + step * j as f64);
                 let rough = tried.map(|x| (value(&with(x)), x)).max_by(|a, b| a.0.total_cmp(&b.0));

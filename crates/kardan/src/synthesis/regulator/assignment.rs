@@ -202,8 +202,8 @@ fn orthogonal(x: &Mat<f64>, excluded: &[usize]) -> Option<Mat<c64>> {
     if retained.is_empty() {
         return Some(Mat::from_fn(n, n, |i, j| c64::new(f64::from(u8::from(i == j)), 0.0)));
     }
-    let kept_vectors = Mat::from_fn(n, retained.len(), |i, j| x[(i, retained[j])]);
-    let svd = kept_vectors.svd().ok()?;
+    let retained_vectors = Mat::from_fn(n, retained.len(), |i, j| x[(i, retained[j])]);
+    let svd = retained_vectors.svd().ok()?;
     Some(Mat::from_fn(n, excluded.len(), |i, j| c64::new(svd.U()[(i, retained.len() + j)], 0.0)))
 }
 
