@@ -3,8 +3,9 @@
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
-use kardan_rt::functions::{exp2, log2};
+use kardan_rt::functions::log2;
 
+use super::dyadic::DyadicMatrix;
 use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Scalar, random_prime};
 
 /// Binary digits of the result, in addition to those that halving and squaring cost.
@@ -20,60 +21,6 @@ const FASTEST: isize = 128;
 fn size(x: &Rational) -> isize {
     let length = |bits: usize| isize::try_from(bits).unwrap_or(isize::MAX);
     length(x.numerator().bit_len()) - length(x.denominator().bit_len())
-}
-
-/// A square matrix of whole multiples of 2^−digits.
-#[derive(Clone)]
-struct Fixed {
-    n: usize,
-    digits: usize,
-    values: Vec<IBig>,
-}
-
-impl Fixed {
-    fn of(matrix: &Matrix<Rational>, digits: usize) -> Self {
-        let value = |x: &Rational| (x.numerator() << digits) / IBig::from(x.denominator().clone());
-        Self { n: matrix.rows(), digits, values: matrix.as_slice().iter().map(value).collect() }
-    }
-
-    fn identity(n: usize, digits: usize) -> Self {
-        let entry = |place: usize| if place.is_multiple_of(n + 1) { IBig::ONE << digits } else { IBig::ZERO };
-        Self { n, digits, values: (0..n * n).map(entry).collect() }
-    }
-
-    /// The product, each entry off by less than 2^−digits.
-    fn multiply(&self, other: &Self) -> Self {
-        let n = self.n;
-        let entry = |place: usize| {
-            let (i, j) = (place / n, place % n);
-            let terms = (0..n).map(|k| [&self.values[i * n + k], &other.values[k * n + j]]);
-            let sum = terms.filter(|[a, b]| !a.is_zero() && !b.is_zero()).fold(IBig::ZERO, |sum, [a, b]| sum + a * b);
-            sum >> self.digits
-        };
-        Self { values: (0..n * n).map(entry).collect(), ..*self }
-    }
-
-    fn plus(&self, other: &Self) -> Self {
-        Self { values: self.values.iter().zip(&other.values).map(|(a, b)| a + b).collect(), ..*self }
-    }
-
-    fn over(&self, number: usize) -> Self {
-        let number = IBig::from(number);
-        Self { values: self.values.iter().map(|value| value / &number).collect(), ..*self }
-    }
-
-    /// The largest sum of sizes in a row, rounded up.
-    fn norm(&self) -> f64 {
-        let shift = self.digits.saturating_sub(64);
-        let unit = exp2(shift as f64 - self.digits as f64);
-        let row = |row: &[IBig]| row.iter().map(|x| ((x >> shift).to_f64().value().abs() + 1.0) * unit).sum::<f64>();
-        self.values.chunks(self.n.max(1)).map(row).fold(0.0, f64::max) * (1.0 + 1e-9)
-    }
-
-    fn to_rational(&self) -> Matrix<Rational> {
-        let value = |x: &IBig| Rational::from_parts(x.clone(), UBig::ONE << self.digits);
-        Matrix::from_fn(self.n, self.n, |i, j| value(&self.values[i * self.n + j]))
-    }
 }
 
 /// Whether the series may end: the powers of a matrix do where its n-th one is zero, modulo any prime too.
@@ -153,24 +100,24 @@ impl ExactZoh {
         let halvings = (norm + 1).max(0).unsigned_abs();
         let step = time / Rational::from(UBig::ONE << halvings);
         let digits = digits + GUARD + 2 * halvings;
-        let small = Fixed::of(&a.scale(&step), digits);
-        let mut term = Fixed::identity(n, digits);
+        let small = DyadicMatrix::of(&a.scale(&step), digits);
+        let mut term = DyadicMatrix::identity(n);
         let mut integral = term.clone();
         let mut terms = 1;
         while !term.values.iter().all(|x| x.is_zero() || *x == IBig::NEG_ONE) {
             terms += 1;
-            term = small.multiply(&term).over(terms);
+            term = small.times(&term).cut(digits).over(terms);
             integral = integral.plus(&term);
         }
-        let mut rise = small.multiply(&integral);
+        let mut rise = small.times(&integral).cut(digits);
         // S is off by n units, and each term by 2 n at most: a product cuts off n, a quotient too, and half of what S and the term before are off.
         let unit = log2(n.max(1) as f64) - digits as f64;
         let [mut off, mut off_of_rise] = [unit + log2(2.0 * terms as f64 + 2.0); 2];
-        let two = Fixed::identity(n, digits).plus(&Fixed::identity(n, digits));
+        let two = DyadicMatrix::identity(n).plus(&DyadicMatrix::identity(n));
         for _ in 0..halvings {
             let longer = rise.plus(&two);
-            let (over, before) = (log2(longer.norm()), log2(integral.norm().max(rise.norm()).max(1.0)));
-            (integral, rise) = (longer.multiply(&integral), longer.multiply(&rise));
+            let (over, before) = (log2(longer.row_norm()), log2(integral.row_norm().max(rise.row_norm()).max(1.0)));
+            (integral, rise) = (longer.times(&integral).cut(digits), longer.times(&rise).cut(digits));
             if before.max(over) > LARGEST {
                 return None;
             }
@@ -178,7 +125,7 @@ impl ExactZoh {
             off = (over + off).max(before + off_of_rise).max(unit) + 2.0;
             off_of_rise = over.max(before) + off_of_rise.max(unit) + 2.0;
         }
-        let transition = Fixed::identity(n, digits).plus(&rise).to_rational();
+        let transition = DyadicMatrix::identity(n).plus(&rise).to_rational();
         let off = (off + size(&step) as f64 + 1.0).max(off_of_rise);
         Some(Self { transition, integral: integral.to_rational().scale(&step), off })
     }

@@ -10,6 +10,7 @@ mod bracket;
 mod characteristic;
 mod contraction;
 mod dense;
+mod dyadic;
 mod eigen;
 mod elimination;
 mod exact_zoh;
