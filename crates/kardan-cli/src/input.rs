@@ -187,18 +187,5 @@ fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_byte_order_mark_is_taken_off() {
-        assert_eq!(decode("x", b"\xef\xbb\xbfa = 1").unwrap(), "a = 1");
-        assert_eq!(decode("x", b"\xef\xbb\xbf \n").unwrap_err().code, "file::empty");
-    }
-
-    #[test]
-    fn an_endless_source_is_refused() {
-        assert_eq!(bounded("zeros", std::io::repeat(0), LIMIT).unwrap_err().code, "file::too-large");
-        assert_eq!(bounded("just fits", std::io::repeat(b' ').take(LIMIT), LIMIT).unwrap().len() as u64, LIMIT);
-    }
-}
+#[path = "../tests/unit/input.rs"]
+mod tests;

@@ -41,16 +41,5 @@ pub(crate) fn without_guard(text: &str) -> &str {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_cell_begins_like_a_formula_and_each_reads_back() {
-        for text in ["=1+1", "+a", "-rack", "@x", "\t=1", "'=1", "''-1", "＝1", "'quoted'", "a-b", "", "'"] {
-            let cell = csv_cell(text);
-            assert!(!cell.starts_with(['=', '+', '-', '@', '\t', '＝']), "{cell}");
-            assert_eq!(without_guard(&cell), text);
-        }
-        assert_eq!(csv_cell("-1.5e-3"), "-1.5e-3");
-    }
-}
+#[path = "../tests/unit/text.rs"]
+mod tests;

@@ -6,6 +6,7 @@ mod labels;
 mod layout;
 mod symbols;
 #[cfg(test)]
+#[path = "../../tests/unit/mechanism.rs"]
 mod tests;
 
 use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol};

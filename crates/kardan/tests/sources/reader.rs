@@ -40,7 +40,7 @@ pub fn code(source: &str) -> String {
 
 /// The text literals of a file, without those of its module of tests; lines that go on are joined as the compiler does.
 pub fn texts(source: &str) -> Vec<String> {
-    let source = source.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+    let source = source.split("#[cfg(test)]\n").next().unwrap_or_default();
     let bytes: Vec<char> = source.chars().collect();
     let (mut out, mut at) = (Vec::new(), 0);
     while at < bytes.len() {

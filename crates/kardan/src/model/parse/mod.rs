@@ -29,6 +29,7 @@ mod masses;
 mod missing;
 mod node;
 #[cfg(test)]
+#[path = "../../../tests/unit/model/parse.rs"]
 mod tests;
 mod wording;
 

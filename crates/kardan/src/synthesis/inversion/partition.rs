@@ -104,13 +104,5 @@ fn merged(system: &LinearSystem) -> Vec<Vec<usize>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn partitions_are_all_there_and_the_finest_come_first() {
-        assert_eq!([0, 1, 2, 3, 4, 8].map(|m| partitions(m).len()), [1, 1, 2, 5, 15, 4140]);
-        assert_eq!(partitions(3)[0], [[0], [1], [2]]);
-        assert_eq!(partitions(3)[4], [[0, 1, 2]]);
-    }
-}
+#[path = "../../../tests/unit/synthesis/inversion/partition.rs"]
+mod tests;

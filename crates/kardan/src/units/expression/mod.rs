@@ -4,6 +4,7 @@ mod dimensions;
 mod evaluate;
 mod reading;
 #[cfg(test)]
+#[path = "../../../tests/unit/units/expression.rs"]
 mod tests;
 mod tree;
 mod truth;
