@@ -1,10 +1,9 @@
 //! Which friction directions stick, which slip, and how.
 
 use super::Machine;
-use super::torque_distribution::{Holding, TorqueDistribution};
 use super::unilateral_kinds::{Kind, RestEvents};
-use crate::num::{Cholesky, dot};
-use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE, Span};
+use crate::num::dot;
+use crate::simulate::friction::{Bounds, Mode, NOISE, OUTSIDE};
 
 /// Rounding error of an acceleration that should vanish, relative to the terms that cancel in it.
 const ROUNDING: f64 = 1e-12;
@@ -14,63 +13,8 @@ const MOVED: f64 = 1e-9;
 /// coefficients cancel, and the direction is not at rest. The rounding case is some units in the last place of the time
 /// over the step, the other about 1.
 const REMOVED_SHARE: f64 = 1e-3;
-/// Part of a direction outside the multiplier constraints, squared, that counts as none: the square of the accuracy of
-/// an event's position.
-const VANISHED: f64 = 1e-12;
 
 impl Machine {
-    /// Distributes the torque among sticking directions that depend on each other: the smallest torques relative to the
-    /// stick limit of each direction where these suffice, else those of the convex problem.
-    pub(super) fn split_friction(&mut self) {
-        if self.share_active(1.0 + 1e-9) {
-            let TorqueDistribution { sticking, torques, .. } = &self.torque_distribution;
-            sticking.iter().zip(torques).for_each(|(&k, torque)| self.friction_torques[k] = *torque);
-            return;
-        }
-        let loaded = if self.gear_losses.is_empty() { None } else { self.shared_torques() };
-        let (sticking, torques) = loaded.unwrap_or_else(|| {
-            let sticking = self.torque_distribution.sticking.clone();
-            let (_, torques) = self.solve_box(&sticking);
-            (sticking, torques)
-        });
-        for (torque, &k) in torques.iter().zip(&sticking) {
-            self.friction_torques[k] = *torque;
-        }
-    }
-
-    /// Whether the sticking directions stay at rest with the smallest torques relative to their stick limits, none
-    /// above its limit times `most`. Needs the torques of the independent sticking directions.
-    fn share_active(&mut self, most: f64) -> bool {
-        self.factor_holding();
-        if !self.prepare_torque_distribution() {
-            return false;
-        }
-        let c = &self.bounds[0];
-        let determined = self.torque_distribution.share(&self.active_torque[..self.holding.len()], c);
-        let TorqueDistribution { sticking, torques, .. } = &self.torque_distribution;
-        determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
-    }
-
-    /// Whether the sticking directions distribute their torque in the same way at all positions; then the distribution
-    /// is prepared here.
-    pub(super) fn shares_evenly(&mut self) -> bool {
-        self.active_constant && self.prepare_torque_distribution()
-    }
-
-    fn prepare_torque_distribution(&mut self) -> bool {
-        // The limits of gear losses depend on the distribution.
-        if !self.shares_by_size() || !self.gear_losses.is_empty() {
-            return false;
-        }
-        let c = &self.bounds[0];
-        if !(self.active_constant && self.torque_distribution_known && !self.unilaterals.changes) {
-            let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.active_factor };
-            self.torque_distribution.prepare(&holding, &self.work.friction_rows, c);
-            self.torque_distribution_known = true;
-        }
-        true
-    }
-
     /// The next modes of the given directions, all at rest.
     ///
     /// A direction that depends on sticking ones sticks too, so that modes never contradict the kinematics.
@@ -104,11 +48,6 @@ impl Machine {
             }
         }
         modes
-    }
-
-    /// Multiplier constraints, which are always active, and other directions.
-    fn with_multipliers(&self, further: &[usize]) -> Vec<usize> {
-        self.multiplier_constraints.clone().chain(further.iter().copied()).collect()
     }
 
     /// The convex problem over the given directions, all at rest: their accelerations and torques.
@@ -281,153 +220,6 @@ impl Machine {
             .then_some(Some((k, if torque > 0.0 { Mode::Forward } else { Mode::Backward })))
     }
 
-    /// Uses the integrator step between two states as the scale of events in it; `length` (s) is that of the step
-    /// before it was shortened for an event.
-    pub fn measure_step(&mut self, length: f64, from: &[f64], to: &[f64]) {
-        let speeds = self.degrees_of_freedom..2 * self.degrees_of_freedom;
-        self.step_length = length;
-        for ((size, a), b) in self.step_speeds.iter_mut().zip(&from[speeds.clone()]).zip(&to[speeds]) {
-            *size = a.abs().max(b.abs());
-        }
-    }
-
-    /// Whether there is friction at all.
-    pub fn has_friction(&self) -> bool {
-        !self.modes.is_empty()
-    }
-
-    /// The distance of each direction from leaving its mode at the point last evaluated: the remaining part of the
-    /// breakaway torque for sticking directions, the speed (rad/s) of slipping ones; infinite for dependent ones.
-    pub fn margins_here(&mut self, out: &mut [f64]) {
-        for (k, margin) in out.iter_mut().enumerate() {
-            *margin = self.slip_margin(k);
-        }
-        let frictions = out.len();
-        let shared = self.room_beside_teeth();
-        for (&k, torque) in self.holding.iter().zip(&self.active_torque).filter(|(k, _)| **k < frictions) {
-            out[k] = shared.unwrap_or_else(|| self.room_of(k, *torque));
-        }
-        self.lock_margins().for_each(|(k, margin)| out[k] = margin);
-        self.jenkins_margins().for_each(|(k, room)| out[k] = room);
-    }
-
-    /// [`Machine::margins_here`] of one direction.
-    pub fn margin_here(&mut self, direction: usize) -> f64 {
-        if let Some((_, room)) = self.jenkins_margins().find(|(k, _)| *k == direction) {
-            return room;
-        }
-        if let Some((_, margin)) = self.lock_margins().find(|(k, _)| *k == direction) {
-            return margin;
-        }
-        let Some(a) = self.holding.iter().position(|k| *k == direction) else { return self.slip_margin(direction) };
-        self.room_beside_teeth().unwrap_or_else(|| self.room_of(direction, self.active_torque[a]))
-    }
-
-    /// The common margin of sticking directions that share torques with gears, whose limits depend on the distribution.
-    fn room_beside_teeth(&mut self) -> Option<f64> {
-        (!self.gear_losses.is_empty() && !self.following.is_empty()).then(|| self.shared_room())
-    }
-
-    /// The distance of a slipping direction from rest at a time and a state, rad/s: negative beyond.
-    pub fn slip_room(&mut self, time: f64, state: &[f64], direction: usize) -> f64 {
-        self.give_prescribed(time, state);
-        let r = self.degrees_of_freedom;
-        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
-        self.slip_margin(direction)
-    }
-
-    /// The distance of the sticking directions from their limits at a state, as a part of those: negative beyond. Where
-    /// they share torques, with the torques of least norm, which is less than the largest possible margin.
-    pub fn active_reserve(&mut self, time: f64, state: &[f64]) -> f64 {
-        self.evaluate(time, state);
-        self.active_reserve_here()
-    }
-
-    /// [`Self::active_reserve`] at the point last evaluated.
-    pub fn active_reserve_here(&mut self) -> f64 {
-        if !self.following.is_empty() {
-            self.share_active(1.0);
-        }
-        let beside_teeth = self.room_beside_teeth();
-        let shared = self.torque_distribution.sticking.iter().zip(&self.torque_distribution.torques);
-        let uncoupled = self.holding.iter().zip(&self.active_torque);
-        let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(self.room_of(k, *torque));
-        let room = match beside_teeth {
-            Some(room) => room,
-            None if self.following.is_empty() => uncoupled.fold(1.0, least),
-            None => shared.fold(1.0, least),
-        };
-        let rooms = self.jenkins_margins().chain(self.lock_margins());
-        rooms.fold(room, |least, (_, room)| least.min(room))
-    }
-
-    pub(in crate::simulate) fn slip_margin(&self, direction: usize) -> f64 {
-        if direction >= self.unilaterals.first {
-            return self.unilateral_margin(direction);
-        }
-        match self.modes[direction] {
-            Mode::Stick => f64::INFINITY,
-            mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
-        }
-    }
-
-    /// Slipping directions whose speed has the wrong sign at this time and point of the step, beyond rounding.
-    pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
-        out.clear();
-        let r = self.degrees_of_freedom;
-        let turns = self.may_turn();
-        if self.unilaterals.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
-            return;
-        }
-        self.give_prescribed(time, state);
-        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
-        let against = |this: &Self, k: usize| {
-            // Stops and soft stops change by their gaps and contact torques.
-            let slips = if this.unilaterals.slips(k) { this.modes[k].sign() } else { 0.0 };
-            -slips * this.dynamics.friction_speed(k, &this.work)
-        };
-        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0 || self.contact_changes(k)));
-        if out.is_empty() && !turns {
-            return;
-        }
-        // The cancellation in the speeds depends on the directions there.
-        self.update(state);
-        let noise = |k: usize| {
-            let of_terms = || NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
-            let own = self.noise_of_slip(k).unwrap_or_else(of_terms);
-            if self.multiplier_constraints.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
-        };
-        out.retain(|&k| against(self, k) > noise(k) || self.contact_changes(k));
-        if turns {
-            out.extend(self.carried_along());
-        }
-    }
-
-    /// Whether multiplier constraints may rotate away from directions that depend on them alone.
-    pub(super) fn may_turn(&self) -> bool {
-        !self.turning.is_empty()
-    }
-
-    /// Directions that depended on multiplier constraints alone until these rotated, and that now have a speed beyond
-    /// rounding at the point last evaluated.
-    fn carried_along(&self) -> Vec<usize> {
-        let moves = |k: &usize| self.dynamics.friction_speed(*k, &self.work).abs() > self.noise_of_rows(*k);
-        self.turning.iter().copied().filter(moves).collect()
-    }
-
-    /// The rounding error of the speed in a direction where multiplier constraints couple it to others: in the metric
-    /// of the inertia, of all speeds.
-    fn noise_of_rows(&self, k: usize) -> f64 {
-        let r = self.degrees_of_freedom;
-        let sizes = &self.step_speeds;
-        let row_dot = |row: &[f64]| row.iter().zip(sizes).map(|(x, size)| x.abs() * size).sum::<f64>();
-        let momenta = self.work.inertia.chunks_exact(r.max(1)).map(row_dot);
-        // |g v| ≤ |g| |v| in the metric of the inertia.
-        let size = momenta.zip(sizes).map(|(momentum, size)| momentum * size).sum::<f64>().sqrt();
-        let row = self.metric_row(k);
-        NOISE * size * dot(&row, &row).sqrt()
-    }
-
     /// Mode selection at a point, with the sources of the segment that begins there.
     ///
     /// `crossing` are slipping directions that have just come to rest; with `everything` all directions at rest are
@@ -546,16 +338,6 @@ impl Machine {
         self.still.iter().for_each(|&i| state[r + i] = 0.0);
     }
 
-    pub(super) fn activate_sticking(&mut self) {
-        let sticking = self.sticking();
-        self.choose_holding(&sticking);
-    }
-
-    /// Directions that stick, except sliders.
-    fn sticking(&self) -> Vec<usize> {
-        self.directions.iter().copied().filter(|&k| self.modes[k] == Mode::Stick).collect()
-    }
-
     /// A direction slips in the sense of its motion.
     pub(super) fn slip_with_speed(&mut self, k: usize) {
         let speed = self.dynamics.friction_speed(k, &self.work);
@@ -571,32 +353,6 @@ impl Machine {
             self.may_rest(*k) && speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
         };
         self.directions.iter().copied().filter(rests).collect()
-    }
-
-    /// Speeds in the active directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.
-    fn stop_along_holding(&mut self, state: &mut [f64]) {
-        let r = self.degrees_of_freedom;
-        self.factor_holding();
-        let count = self.holding.len();
-        let component = |&k: &usize| match k.checked_sub(self.multiplier_constraints.start) {
-            Some(row) => self.work.more(&self.dynamics, self.places.multiplier_speeds.start + row),
-            None if self.moving[k] => self.dynamics.friction_speed(k, &self.work),
-            None => dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]),
-        };
-        let mut lambda: Vec<f64> = self.holding.iter().map(component).collect();
-        self.active_factor.solve(&mut lambda);
-        if self.at_rest {
-            state[r..2 * r].fill(0.0);
-        } else {
-            for a in 0..count {
-                for i in 0..r {
-                    state[r + i] -= self.weighted[a * r + i] * lambda[a];
-                }
-            }
-        }
-        for &i in &self.still {
-            state[r + i] = 0.0;
-        }
     }
 
     /// Whether a direction reverses because its coefficients cancel at this angle, while the drive continues to move:
@@ -620,146 +376,5 @@ impl Machine {
             expected_change += change * (size + self.step_length * acceleration.abs());
         }
         removed > REMOVED_SHARE * expected_change || factor.is_nan()
-    }
-
-    /// Whether a direction depends on multiplier constraints alone at this position.
-    fn is_carried(&self, k: usize) -> bool {
-        !self.multiplier_constraints.is_empty()
-            && self.span(&self.with_multipliers(&[])).rejected(self.metric_row(k)) <= VANISHED
-    }
-
-    /// Names of sticking directions whose torques are not unique.
-    pub fn shared_friction(&self) -> Vec<usize> {
-        if self.following.is_empty() {
-            return Vec::new();
-        }
-        // A dependent direction shares torque with the active ones that it is a combination of; one in which no motion
-        // is possible shares none.
-        let (r, count) = (self.degrees_of_freedom, self.holding.len());
-        let mut out = Vec::new();
-        for &f in &self.following {
-            let row = &self.work.friction_rows[f * r..(f + 1) * r];
-            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
-            self.active_factor.solve(&mut shares);
-            let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
-            let mut with = (0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]);
-            let with: Vec<usize> = with.by_ref().filter(|k| !self.multiplier_constraints.contains(k)).collect();
-            // A direction that multiplier constraints alone determine does not move, for any friction.
-            if largest > 0.0 && !with.is_empty() {
-                out.push(f);
-            }
-            out.extend(with);
-        }
-        out.sort_unstable();
-        out.dedup();
-        out
-    }
-
-    /// A friction direction in the metric of the inverse inertia.
-    pub(super) fn metric_row(&self, k: usize) -> Vec<f64> {
-        let r = self.degrees_of_freedom;
-        let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
-        self.work.factor.half_solve(&mut row);
-        row
-    }
-
-    /// Whether a direction is certainly no combination of the active ones, whose factor is known: in the metric of the
-    /// inverse inertia more than half of its square is outside of their span.
-    fn is_outside(&self, k: usize) -> bool {
-        let r = self.degrees_of_freedom;
-        let row = &self.work.friction_rows[k * r..(k + 1) * r];
-        let mut weighted = row.to_vec();
-        self.work.factor.solve(&mut weighted);
-        let own = dot(row, &weighted);
-        let component = |&a: &usize| self.dynamics.friction_component(a, &weighted, &self.work);
-        let right: Vec<f64> = self.holding.iter().map(component).collect();
-        let mut shares = right.clone();
-        self.active_factor.solve(&mut shares);
-        dot(&right, &shares) < 0.5 * own
-    }
-
-    /// The span of directions, built from independent ones: multiplier constraints, then the most independent first.
-    pub(super) fn span(&self, directions: &[usize]) -> Span {
-        let multiplier_count = directions.iter().filter(|k| self.multiplier_constraints.contains(k)).count();
-        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), multiplier_count, self.degrees_of_freedom)
-    }
-
-    /// Memory for the active directions, not computed yet.
-    pub(super) fn prepare_holding(&mut self) {
-        self.active_factor = Cholesky::new(self.holding.len());
-        self.torque_distribution.choose(&self.holding, &self.following);
-        (self.active_known, self.torque_distribution_known) = (false, false);
-        self.response.iter_mut().for_each(|response| response.valid = false);
-        let sticking = self.torque_distribution.sticking.iter();
-        self.active_constant =
-            self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));
-    }
-
-    /// Chooses independent directions among multiplier constraints and the given ones, and notes which coordinates are
-    /// at rest.
-    pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
-        let r = self.degrees_of_freedom;
-        let all = self.with_multipliers(sticking);
-        let sticking = all.as_slice();
-        // Some of those that are independent at all positions, with one that certainly is no combination of them.
-        let is_constant = self.active_constant && self.following.is_empty();
-        let mut new = sticking.iter().filter(|k| !self.holding.contains(k));
-        let all = self.holding.len() < sticking.len() && self.holding.iter().all(|k| sticking.contains(k));
-        match (new.next(), new.next()) {
-            (None, _) if is_constant => self.holding.retain(|k| sticking.contains(k)),
-            (Some(&one), None) if is_constant && all && self.is_outside(one) => self.holding.push(one),
-            _ => self.holding = self.span(sticking).members,
-        }
-        let follows = |k: &usize| !self.holding.contains(k) && !self.multiplier_constraints.contains(k);
-        self.following = sticking.iter().copied().filter(follows).collect();
-        self.prepare_holding();
-        self.still.clear();
-        self.at_rest = r > 0 && self.holding.len() == r && self.holding.iter().all(|&k| !self.moving[k]);
-        if self.at_rest {
-            self.still.extend(0..r);
-        } else {
-            self.find_still(sticking);
-        }
-        self.turning.clear();
-        if !self.multiplier_constraints.is_empty() && !self.at_rest {
-            let may = |k: &&usize| !self.moving[**k] && self.is_carried(**k);
-            self.turning = self.following.iter().filter(may).copied().collect();
-        }
-        self.factor_holding();
-    }
-
-    /// Coordinates at rest because of sticking directions: those that equal one direction at every position, and those
-    /// that follow from directions that do not rotate.
-    fn find_still(&mut self, sticking: &[usize]) {
-        let rests = |k: &usize| !self.moving[*k] && !self.multiplier_constraints.contains(k);
-        let fixed = |k: &usize| rests(k) && !self.dynamics.friction_varies(*k);
-        let only = |k: usize| self.dynamics.only_entry(k, &self.work);
-        // Every sticking direction is at rest, whether it is independent or dependent; beside multiplier constraints,
-        // which may rotate, the active ones and those that depend on these alone.
-        let own: Vec<usize> = self.holding.iter().copied().filter(fixed).collect();
-        let uncoupled = self.multiplier_constraints.is_empty() && own.iter().all(|&k| only(k).is_some());
-        let span = if uncoupled { None } else { Some(self.span(&own)) };
-        let stays = |k: &usize| {
-            self.multiplier_constraints.is_empty()
-                || self.holding.contains(k)
-                || span.as_ref().is_some_and(|span| fixed(k) && span.rejected(self.metric_row(*k)) <= OUTSIDE)
-        };
-        let still = sticking.iter().copied().filter(|k| rests(k) && stays(k)).filter_map(only);
-        let mut still: Vec<usize> = still.collect();
-        if let Some(span) = span {
-            let mut unit = vec![0.0; self.degrees_of_freedom];
-            for i in 0..self.degrees_of_freedom {
-                if still.contains(&i) {
-                    continue;
-                }
-                unit.fill(0.0);
-                unit[i] = 1.0;
-                self.work.factor.half_solve(&mut unit);
-                if span.rejected(unit.clone()) <= OUTSIDE {
-                    still.push(i);
-                }
-            }
-        }
-        self.still = still;
     }
 }
