@@ -1,5 +1,6 @@
 //! Tests of `src/analysis/box_proof.rs`.
 
+use super::scaled_family::Parts;
 use super::*;
 use crate::num::Random;
 
