@@ -72,22 +72,23 @@
 //! **10. Wrong guesses.** 5, 7 and 9 start from the structure modulo most primes. If it cannot be confirmed, the computation is
 //! repeated with other primes; after a few attempts it is left open.
 
-use std::sync::Arc;
+mod bounds;
+mod evidence;
 
-use dashu_int::ops::BitTest;
-use dashu_int::{IBig, UBig};
+use dashu_int::IBig;
 use kardan_rt::functions::powi;
-use rayon::prelude::*;
 
 use super::LinearSystem;
 use super::images::Image;
 use super::spectrum::SpectrumText;
-use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factor_text, factors, with_leading_one};
-use super::structure::relative_degrees;
+use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, factor_text, factors, with_leading_one};
 use super::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::{derivative, gcd, product};
-use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, multiply_whole};
+use crate::num::{Matrix, Polynomial, PrimeField, Rational, Residue, multiply_whole};
 use crate::results::Zeros;
+pub(super) use bounds::{norm_bits, whole};
+use bounds::{nullity_bits, pencil_of, without_ports};
+use evidence::{Gathered, Group, batch, bits, largest};
 
 /// Most primes times states³ that are spent on one statement.
 const MOST_WORK: f64 = 1e13;
@@ -136,124 +137,6 @@ impl Facts {
     }
 }
 
-/// All that is computed modulo one prime; certain.
-struct Evidence {
-    field: PrimeField,
-    /// det E.
-    determinant: Residue,
-    spectrum: Spectrum,
-    relative_degrees: Vec<Vec<Option<usize>>>,
-    zeros: ZeroStructure,
-    /// det S, coefficients of 1, s, …, sⁿ, if S is square.
-    system_determinant: Vec<Residue>,
-}
-
-impl Evidence {
-    /// `None` if the prime divides det E or a denominator.
-    fn of(system: &LinearSystem, actions: [Option<&Matrix<Rational>>; 2], prime: u64) -> Option<Self> {
-        let image = Image::new(system, prime)?;
-        let field = image.field;
-        let of_action = |action: Option<&Matrix<Rational>>| match action {
-            Some(action) => Some(factors(&field, &ModularMatrix::from_rational(&field, action)?)),
-            None => Some(Vec::new()),
-        };
-        let lists = [factors(&field, &image.g), of_action(actions[0])?, of_action(actions[1])?];
-        let zeros = ZeroStructure::of(&image);
-        Some(Self {
-            field,
-            determinant: image.determinant,
-            spectrum: Spectrum::new(&field, lists),
-            relative_degrees: relative_degrees(&image),
-            system_determinant: system_determinant(&image, &zeros),
-            zeros,
-        })
-    }
-
-    /// Coefficients of det E times the characteristic polynomials, all of them, the leading ones too.
-    fn characteristic(&self) -> Vec<u64> {
-        let whole =
-            |list: &Vec<Vec<Residue>>| list.iter().fold(vec![self.determinant], |all, f| product(&self.field, &all, f));
-        self.spectrum.lists.iter().flat_map(whole).map(|x| self.field.value(x)).collect()
-    }
-
-    /// Coefficients of det E times the polynomials of the spectrum, without the leading ones.
-    fn divisors(&self) -> Vec<u64> {
-        let scaled = |x: &Residue| self.field.value(self.field.times(*x, self.determinant));
-        self.spectrum.polynomials().flat_map(|p| p[..p.len() - 1].iter().map(scaled)).collect()
-    }
-
-    /// Coefficients of the invariant polynomials of S, without the leading ones.
-    fn zero_factors(&self) -> Vec<u64> {
-        self.zeros.factors.iter().flat_map(|p| &p[..p.len() - 1]).map(|&x| self.field.value(x)).collect()
-    }
-}
-
-/// det S; its zeros are known, so one value of it is enough.
-fn system_determinant(image: &Image, zeros: &ZeroStructure) -> Vec<Residue> {
-    let field = &image.field;
-    let (n, m) = (image.g.rows, image.b.columns);
-    if image.c.rows != m {
-        return Vec::new();
-    }
-    let mut out = vec![0; n + 1];
-    if zeros.rank < n + m {
-        return out;
-    }
-    let monic = zeros.factors.iter().fold(vec![field.one()], |all, f| product(field, &all, f));
-    let value = |s: Residue| monic.iter().rev().fold(0, |sum, &c| field.plus(field.times(sum, s), c));
-    let at = (1..).map(|k| field.element(k)).find(|&s| value(s) != 0).expect("a polynomial has finitely many roots");
-    let matrix = ModularMatrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) if i == j => field.minus(at, image.g.row(i)[j]),
-        (true, true) => field.negate(image.g.row(i)[j]),
-        (true, false) => field.negate(image.b.row(i)[j - n]),
-        (false, true) => image.c.row(i - n)[j],
-        (false, false) => image.d.row(i - n)[j - n],
-    });
-    let det = field.times(image.determinant, matrix.determinant(field));
-    let factor = field.times(det, field.inverse(value(at)));
-    for (x, &c) in out.iter_mut().zip(&monic) {
-        *x = field.times(factor, c);
-    }
-    out
-}
-
-/// Images modulo primes that agree on a shape.
-struct Group<K> {
-    key: K,
-    /// The product of the primes is at least `2^bits`.
-    bits: u64,
-    primes: Vec<u64>,
-    values: Reconstruction,
-    sample: Arc<Evidence>,
-}
-
-fn add<K: PartialEq>(groups: &mut Vec<Group<K>>, key: K, values: &[u64], evidence: &Arc<Evidence>) {
-    let prime = evidence.field.prime();
-    let index = groups.iter().position(|group| group.key == key);
-    let index = index.unwrap_or_else(|| {
-        groups.push(Group {
-            key,
-            bits: 0,
-            primes: Vec::new(),
-            values: Reconstruction::new(),
-            sample: evidence.clone(),
-        });
-        groups.len() - 1
-    });
-    groups[index].values.add(prime, values);
-    groups[index].bits += bits(prime);
-    groups[index].primes.push(prime);
-}
-
-fn largest<K>(groups: &[Group<K>]) -> Option<&Group<K>> {
-    groups.iter().max_by_key(|group| group.bits)
-}
-
-/// log₂, rounded down.
-fn bits(prime: u64) -> u64 {
-    u64::from(63 - prime.leading_zeros())
-}
-
 /// Proves all facts about a system. `actions` are M of [`structure`](super::structure)'s exact rows for the uncontrollable and
 /// the unobservable part; the primes must differ from each other.
 ///
@@ -273,79 +156,6 @@ pub(super) fn prove(
         }
     }
     attempt(&system, actions, primes, progress)
-}
-
-/// The results modulo many primes.
-#[derive(Default)]
-struct Gathered {
-    primes: Vec<u64>,
-    /// Bits of their product.
-    bits: u64,
-    characteristic: Reconstruction,
-    determinant: Reconstruction,
-    spectra: Vec<Group<Layout>>,
-    zeros: Vec<Group<(usize, Vec<usize>)>>,
-    /// Rank of the system matrix.
-    rank: usize,
-    relative_degrees: Option<Vec<Vec<Option<usize>>>>,
-}
-
-impl Gathered {
-    /// Modulo so many primes that what is the same modulo most of them is so.
-    fn new(
-        system: &LinearSystem,
-        actions: [Option<&Matrix<Rational>>; 2],
-        primes: &mut dyn FnMut() -> u64,
-        progress: &dyn Fn(f64),
-    ) -> Result<Self, String> {
-        let n = system.states.len();
-        let for_divisors = norm_bits(&without_ports(system)) + n as u64 + 2;
-        let for_minors = norm_bits(system) + 1;
-        let [characteristic, determinant] = [Reconstruction::new(), Reconstruction::new()];
-        let mut out = Self { characteristic, determinant, ..Self::default() };
-        loop {
-            let full = out.is_regular(system);
-            // There are no whole multiples for zeros; fractions need double the bits.
-            let for_zeros = match largest(&out.zeros) {
-                Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
-                _ => for_minors,
-            };
-            let spectrum = largest(&out.spectra).map_or(0, |group| group.bits);
-            let zeros = if full { out.bits } else { largest(&out.zeros).map_or(0, |group| group.bits) };
-            let goal = for_divisors.max(for_zeros);
-            let missing = for_divisors.saturating_sub(spectrum).max(for_zeros.saturating_sub(zeros));
-            progress(1.0 - missing as f64 / goal as f64);
-            if missing == 0 {
-                return Ok(out);
-            }
-            if out.bits > 2 * goal + 10_000 {
-                return Err(format!("no structure is the same modulo enough of {} primes", out.primes.len()));
-            }
-            for (prime, evidence) in batch(missing, primes, |prime| Evidence::of(system, actions, prime)) {
-                out.add(prime, evidence);
-            }
-        }
-    }
-
-    /// Whether there are as many outputs as inputs, and the system matrix has full rank.
-    fn is_regular(&self, system: &LinearSystem) -> bool {
-        let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
-        inputs == outputs && self.rank == n + inputs
-    }
-
-    fn add(&mut self, prime: u64, evidence: Evidence) {
-        let evidence = Arc::new(evidence);
-        self.primes.push(prime);
-        self.bits += bits(prime);
-        self.characteristic.add(prime, &evidence.characteristic());
-        let values: Vec<u64> = evidence.system_determinant.iter().map(|&x| evidence.field.value(x)).collect();
-        self.determinant.add(prime, &values);
-        add(&mut self.spectra, evidence.spectrum.layout(), &evidence.divisors(), &evidence);
-        let degrees = evidence.zeros.factors.iter().map(|f| f.len() - 1).collect();
-        add(&mut self.zeros, (evidence.zeros.rank, degrees), &evidence.zero_factors(), &evidence);
-        self.rank = self.rank.max(evidence.zeros.rank);
-        self.relative_degrees = Some(least(self.relative_degrees.take(), &evidence.relative_degrees));
-    }
 }
 
 /// One attempt for a system with whole numbers.
@@ -564,141 +374,12 @@ fn modulo(primes: u64) -> String {
     }
 }
 
-/// Works on as many primes at once as there are threads, no more than are missing.
-fn batch<T: Send>(
-    missing: u64,
-    primes: &mut dyn FnMut() -> u64,
-    work: impl Fn(u64) -> Option<T> + Sync,
-) -> Vec<(u64, T)> {
-    let threads = rayon::current_num_threads() as u64;
-    let count = (missing / 60 + 1).min(4 * threads);
-    let chosen: Vec<u64> = (0..count).map(|_| primes()).collect();
-    chosen.into_par_iter().filter_map(|prime| Some((prime, work(prime)?))).collect()
-}
-
 /// Whether polynomials modulo a prime are the images of these.
 fn agree(field: &PrimeField, expected: &[Polynomial], found: &[Vec<Residue>]) -> bool {
     let same = |(p, q): (&Polynomial, &Vec<Residue>)| {
         p.coefficients().len() == q.len() && p.coefficients().iter().zip(q).all(|(c, &x)| field.rational(c) == Some(x))
     };
     expected.len() == found.len() && expected.iter().zip(found).all(same)
-}
-
-/// Entry by entry the least relative degree.
-fn least(best: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -> Vec<Vec<Option<usize>>> {
-    let Some(mut best) = best else { return found.to_vec() };
-    for (x, y) in best.iter_mut().flatten().zip(found.iter().flatten()) {
-        *x = match (*x, *y) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        };
-    }
-    best
-}
-
-/// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
-pub(super) fn whole(system: &LinearSystem) -> LinearSystem {
-    let mut out = system.clone();
-    let clear = |parts: &mut [&mut Matrix<Rational>], row: usize| {
-        let common = common_denominator(parts.iter().flat_map(|part| part.row(row)));
-        if common != UBig::ONE {
-            let common = Rational::from(common);
-            for part in parts.iter_mut() {
-                for j in 0..part.columns() {
-                    part[(row, j)] = &part[(row, j)] * &common;
-                }
-            }
-        }
-    };
-    for i in 0..out.e.rows() {
-        clear(&mut [&mut out.e, &mut out.a, &mut out.b], i);
-    }
-    for i in 0..out.c.rows() {
-        clear(&mut [&mut out.c, &mut out.d], i);
-    }
-    out
-}
-
-/// `sE − A` alone.
-fn without_ports(system: &LinearSystem) -> LinearSystem {
-    let n = system.states.len();
-    LinearSystem {
-        e: system.e.clone(),
-        ..LinearSystem::state_space(system.a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n))
-    }
-}
-
-/// `sI − M` with whole numbers.
-fn pencil_of(action: &Matrix<Rational>) -> LinearSystem {
-    let n = action.rows();
-    whole(&LinearSystem::state_space(action.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)))
-}
-
-/// The square of the size of a whole number.
-fn square(x: &Rational) -> UBig {
-    let size = x.numerator().clone().into_parts().1;
-    &size * &size
-}
-
-fn squares(matrix: &Matrix<Rational>, row: usize) -> UBig {
-    matrix.row(row).iter().map(square).fold(UBig::ZERO, |sum, x| sum + x)
-}
-
-/// Two times log₂ of a norm given its square, rounded up.
-fn half_bits(square: &UBig) -> u64 {
-    square.bit_len() as u64
-}
-
-/// A bound of log₂ of the coefficients of all minors of S, with the rows of [`whole`]; [step "Bound"](self).
-pub(super) fn norm_bits(system: &LinearSystem) -> u64 {
-    let size = |x: &Rational, common: &UBig| x.numerator().clone().into_parts().1 * (common / x.denominator());
-    let sum_of_squares = |sizes: &mut dyn Iterator<Item = UBig>| sizes.fold(UBig::ZERO, |sum, x| sum + &x * &x);
-    let state = |i: usize| {
-        let [e, a, b] = [&system.e, &system.a, &system.b].map(|part| part.row(i));
-        let common = common_denominator([e, a, b].into_iter().flatten());
-        let both = e.iter().zip(a).filter(|(e, a)| !(e.is_zero() && a.is_zero()));
-        let sum = sum_of_squares(&mut both.map(|(e, a)| size(e, &common) + size(a, &common)));
-        sum + sum_of_squares(&mut b.iter().map(|x| size(x, &common)))
-    };
-    let output = |i: usize| {
-        let entries = || system.c.row(i).iter().chain(system.d.row(i)).filter(|x| !x.is_zero());
-        let common = common_denominator(entries());
-        sum_of_squares(&mut entries().map(|x| size(x, &common)))
-    };
-    let states = (0..system.e.rows()).map(|i| half_bits(&state(i)));
-    let halves: u64 = states.chain((0..system.c.rows()).map(|i| half_bits(&output(i)))).sum();
-    halves / 2 + 1
-}
-
-/// The least common denominator.
-fn common_denominator<'a>(entries: impl Iterator<Item = &'a Rational>) -> UBig {
-    entries.filter(|x| *x.denominator() != UBig::ONE).fold(UBig::ONE, |common, x| {
-        let shared = dashu_int::ops::Gcd::gcd(&common, x.denominator());
-        common / shared * x.denominator()
-    })
-}
-
-/// A bound of log₂ of the minors of K for a polynomial f; steps 4 and 9 of [the argument](self).
-fn nullity_bits(system: &LinearSystem, f: &Polynomial) -> u64 {
-    let coefficients = f.whole_coefficients();
-    let degree = f.degree() as u64;
-    let size = |c: &IBig| {
-        let size = c.clone().into_parts().1;
-        &size * &size
-    };
-    let leading = size(&coefficients[f.degree()]);
-    let lower = coefficients[..f.degree()].iter().map(size).fold(UBig::ZERO, |sum, x| sum + x);
-    let mut halves = 0;
-    for i in 0..system.e.rows() {
-        let (e, a) = (squares(&system.e, i), squares(&system.a, i) + squares(&system.b, i));
-        // (x + y)² ≤ 2x² + 2y² where E and A meet in a column.
-        halves += half_bits(&(UBig::from(2u8) * (&leading * &a + &lower * &e)));
-        halves += (degree - 1) * half_bits(&(e + a));
-    }
-    for i in 0..system.c.rows() {
-        halves += degree * half_bits(&(squares(&system.c, i) + squares(&system.d, i)));
-    }
-    halves / 2 + 1
 }
 
 #[cfg(test)]

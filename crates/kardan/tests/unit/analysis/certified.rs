@@ -1,5 +1,6 @@
 //! Tests of `src/analysis/certified.rs`.
 
+use super::evidence::Evidence;
 use super::*;
 use crate::num::{Random, prime_below};
 
