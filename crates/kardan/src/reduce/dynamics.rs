@@ -1,65 +1,19 @@
-use std::ops::Range;
+//! The reduced equations of motion, compiled for fast evaluation.
+
+mod motion_plan;
+mod numeric_terms;
+
 use std::sync::Arc;
 
-use kardan_native::Native;
 use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
-use crate::assemble::{CoefficientKind, DirectionalTerm, Equations, FrictionLaw, Weakened};
+use crate::assemble::{CoefficientKind, Weakened};
 use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
-use crate::plan::{Plan, compile};
-
-/// Directions of one kind of term over the shafts, as numbers.
-#[derive(Debug, Clone)]
-struct Directions {
-    rows: Vec<Vec<(usize, f64)>>,
-    coefficients: Vec<f64>,
-    varying: Vec<usize>,
-}
-
-impl Directions {
-    fn new<T>(terms: &[DirectionalTerm<T>], coefficient: impl Fn(&T) -> f64, kinematics: &Kinematics) -> Self {
-        let rows: Vec<Vec<(usize, f64)>> = terms.iter().map(DirectionalTerm::row_f64).collect();
-        let is_varying = |row: &Vec<(usize, f64)>| row.iter().any(|(shaft, _)| kinematics.is_varying(*shaft));
-        let varying: Vec<usize> = (0..rows.len()).filter(|&k| is_varying(&rows[k])).collect();
-        let coefficients = terms.iter().map(|term| coefficient(&term.value)).collect();
-        Self { rows, coefficients, varying }
-    }
-
-    /// These with others of the same kind behind them.
-    fn and(mut self, appended: Self) -> Self {
-        let first = self.rows.len();
-        self.rows.extend(appended.rows);
-        self.coefficients.extend(appended.coefficients);
-        self.varying.extend(appended.varying.into_iter().map(|k| first + k));
-        self
-    }
-
-    /// All rows in reduced coordinates, one after the other, at the position of the kinematics.
-    fn projected(&self, kinematics: &Kinematics, r: usize) -> Vec<f64> {
-        let mut out = vec![0.0; self.rows.len() * r];
-        for (row, out) in self.rows.iter().zip(out.chunks_exact_mut(r.max(1))) {
-            project(row, kinematics, out);
-        }
-        out
-    }
-}
-
-fn project(row: &[(usize, f64)], kinematics: &Kinematics, out: &mut [f64]) {
-    out.fill(0.0);
-    for (shaft, c) in row {
-        for (value, entry) in out.iter_mut().zip(kinematics.row(*shaft)) {
-            *value += c * entry;
-        }
-    }
-}
-
-/// `Σ c x_shaft` over a row.
-fn row_dot(row: &[(usize, f64)], x: &[f64]) -> f64 {
-    row.iter().map(|(shaft, c)| c * x[*shaft]).sum()
-}
+pub use motion_plan::{Extension, MotionPlan};
+use numeric_terms::{Directions, Fails, breakaways, falls, row_dot, set_valued};
 
 /// The reduced equations of motion `H_r q̈_r = Gᵀτ − h_r` \[diss. (4.23), (4.24)\], compiled for fast evaluation.
 ///
@@ -86,203 +40,6 @@ pub struct Dynamics {
     constant: bool,
     linear: bool,
     plan: Arc<MotionPlan>,
-}
-
-/// The results of an evaluation of [`Dynamics`]: for each list the index in it and the number of the output.
-///
-/// The inputs of the plan are the reduced coordinates, their speeds, and those of an [`Extension`].
-#[derive(Debug)]
-pub struct MotionPlan {
-    /// The plan to evaluate.
-    pub plan: Plan,
-    /// Angles of shafts that follow from the coordinates, by shaft.
-    pub angles: Vec<(usize, usize)>,
-    /// Their speeds.
-    pub speeds: Vec<(usize, usize)>,
-    basis: Vec<(usize, usize)>,
-    bias: Vec<(usize, usize)>,
-    passive: Vec<(usize, usize)>,
-    /// Entries of H_r that depend on the position, row by row.
-    pub inertia: Vec<(usize, usize)>,
-    /// Entries of the friction directions that do, row by row.
-    pub friction_rows: Vec<(usize, usize)>,
-    /// aᵀk in the friction directions.
-    pub friction_bias: Vec<(usize, usize)>,
-    input_rows: Vec<(usize, usize)>,
-    /// Numbers of the outputs of an extension.
-    pub more: Range<usize>,
-    /// Angles and speeds alone; its outputs are those of `angles`, then those of `speeds`.
-    shafts: Plan,
-    native_shafts: Option<Native<f64>>,
-    /// Kinetic and potential energy, J.
-    energy: Plan,
-    /// The inputs of these two besides the motion, by their numbers among the inputs of the plan.
-    beside: Vec<usize>,
-    /// The plan as machine code, where there is such code.
-    native: Option<Native<f64>>,
-}
-
-/// Springs and dampers of an element that fails in a run, by number: with stiffness and relaxed angle, and with
-/// damping.
-#[derive(Debug, Clone)]
-struct Fails {
-    weakened: Weakened,
-    springs: Vec<(usize, f64, f64)>,
-    dampers: Vec<(usize, f64)>,
-}
-
-impl Fails {
-    fn all(equations: &Equations) -> Vec<Self> {
-        let of = |(element, weakened): (&String, &Weakened)| {
-            let springs = equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
-            let dampers = equations.dampers.iter().enumerate().filter(|(_, damper)| damper.element == *element);
-            Self {
-                weakened: weakened.clone(),
-                springs: springs.map(|(k, one)| (k, one.value.stiffness.to_f64(), one.value.rest.to_f64())).collect(),
-                dampers: dampers.map(|(k, one)| (k, one.value.to_f64())).collect(),
-            }
-        };
-        equations.failing.iter().map(of).collect()
-    }
-}
-
-/// The stick limits of each friction direction, and of the multiplier constraints.
-fn breakaways(equations: &Equations) -> Vec<f64> {
-    let breakaway = |friction: &DirectionalTerm<FrictionLaw>| {
-        let FrictionLaw { torque, stribeck } = &friction.value;
-        stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
-    };
-    let frictions = equations.frictions.iter().map(breakaway).chain(equations.unilaterals.iter().map(|_| 0.0));
-    frictions.chain(equations.multiplier_constraints.iter().map(|_| f64::INFINITY)).collect()
-}
-
-/// Directions of frictions and of unilateral constraints.
-fn set_valued(equations: &Equations, kinematics: &Kinematics) -> Directions {
-    let unilaterals = Directions::new(&equations.unilaterals, |_| 0.0, kinematics);
-    Directions::new(&equations.frictions, |x| x.torque.to_f64(), kinematics).and(unilaterals)
-}
-
-/// For each friction direction the excess of breakaway over sliding friction, and the speed over which it decays.
-fn falls(equations: &Equations, breakaways: &[f64], torques: &[f64]) -> Vec<(f64, f64)> {
-    let speed =
-        |friction: &DirectionalTerm<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
-    let frictions = equations.frictions.iter().zip(breakaways).zip(torques);
-    let frictions = frictions.map(|((friction, most), torque)| (most - torque, speed(friction)));
-    frictions.chain(equations.unilaterals.iter().map(|_| (0.0, 1.0))).collect()
-}
-
-/// The constant entries of multiplier constraints.
-fn add_multipliers(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
-    for row in rows {
-        let entries: Vec<Expr> = row.values().copied().collect();
-        let mut dense = vec![0.0; r];
-        row.keys().zip(constants(&entries)).for_each(|(i, entry)| dense[*i] = entry);
-        out.extend(dense);
-    }
-}
-
-/// Kinematics with its parts that are the same at every position, speed and time: also prescribed speeds that do not
-/// change.
-fn with_constants(
-    mut kinematics: Kinematics,
-    reduced: &Reduced,
-    motion: &Motion,
-    varying: impl Fn(Expr) -> bool,
-    constants: impl Fn(&[Expr]) -> Vec<f64>,
-) -> Kinematics {
-    let zero = vec![0.0; reduced.degrees_of_freedom()];
-    kinematics.update(&zero, &zero);
-    if let Some(relaxation) = &reduced.relaxation {
-        kinematics.transform(&relaxation.transform);
-    }
-    for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
-        for ((own, expr), constant) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
-            if !varying(*expr) {
-                *own = constant;
-            }
-        }
-    }
-    kinematics
-}
-
-/// Further expressions evaluated with the equations of motion, and their symbols besides those of the motion.
-#[derive(Debug, Clone, Default)]
-pub struct Extension {
-    /// The input symbols.
-    pub inputs: Vec<Symbol>,
-    /// The requested expressions, by name.
-    pub outputs: Vec<(String, Expr)>,
-}
-
-impl MotionPlan {
-    /// All entries that depend on the motion; constant ones are in the memory already.
-    ///
-    /// `own_speeds` are those of the shafts without the inputs of an extension.
-    fn new(motion: &Motion, r: usize, extension: Extension, (energy, own_speeds): (Expr, &[Expr])) -> Self {
-        let mut outputs: Vec<(String, Expr)> = Vec::new();
-        let varying = motion.graph.varying();
-        let mut list = |name: &str, entries: &mut dyn Iterator<Item = (usize, Expr)>| -> Vec<(usize, usize)> {
-            let entries = entries.filter(|(_, expr)| varying(*expr));
-            let place = |(place, expr)| {
-                outputs.push((format!("{name}.{place}"), expr));
-                (place, outputs.len() - 1)
-            };
-            entries.map(place).collect()
-        };
-        let numbered = |exprs: &[Expr]| exprs.iter().copied().enumerate().collect::<Vec<_>>().into_iter();
-        let rows = |rows: &[SparseRow]| {
-            let row =
-                |(k, row): (usize, &SparseRow)| row.iter().map(|(i, entry)| (k * r + i, *entry)).collect::<Vec<_>>();
-            rows.iter().enumerate().flat_map(row).collect::<Vec<_>>().into_iter()
-        };
-        let both = |(&(i, j), &entry): (&(usize, usize), &Expr)| {
-            let mirrored = (i != j).then_some((j * r + i, entry));
-            std::iter::once((i * r + j, entry)).chain(mirrored)
-        };
-        let angles = list("angle", &mut numbered(&motion.angles));
-        let speeds = list("speed", &mut numbered(&motion.speeds));
-        let basis = list("basis", &mut rows(&motion.basis));
-        let bias = list("bias", &mut numbered(&motion.bias));
-        let passive = list("passive", &mut numbered(&motion.passive));
-        let inertia = list("inertia", &mut motion.inertia.iter().flat_map(both));
-        let friction_rows = list("friction", &mut rows(&motion.frictions));
-        let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
-        let input_rows = list("input", &mut rows(&motion.inputs));
-        let own = speeds.iter().map(|(shaft, output)| (outputs[*output].0.clone(), own_speeds[*shaft]));
-        let shafts: Vec<(String, Expr)> = outputs[..angles.len()].iter().cloned().chain(own).collect();
-        let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
-        let used = motion.graph.symbols(&shafts.iter().map(|(_, expr)| *expr).chain([energy]).collect::<Vec<_>>());
-        let beside: Vec<usize> =
-            (motion.symbols.len()..symbols.len()).filter(|input| used.contains(&symbols[*input])).collect();
-        let needed_symbols: Vec<Symbol> =
-            motion.symbols.iter().copied().chain(beside.iter().map(|input| symbols[*input])).collect();
-        let compiled = |outputs: &[(String, Expr)]| {
-            compile(&motion.graph, &needed_symbols, outputs).expect("an extension declares all its inputs")
-        };
-        let (shafts, energy) = (compiled(&shafts), compiled(&[("energy".into(), energy)]));
-        let more = outputs.len()..outputs.len() + extension.outputs.len();
-        outputs.extend(extension.outputs);
-        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension declares all its inputs");
-        let [native, native_shafts] = [&plan, &shafts].map(|plan| Native::new(&plan.block()));
-        Self {
-            plan,
-            angles,
-            speeds,
-            basis,
-            bias,
-            passive,
-            inertia,
-            friction_rows,
-            friction_bias,
-            input_rows,
-            more,
-            shafts,
-            native_shafts,
-            energy,
-            beside,
-            native,
-        }
-    }
 }
 
 /// Memory and results of one evaluation of [`Dynamics`]; belongs to the caller.
@@ -332,6 +89,40 @@ impl Work {
     pub fn values(&self) -> &[f64] {
         &self.memory
     }
+}
+
+/// The constant entries of multiplier constraints.
+fn add_multipliers(rows: &[SparseRow], r: usize, constants: &dyn Fn(&[Expr]) -> Vec<f64>, out: &mut Vec<f64>) {
+    for row in rows {
+        let entries: Vec<Expr> = row.values().copied().collect();
+        let mut dense = vec![0.0; r];
+        row.keys().zip(constants(&entries)).for_each(|(i, entry)| dense[*i] = entry);
+        out.extend(dense);
+    }
+}
+
+/// Kinematics with its parts that are the same at every position, speed and time: also prescribed speeds that do not
+/// change.
+fn with_constants(
+    mut kinematics: Kinematics,
+    reduced: &Reduced,
+    motion: &Motion,
+    varying: impl Fn(Expr) -> bool,
+    constants: impl Fn(&[Expr]) -> Vec<f64>,
+) -> Kinematics {
+    let zero = vec![0.0; reduced.degrees_of_freedom()];
+    kinematics.update(&zero, &zero);
+    if let Some(relaxation) = &reduced.relaxation {
+        kinematics.transform(&relaxation.transform);
+    }
+    for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
+        for ((own, expr), constant) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
+            if !varying(*expr) {
+                *own = constant;
+            }
+        }
+    }
+    kinematics
 }
 
 /// Whether the inertia depends only on coefficients that are inputs.
