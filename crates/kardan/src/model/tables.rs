@@ -86,7 +86,7 @@ keys! {
             interpolation: Choice(&["linear", "cubic"]) = "linear",
                 "Between two points along x: a straight line, or a cubic that is as monotone as the points are (Steffen, Astron. \
                  Astrophys. 239, 1990). Along y always a straight line.";
-            beyond: Choice(&["hold", "straight"]) = "hold",
+            extrapolation: Choice(&["hold", "linear"]) = "hold",
                 "Beyond the first and the last point: constant at the value there, or a straight line with the slope there.";
         }
     }
@@ -422,14 +422,14 @@ keys! {
                  uniformly within it, or normally where the tolerance has a confidence.";
             lists: Lists,
                 "Parameters that take listed values, each equally often: { v = [\"10 m/s\", \"20 m/s\"] }.";
-            together: Tables(SweepTogether), "What varies together, with correlations: `[[sweep.together]]`.";
+            correlated: Tables(SweepCorrelated), "What varies together, with correlations: `[[sweep.correlated]]`.";
         }
     }
 }
 
 keys! {
-    /// `[[sweep.together]]`.
-    table SweepTogether {
+    /// `[[sweep.correlated]]`.
+    table SweepCorrelated {
         required {
         }
         optional {
