@@ -110,7 +110,7 @@ pace = \"20 m/s\"
 
 [manoeuvre.turn]
 kind = \"free\"
-course = \"30 deg * sin(2 pi t / 5 s)\"
+steering_angle = \"30 deg * sin(2 pi t / 5 s)\"
 duration = \"pace * 10 s / (20 m/s)\"
 set = { pace = \"100 km/h\" }
 
