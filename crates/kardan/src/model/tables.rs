@@ -486,7 +486,7 @@ keys! {
             from: Quantity(Dimension::TIME, Sign::NonNegative), "Start of the time that is drawn; left out: the whole run.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the time that is drawn; left out: the end of the run.";
             over: Signal, "Signal, or expression of signals, on the horizontal axis; left out: the time.";
-            shows: Choice(&["values", "spectrum"]) = "values",
+            kind: Choice(&["values", "spectrum"]) = "values",
                 "`spectrum`: amplitudes over the frequency k/T of the n rows within the time T that is drawn, 2/W times the size \
                  of the sum of w_j (x_j - mean) exp(-2 pi i j k/n), with the window of Hann w_j = (1 - cos(2 pi j/n))/2 and W \
                  the sum of the w_j: a sine with a whole number of periods in T shows its amplitude. The last row is that of \
@@ -684,7 +684,7 @@ keys! {
                 "Change of a speed in a steady segment, as a part of its largest.";
             shortest_segment: Quantity(Dimension::TIME, Sign::Positive),
                 "Shortest steady segment; left out: four windows.";
-            absent: Elements(&["motor", "disturbance"]),
+            inactive_inputs: Elements(&["motor", "disturbance"]),
                 "Inputs that were zero during the log; kardan eliminates the torques of others without a channel.";
             nonnegative: Signals,
                 "Parameters that may not be below zero; left out: none, as an equivalent damping may be.";
@@ -707,24 +707,24 @@ keys! {
     table Extra {
         required {
             kind: Choice(&[
-                "stribeck", "load", "sense", "sense_damping", "quadratic", "drift", "recordings", "cogging", "ripple",
-                "offset", "backlash", "teeth"
+                "stribeck", "load", "friction_asymmetry", "damping_asymmetry", "quadratic", "drift", "recordings", "cogging", "ripple",
+                "offset", "backlash", "gear_loss"
             ]),
                 "Friction: `stribeck`, more of it at low speed (the parameters `<element>.stribeck` and \
                  `<element>.stribeck_speed`); `load`, a loss in proportion to a torque, as in a strain-wave gear \
-                 (`<element>.load_loss`); `sense`, half its excess forwards over backwards \
-                 (`<element>.friction_sense`); `sense_damping`, the same of the damping (`<element>.damping_sense`); \
+                 (`<element>.load_loss`); `friction_asymmetry`, half its excess forwards over backwards \
+                 (`<element>.friction_asymmetry`); `damping_asymmetry`, the same of the damping (`<element>.damping_asymmetry`); \
                  `quadratic`, with the square of the speed (`<element>.quadratic_damping`); `drift`, its increase per \
                  second of a log (`<element>.friction_drift`); `recordings`, how it differs from log to log \
                  (`<element>.friction_recordings_<log>`); `ripple`, friction over the angle. Others: `cogging`, a \
                  torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` \
                  of a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
-                 width times the stiffness, and `<spring>.backlash`, the width); `teeth`, load-dependent gear \
+                 width times the stiffness, and `<spring>.backlash`, the width); `gear_loss`, load-dependent gear \
                  friction (`<gear>.tooth_loss` and `<gear>.tooth_loss_back`, with the efficiencies that follow).";
         }
         optional {
             friction: Element(&["shaft", "mass", "spring_damper"]),
-                "The element in whose direction it acts; all kinds but `offset`, `backlash` and `teeth` need it.";
+                "The element in whose direction it acts; all kinds but `offset`, `backlash` and `gear_loss` need it.";
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: AnyQuantity,
@@ -732,8 +732,8 @@ keys! {
             order: Number(Sign::Positive),
                 "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
             spring: Element(&["spring_damper"]), "The spring that has the backlash.";
-            teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element with load-dependent gear friction.";
-            clear: AnyQuantity,
+            gear: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element with load-dependent gear friction.";
+            min_deflection: AnyQuantity,
                 "Twist (of masses: a length) that certainly exceeds the backlash: windows with less do not count.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";
         }

@@ -733,7 +733,7 @@ pub(in crate::study) fn plots(
             Some(found.name)
         });
         let (display, window) = (display(table, &kinds, &what, out), window(table, context, &what, out));
-        let spectrum = read_word(table, "shows") == Some("spectrum");
+        let spectrum = read_word(table, "kind") == Some("spectrum");
         if spectrum {
             check_spectrum(table, context, (window, &what), out);
         }
@@ -771,7 +771,7 @@ fn check_spectrum(
         out.push(
             Diagnostic::error("plot::spectrum", message)
                 .at(place, "not the frequency")
-                .help("remove `over`, or draw values: `shows = \"values\"`"),
+                .help("remove `over`, or draw values: `kind = \"values\"`"),
         );
     }
     let reader = &TableReader::new(context.document, &[]);
@@ -787,7 +787,7 @@ fn check_spectrum(
         );
         out.push(
             Diagnostic::error("plot::spectrum", message)
-                .at(TableReader::place(table, "shows"), "too few rows")
+                .at(TableReader::place(table, "kind"), "too few rows")
                 .help("draw a longer time, or shorten `output_step` of `[scenario]`"),
         );
     }
