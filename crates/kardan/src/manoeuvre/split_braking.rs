@@ -41,11 +41,11 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
         ("lack", "braking_lack", "N"),
     ] {
         let signal = spec.of_car(word);
-        made.figure(spec, name, &[("signal", &signal), ("measure", "max_abs"), ("display", display)]);
+        made.figure(spec, name, &[("signal", &signal), ("measure", "max_abs"), ("display_unit", display)]);
     }
     if let Some(wheel) = &spec.wheel {
         let angle = super::quoted(&format!("{wheel}.phi"));
-        made.figure(spec, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display", "deg")]);
+        made.figure(spec, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display_unit", "deg")]);
     }
     if let Some(torque) = &spec.torque {
         made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);

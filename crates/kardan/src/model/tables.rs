@@ -132,7 +132,7 @@ keys! {
                  constant), `stale` (no new readings arrive) or `jitter` (its commands take effect late); of an \
                  element `broken`, if left out (its spring and damper have no torque any more), or `jump` (its spring \
                  continues with another relaxed angle: teeth skip). `broken` and `jump` are permanent.";
-            by: AnyQuantity,
+            value: AnyQuantity,
                 "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of \
                  the reading; the part that remains of a torque (`reduced`) or of a limit (`undervoltage`); the \
                  braking torque per speed; the largest jitter, drawn evenly from zero to it for each sample; the \
@@ -246,7 +246,7 @@ keys! {
             measure: Choice(Measure::NAMES) as MEASURE;
             value: Signal,
                 "An expression of parameters and of earlier figures, in place of `signal` and `measure`: `peak_time * sideslip`.";
-            display: Text, "Unit in which it is reported, `deg/s`; left out: the SI unit.";
+            display_unit: Text, "Unit in which it is reported, `deg/s`; left out: the SI unit.";
             target: AnyQuantity as TARGET;
             band: AnyQuantity as BAND;
             over: Signal as OVER;
@@ -371,7 +371,7 @@ keys! {
                  abs(residual) > 1 deg`; a number is true above 0.5. Left out: nothing is detected, and only the \
                  effects are judged.";
             reaction: Text, "A block of the kind `state_machine`: kardan reports the states that it enters after the fault.";
-            within: Quantity(Dimension::TIME, Sign::Positive),
+            detection_time_limit: Quantity(Dimension::TIME, Sign::Positive),
                 "The longest time to detection, from the begin of the fault; later counts as not detected. Left out: any.";
             effect: Tables(SafetyEffect), "Unwanted effects and their bounds: `[[safety.effect]]`.";
         }
@@ -390,7 +390,7 @@ keys! {
                 "What is measured of it in the window: largest in size, largest, smallest, last, root of the mean of its squares.";
             window: Quantity(Dimension::TIME, Sign::Positive),
                 "How long after the begin of the fault, the time in which a driver does not yet act: \"100 ms\"; left out: to the end.";
-            against: Choice(&["no fault", "zero"]) = "no fault",
+            baseline: Choice(&["no fault", "zero"]) = "no fault",
                 "What counts as unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
@@ -480,7 +480,7 @@ keys! {
             labels: Names,
                 "Legend labels of the signals, then of the references: [\"steering wheel\", \"rack\"]; left out, and for those at the end without one: their names.";
             variants: Names, "Variants to draw; left out: all.";
-            display: Text,
+            display_unit: Text,
                 "Unit in which the signals of its kind are plotted and reported: `deg`, `rpm`, `mN m`; left out: the \
                  SI unit. Tables and JSON stay in SI.";
             from: Quantity(Dimension::TIME, Sign::NonNegative), "Start of the time that is drawn; left out: the whole run.";

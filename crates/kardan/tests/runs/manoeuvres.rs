@@ -100,7 +100,7 @@ fn gain_and_lag_of_a_second_order_system() {
         "[shaft.body]\ninertia = \"{j} kg m^2\"\ndamping = \"{d} N m s/rad\"\n[spring_damper.spring]\nshaft_1 = \"body\"\nstiffness = \"{k} N m/rad\"\n\
          [torque.push]\nshaft = \"body\"\nlaw = \"3 N m * sin(2 pi * 1.3 Hz * t)\"\n[scenario]\nduration = \"9 s\"\n\
          [[figure]]\nname = \"gain\"\nsignal = \"body.phi\"\nmeasure = \"gain\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\n\
-         [[figure]]\nname = \"lag\"\nsignal = \"body.phi\"\nmeasure = \"lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\ndisplay = \"ms\"\n\
+         [[figure]]\nname = \"lag\"\nsignal = \"body.phi\"\nmeasure = \"lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\ndisplay_unit = \"ms\"\n\
          [[figure]]\nname = \"phase\"\nsignal = \"body.phi\"\nmeasure = \"phase_lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\n\
          [[figure]]\nname = \"turns\"\nvalue = \"lag * 1.3 Hz * 2 pi / phase\"\n"
     ));

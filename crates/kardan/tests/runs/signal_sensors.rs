@@ -121,8 +121,8 @@ fn a_sensor_of_a_signal_fails() {
         }
     };
     for (keys, wanted) in [
-        ("kind = \"offset\"\nby = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
-        ("kind = \"drift\"\nby = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
+        ("kind = \"offset\"\nvalue = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
+        ("kind = \"drift\"\nvalue = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
         ("kind = \"reversed\"", &|power, _, _| -power),
         ("kind = \"stuck\"", &|_, _, [_, there]| there),
         ("kind = \"lost\"", &|_, _, [before, _]| before),

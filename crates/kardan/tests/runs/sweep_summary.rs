@@ -199,7 +199,7 @@ to = \"4 N m ± 1 N m\"
 [fault.weak]
 motor = \"m\"
 kind = \"reduced\"
-by = \"0.5 ± 0.2\"
+value = \"0.5 ± 0.2\"
 at = \"0.8 s ± 0.05 s\"
 [[variant]]
 name = \"sound\"
@@ -217,7 +217,7 @@ measure = \"final\"
     let expected = [
         "a.inertia",
         "fault.weak.at",
-        "fault.weak.by",
+        "fault.weak.value",
         "scenario.event.1.at",
         "scenario.event.1.to",
         "scenario.initial.a.w",
