@@ -565,7 +565,7 @@ fn sample(data: &mut ControllerData, time: f64) -> bool {
         let n = data.matrices[error].values.len();
         let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].values[i][j]);
         let Some(sampled) = discretise(&a, &Matrix::identity(n), time) else { return false };
-        data.matrices.push(DataMatrix::new("held", sampled.b.to_rows()));
+        data.matrices.push(DataMatrix::new("zero_order_hold", sampled.b.to_rows()));
         data.sample_time = Some(time);
         return true;
     }
