@@ -408,8 +408,8 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
         return;
     }
     let message = format!("{what}: the car `{}` does not brake", shortened(&car.name));
-    let [brakes, slows] =
-        [("braking_signal", "braking"), ("speed_reduction_signal", "slowed")].map(|(key, usual)| text(node.table, key).unwrap_or(usual));
+    let [brakes, slows] = [("braking_signal", "braking"), ("speed_reduction_signal", "slowed")]
+        .map(|(key, usual)| text(node.table, key).unwrap_or(usual));
     let help =
         format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
     out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
@@ -529,8 +529,10 @@ pub(super) fn leave_made_out(
         }
         let steering = text(node.table, "steering_signal").into_iter().chain(["steer", "lane"]);
         let brakes = text(node.table, "kind") == Some("split_braking");
-        let of_car =
-            ["braking_signal", "speed_reduction_signal"].into_iter().filter_map(|key| text(node.table, key)).chain(["braking", "slowed"]);
+        let of_car = ["braking_signal", "speed_reduction_signal"]
+            .into_iter()
+            .filter_map(|key| text(node.table, key))
+            .chain(["braking", "slowed"]);
         let names = steering.chain(of_car.filter(|_| brakes)).map(str::to_string);
         let names: Vec<String> = names.chain([node.name.to_string()]).collect();
         document.signals.retain(|signal| !here(&signal.place) && !names.contains(&signal.name));

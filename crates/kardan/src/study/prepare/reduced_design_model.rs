@@ -19,14 +19,16 @@ pub(in crate::study) fn excluded(
     let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "excluded_elements"));
     let mut found = BTreeSet::new();
     if control.law.keyword == Program::KEYWORD && control.values.has("excluded_elements") {
-        let message = format!("control `{}`: a program is not designed, so `excluded_elements` has no effect", control.name);
+        let message =
+            format!("control `{}`: a program is not designed, so `excluded_elements` has no effect", control.name);
         out.push(Diagnostic::error("control::excluded-elements", message).at(place, "not read").help("take it out"));
         return None;
     }
     for name in control.values.names("excluded_elements").unwrap_or_default() {
         let Some(element) = document.elements.get(name) else {
             let element_names = document.elements.iter().map(|element| element.name.as_str());
-            let message = format!("`excluded_elements` of control `{}`: there is no element `{}`", control.name, shortened(name));
+            let message =
+                format!("`excluded_elements` of control `{}`: there is no element `{}`", control.name, shortened(name));
             let help = match nearest(name, element_names) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "name elements of the model: a vehicle, a torque, a spring_damper".into(),

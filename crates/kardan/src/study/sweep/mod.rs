@@ -2,6 +2,7 @@
 
 mod again;
 mod batch;
+mod correlated;
 mod goal;
 mod indices;
 mod laws;
@@ -17,7 +18,6 @@ mod spec;
 mod statistics;
 mod stopping_rule;
 mod summary;
-mod correlated;
 mod tree;
 mod varied;
 mod worst;
@@ -27,6 +27,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 
 use batch::Batch;
+use correlated::factors;
 pub use goal::SweepGoal;
 use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
@@ -40,7 +41,6 @@ pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use stopping_rule::StoppingRule;
 use summary::summarise;
-use correlated::factors;
 use varied::{SWEEP, Varied};
 
 use crate::diagnostics::{Diagnostic, quoted};

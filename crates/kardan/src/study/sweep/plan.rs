@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::correlated::{CorrelatedGroup, values_at};
 use super::goal::{SweepGoal, Target};
 use super::points::{Axis, SamplingMethod};
-use super::correlated::{CorrelatedGroup, values_at};
 use super::varied::Varied;
 use crate::results::SweepHead;
 use crate::study::Settings;

@@ -1,7 +1,7 @@
 //! The request of `[sweep]` of a model file, with its errors.
 
-use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::correlated::{CorrelatedGroup, correlated};
+use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::two_sided_normal;

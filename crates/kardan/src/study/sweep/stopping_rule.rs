@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
+use super::correlated::{values_at, values_of_scores};
 use super::goal::{InterimAnalyses, SweepGoal, Target};
 use super::plan::SweepPlan;
 use super::rare::Rare;
-use super::correlated::{values_at, values_of_scores};
 use super::worst::Worst;
 use crate::results::SweepRow;
 

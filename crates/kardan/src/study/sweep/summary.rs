@@ -1,12 +1,12 @@
 //! The summary of the rows of a sweep, with notes.
 
+use super::correlated::factors;
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
 use super::points::{SamplingMethod, moved};
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
-use super::correlated::factors;
 use crate::equations::Sensor;
 use crate::results::{
     Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
