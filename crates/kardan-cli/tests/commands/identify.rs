@@ -145,14 +145,14 @@ fn a_missing_term_is_suggested() {
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
     let object = printed(&got.stdout);
     let suggestions = &object["suggestions"];
-    assert_eq!(suggestions["selected_terms"], serde_json::json!(["axle.friction_sense"]), "{suggestions}");
+    assert_eq!(suggestions["selected_terms"], serde_json::json!(["axle.friction_asymmetry"]), "{suggestions}");
     let page = fs::read_to_string(at.join("fit.html")).unwrap();
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
     let said = words(&kardan(&at, &line).stdout);
     for part in [
-        "With axle.friction_sense, the fit on left-out segments",
+        "With axle.friction_asymmetry, the fit on left-out segments",
         "take it",
-        "kind = \"sense\"",
+        "kind = \"friction_asymmetry\"",
         "the logs do not distinguish the two",
     ] {
         assert!(said.contains(part), "{part}: {said}");

@@ -84,7 +84,7 @@ fn what_is_controlled_comes_first_where_the_file_asks_for_nothing() {
 #[test]
 fn units_windows_and_senses_are_those_asked_for() {
     let at = folder("asked");
-    let plot = "[[plot]]\nname = \"part\"\ntitle = \"Part\"\nsignals = [\"arm.phi\"]\nreferences = [\"-wish\"]\ndisplay = \"deg\"\n\
+    let plot = "[[plot]]\nname = \"part\"\ntitle = \"Part\"\nsignals = [\"arm.phi\"]\nreferences = [\"-wish\"]\ndisplay_unit = \"deg\"\n\
                 from = \"0.5 s\"\nuntil = \"0.75 s\"\n";
     let done = run(&at, plot);
     let said = words(&done.stdout);
@@ -105,9 +105,9 @@ fn units_windows_and_senses_are_those_asked_for() {
 fn plots_that_make_no_sense_are_explained() {
     let at = folder("wrong");
     let cases = [
-        ("signals = [\"arm.phi\"]\ndisplay = \"furlong\"", "`furlong` is no unit"),
-        ("signals = [\"arm.phi\"]\ndisplay = \"rpm\"", "no such signal is drawn"),
-        ("signals = [\"arm.phi\"]\ndisplay = \"\"", "found an empty text"),
+        ("signals = [\"arm.phi\"]\ndisplay_unit = \"furlong\"", "`furlong` is no unit"),
+        ("signals = [\"arm.phi\"]\ndisplay_unit = \"rpm\"", "no such signal is drawn"),
+        ("signals = [\"arm.phi\"]\ndisplay_unit = \"\"", "found an empty text"),
         ("signals = [\"arm.phi\"]\nfrom = \"0.7 s\"\nuntil = \"0.6 s\"", "no time is left to draw"),
         ("signals = [\"arm.phi\"]\nfrom = \"2 s\"", "no time is left to draw"),
         ("signals = [\"arm.phi\"]\nreferences = [\"-wich\"]", "did you mean `wish`?"),

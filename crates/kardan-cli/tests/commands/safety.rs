@@ -38,7 +38,7 @@ at = \"0.5 s\"
 [fault.weak]
 motor = \"m\"
 kind = \"reduced\"
-by = 0.9
+value = 0.9
 at = \"0.5 s\"
 [safety]
 values = { push = [\"2 N m\", \"4 N m\"] }
@@ -57,8 +57,8 @@ fn times_shorter_than_a_row_are_refused() {
         ("below = \"5 deg\"", "below = \"5 deg\"\nwindow = \"49 us\"", "write at least 5.000e-5 s"),
         (
             "[safety]",
-            "[safety]\ndetected = \"a.w < 0 rad/s\"\nwithin = \"1 us\"",
-            "`within` of `[safety]` of 0.000001 s",
+            "[safety]\ndetected = \"a.w < 0 rad/s\"\ndetection_time_limit = \"1 us\"",
+            "`detection_time_limit` of `[safety]` of 0.000001 s",
         ),
     ] {
         fs::write(at.join("m.toml"), MODEL.replace(from, to)).unwrap();

@@ -106,7 +106,9 @@ fn rows(table: &Safety) -> Body {
         cells
     };
     let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
-        let within = table.within.map_or_else(String::new, |within| format!(", within {} ms", number(1e3 * within)));
+        let within = table
+            .detection_time_limit
+            .map_or_else(String::new, |within| format!(", within {} ms", number(1e3 * within)));
         format!("Detected: `{condition}` first becomes true where it is false without the fault{within}.")
     });
     Body::default().table_of(usize::MAX, &columns, table.rows.iter().map(one)).hint(detected)

@@ -31,7 +31,7 @@ keys! {
             gain: Formula(TURN), "Angle of the wheel for each metre of predicted lateral deviation from the path (\"20 deg/m\"); they need it too.";
             preview: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
                 "Preview time; of `two_level` the time ahead at which car and path are compared, both extended straight.";
-            bend_gain: Formula(ANGLE_PER_CURVATURE),
+            curvature_gain: Formula(ANGLE_PER_CURVATURE),
                 "Angle of the wheel for the curvature of the path, the ratio of the steering times l + K u^2 (\"60 rad m\"); `two_level` needs \
                  it.";
             anticipation: Quantity(Dimension::TIME, Sign::NonNegative) = "0.2 s", "Lead time of that curvature steering, of `two_level`.";
@@ -43,7 +43,7 @@ keys! {
             arm_inertia: Quantity(Dimension::INERTIA, Sign::Positive) = "0.08 kg m^2", "Inertia of the arms about the axis of the wheel.";
             grip_stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive) = "1000 N m/rad", "Stiffness between hands and wheel.";
             grip_damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "2 N m s/rad", "Damping between hands and wheel.";
-            hold: Formula(Dimension::NONE),
+            grip: Formula(Dimension::NONE),
                 "Grip of the hands, 0 to 1: a parameter, a signal, or an expression of the time; 0 is hands off. Left out: 1.";
         }
     }
@@ -82,7 +82,7 @@ fn check(values: &Values) -> Vec<KeyError> {
     let needed: &[(&'static str, &str)] = match kind {
         "open_loop" => &[("angle", "angle = \"20 deg * sin(2 pi t / 5 s)\"")],
         "preview" => &[PATH, CAR, GAIN],
-        "two_level" => &[PATH, CAR, GAIN, ("bend_gain", "bend_gain = \"60 rad m\"")],
+        "two_level" => &[PATH, CAR, GAIN, ("curvature_gain", "curvature_gain = \"60 rad m\"")],
         _ => &[],
     };
     for (key, example) in needed.iter().filter(|(key, _)| !values.has(key)) {
@@ -90,20 +90,20 @@ fn check(values: &Values) -> Vec<KeyError> {
         out.push(KeyError::new("kind", message, format!("add `{example}`")));
     }
     let idle: &[&'static str] = match kind {
-        "open_loop" => &["path", "car", "gain", "bend_gain"],
-        "hands_off" => &["angle", "path", "car", "gain", "bend_gain"],
-        "preview" => &["bend_gain"],
+        "open_loop" => &["path", "car", "gain", "curvature_gain"],
+        "hands_off" => &["angle", "path", "car", "gain", "curvature_gain"],
+        "preview" => &["curvature_gain"],
         _ => &[],
     };
     for key in idle.iter().filter(|key| values.has(key)) {
         let message = format!("`{key}` has no effect for the kind `{kind}`");
         out.push(KeyError::new(key, message, "remove it, or choose another kind"));
     }
-    if let Some((what, hold)) = values.formula("hold").and_then(|formula| least(formula))
-        && !(0.0..=1.0).contains(&hold)
+    if let Some((what, grip)) = values.formula("grip").and_then(|formula| least(formula))
+        && !(0.0..=1.0).contains(&grip)
     {
-        let message = format!("{what} is {hold}: the grip is between 0 (hands off) and 1 (firm)");
-        out.push(KeyError::new("hold", message, "write a number from 0 to 1, or a signal within that range"));
+        let message = format!("{what} is {grip}: the grip is between 0 (hands off) and 1 (firm)");
+        out.push(KeyError::new("grip", message, "write a number from 0 to 1, or a signal within that range"));
     }
     out
 }
@@ -218,10 +218,10 @@ impl DriverBuilder<'_> {
         if !two_level {
             return Some(preview);
         }
-        let bend_gain = self.formula("bend_gain")?;
+        let curvature_gain = self.formula("curvature_gain")?;
         let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
         block(out, "bend", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
-        Some(format!("({bend_gain}) * {} + {preview}", quoted(self.part("bend"))))
+        Some(format!("({curvature_gain}) * {} + {preview}", quoted(self.part("bend"))))
     }
 
     /// An observed quantity after the reaction time.
@@ -249,8 +249,8 @@ impl DriverBuilder<'_> {
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
         let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));
         let [stiffness, damping] = ["grip_stiffness", "grip_damping"].map(|key| self.own(key));
-        let grip = format!("{stiffness} * ({phi} - {angle}) + {damping} * ({w} - {speed})");
-        let law = self.formula("hold").map_or(grip.clone(), |hold| format!("({hold}) * ({grip})"));
+        let force = format!("{stiffness} * ({phi} - {angle}) + {damping} * ({w} - {speed})");
+        let law = self.formula("grip").map_or(force.clone(), |grip| format!("({grip}) * ({force})"));
         let hands = [("shaft", wheel.to_string()), ("reaction", arm), ("law", law)];
         self.add(out, "torque", "hands", &hands);
     }

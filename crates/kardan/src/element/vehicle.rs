@@ -22,7 +22,7 @@ keys! {
             front_stiffness: Quantity(CORNERING, Sign::Positive),
                 "Cornering stiffness of the front axle, both tyres: side force for each angle of slip at none (\"80 kN/rad\").";
             rear_stiffness: Quantity(CORNERING, Sign::Positive), "The same of the rear axle.";
-            steers: Body, "The rack, a mass, or the shaft that turns the front wheels; the road forces on the wheels act back on it.";
+            steered_by: Body, "The rack, a mass, or the shaft that turns the front wheels; the road forces on the wheels act back on it.";
             speed: Formula(Dimension::VELOCITY),
                 "Forward speed, zero or more: a number, or an expression of the time, signals, and velocities of the model.";
         }
@@ -111,7 +111,7 @@ pub const VEHICLE: Element = Element {
       y <--.     |      .-----------------(//)
            |  yaw >0    |   front_axle     |
            '-----(+)----'                  |  steering_arm, steering_ratio, curve
-                  |   rear_axle          [steers]
+                  |   rear_axle          [steered_by]
                  (||)  rear wheels",
     signs: "ISO 8855: x forward, y to the left, yaw and wheels positive to the left, forces on the car positive to the left. Its parts are elements \
             that others may name: the mass `<name>_lateral` (`.v`: lateral velocity), the shafts `<name>_yaw` (`.phi`: heading, `.w`: yaw rate) and \
@@ -133,7 +133,7 @@ front_axle = \"1.2 m\"
 rear_axle = \"1.5 m\"
 front_stiffness = \"90 kN/rad\"
 rear_stiffness = \"110 kN/rad\"
-steers = \"column\"
+steered_by = \"column\"
 steering_ratio = 16
 speed = \"30 m/s\"
 relaxation_length = \"0.5 m\"
@@ -146,7 +146,8 @@ pneumatic_trail = \"35 mm\"
 
 fn check(values: &Values) -> Vec<KeyError> {
     let mut out =
-        [check_moves(values, &["steers"]), check_steering(values), check_tyres(values), check_wheels(values)].concat();
+        [check_moves(values, &["steered_by"]), check_steering(values), check_tyres(values), check_wheels(values)]
+            .concat();
     match values.formula("speed").and_then(|formula| least(formula)) {
         Some((what, least)) if least < 0.0 => {
             let message = format!("{what} is {least} m/s: this car does not drive backwards");
@@ -170,12 +171,12 @@ fn check_steering(values: &Values) -> Vec<KeyError> {
             vec![KeyError::new(second, format!("both `{first}` and `{second}` are given"), "keep one of them")]
         }
         [] if mass => vec![KeyError::new(
-            "steers",
+            "steered_by",
             "no key defines the travel of the rack for an angle of the wheels",
             "add `steering_arm = \"140 mm\"`, or points of a `curve`",
         )],
         [] => vec![KeyError::new(
-            "steers",
+            "steered_by",
             "no key defines the angle of the shaft for an angle of the wheels",
             "add `steering_ratio = 16`",
         )],
@@ -247,12 +248,12 @@ impl Car<'_> {
             Some(RawValue::Text(text)) => text.clone(),
             _ => String::new(),
         };
-        let (steers, wheel) = (text("steers"), self.part("wheel"));
+        let (steered_by, wheel) = (text("steered_by"), self.part("wheel"));
         if !by_mass {
-            let keys = [("shaft_1", steers), ("shaft_2", wheel), ("ratio", self.own("steering_ratio"))];
+            let keys = [("shaft_1", steered_by), ("shaft_2", wheel), ("ratio", self.own("steering_ratio"))];
             return self.add(out, "gear", "steering", &keys);
         }
-        let mut keys = vec![("pinion", wheel), ("rack", steers)];
+        let mut keys = vec![("pinion", wheel), ("rack", steered_by)];
         if !self.has("curve") {
             keys.push(("radius", self.own("steering_arm")));
         }

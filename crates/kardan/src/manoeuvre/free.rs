@@ -5,11 +5,11 @@ pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
     keyword: "free",
     summary: "A custom manoeuvre: the wheel angle as an expression, with a duration; figures and requirements are separate tables.",
     measures: "None.",
-    keys: &[("duration", Need::Required), ("course", Need::Optional)],
+    keys: &[("duration", Need::Required), ("steering_angle", Need::Optional)],
     write,
 };
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     made.duration = spec.value("duration");
-    made.angle = spec.value("course");
+    made.angle = spec.value("steering_angle");
 }

@@ -11,7 +11,7 @@ keys! {
             kind: Choice(KINDS), "The kind of manoeuvre; its list shows its other keys and their defaults.";
         }
         optional {
-            steers: Name,
+            steering_signal: Name,
                 "The signal that it generates for a driver: the angle of the wheel, left out: `steer`; of a double lane change the path, left out: \
                  `lane`. Manoeuvres may share one: each variant uses that of its own manoeuvre.";
             car: Element(&["vehicle"]), "The car; left out: the one of the model.";
@@ -19,7 +19,7 @@ keys! {
             torque: Signal, "The steering torque that is measured, a signal or an expression; left out: that of the driver's hands.";
             set: Overrides, "Parameter values of the variants that drive it, such as the speed: { pace = \"80 km/h\" }.";
             duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run.";
-            measures: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are used.";
+            evaluate: Choice(&["yes", "no"]) = "yes", "Whether its figures and criteria are used.";
             amplitude: Quantity(Dimension::ANGLE, Sign::NonZero), "Angle of the steering wheel, to the left where positive.";
             start: AnyQuantity, "When it begins (of a double lane change: x where the first lane begins).";
             frequency: Quantity(Dimension::FREQUENCY, Sign::Positive), "Frequency.";
@@ -32,12 +32,12 @@ keys! {
             side: Choice(&["left", "right"]), "The side of that lane.";
             speed: Quantity(Dimension::VELOCITY, Sign::Positive), "Initial speed of the braking, which must be that of the car.";
             deceleration: Quantity(Dimension::ACCELERATION, Sign::Positive), "Deceleration.";
-            brakes: Name, "The signal of the braking force that it generates, for `braking` of the car; left out: `braking`.";
-            slows: Name, "The signal of the speed reduction, for `speed` of the car; left out: `slowed`.";
-            corrects: Choice(&["yes", "no"]),
-                "Whether a driver with a path steers the car straight ahead, along the signal of `steers` (left out: `lane`); else the wheel stays \
+            braking_signal: Name, "The signal of the braking force that it generates, for `braking` of the car; left out: `braking`.";
+            speed_reduction_signal: Name, "The signal of the speed reduction, for `speed` of the car; left out: `slowed`.";
+            closed_loop: Choice(&["yes", "no"]),
+                "Whether a driver with a path steers the car straight ahead, along the signal of `steering_signal` (left out: `lane`); else the wheel stays \
                  straight.";
-            course: Text, "The angle of the wheel as an expression of the time and signals.";
+            steering_angle: Text, "The angle of the wheel as an expression of the time and signals.";
         }
     }
 }
@@ -83,7 +83,7 @@ pub enum Need {
 }
 
 /// Keys of all kinds.
-pub const COMMON: [&str; 7] = ["kind", "steers", "car", "wheel", "torque", "set", "measures"];
+pub const COMMON: [&str; 7] = ["kind", "steering_signal", "car", "wheel", "torque", "set", "evaluate"];
 
 /// The input of a manoeuvre.
 pub struct ManoeuvreSpec<'a> {

@@ -158,8 +158,8 @@ pub(super) fn lane_change(spec: &ManoeuvreSpec<'_>, made: &mut Made, kind: &str)
     }
     if let Some(wheel) = &spec.wheel {
         let [phi, w] = ["phi", "w"].map(|word| quoted(&format!("{wheel}.{word}")));
-        made.figure(spec, "angle", &[("signal", &phi), ("measure", "max_abs"), ("display", "deg")]);
-        made.figure(spec, "rate", &[("signal", &w), ("measure", "max_abs"), ("display", "deg/s")]);
+        made.figure(spec, "angle", &[("signal", &phi), ("measure", "max_abs"), ("display_unit", "deg")]);
+        made.figure(spec, "rate", &[("signal", &w), ("measure", "max_abs"), ("display_unit", "deg/s")]);
     }
     if let Some(torque) = &spec.torque {
         made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);

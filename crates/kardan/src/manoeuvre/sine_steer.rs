@@ -28,7 +28,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
             made.figure(spec, &peak, &[("signal", &normalised), ("measure", measure), ("from", &start)]);
             let own = super::quoted(&spec.own(&peak));
             let lag = format!("{own} - {part} / {frequency}");
-            made.figure(spec, &format!("{name}_lag_{number}"), &[("value", &lag), ("display", "ms")]);
+            made.figure(spec, &format!("{name}_lag_{number}"), &[("value", &lag), ("display_unit", "ms")]);
         }
     }
     for name in ["yaw_rate", "a_y"] {

@@ -12,9 +12,9 @@ pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
         ("speed", Need::Required),
         ("deceleration", Need::Required),
         ("start", Need::Default("1 s")),
-        ("corrects", Need::Optional),
-        ("brakes", Need::Optional),
-        ("slows", Need::Optional),
+        ("closed_loop", Need::Optional),
+        ("braking_signal", Need::Optional),
+        ("speed_reduction_signal", Need::Optional),
         ("duration", Need::Optional),
     ],
     write,
@@ -27,12 +27,12 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     // One pulse: the next one is long after the end.
     let period = format!("1000 * {over}");
     let pulse = [("kind", "pulses"), ("high", force.as_str()), ("width", &over), ("period", &period)];
-    made.share(spec, ("brakes", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());
+    made.share(spec, ("braking_signal", "braking"), &[&pulse[..], &[("start", start.as_str())]].concat());
     let ramp = [("kind", "ramp"), ("to", speed.as_str()), ("start", &start), ("over", &over)];
-    made.share(spec, ("slows", "slowed"), &ramp);
-    let corrects = spec.word("corrects") == Some("yes");
-    let straight = if corrects { &mut made.path } else { &mut made.angle };
-    *straight = Some(if corrects { "0 m" } else { "0 deg" }.into());
+    made.share(spec, ("speed_reduction_signal", "slowed"), &ramp);
+    let closed_loop = spec.word("closed_loop") == Some("yes");
+    let straight = if closed_loop { &mut made.path } else { &mut made.angle };
+    *straight = Some(if closed_loop { "0 m" } else { "0 deg" }.into());
     made.duration = spec.value("duration").or(Some(format!("{start} + {over}")));
     for (name, word, display) in [
         ("yaw_rate", "yaw_rate", "deg/s"),
@@ -41,11 +41,11 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
         ("lack", "braking_lack", "N"),
     ] {
         let signal = spec.of_car(word);
-        made.figure(spec, name, &[("signal", &signal), ("measure", "max_abs"), ("display", display)]);
+        made.figure(spec, name, &[("signal", &signal), ("measure", "max_abs"), ("display_unit", display)]);
     }
     if let Some(wheel) = &spec.wheel {
         let angle = super::quoted(&format!("{wheel}.phi"));
-        made.figure(spec, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display", "deg")]);
+        made.figure(spec, "correction", &[("signal", &angle), ("measure", "max_abs"), ("display_unit", "deg")]);
     }
     if let Some(torque) = &spec.torque {
         made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);

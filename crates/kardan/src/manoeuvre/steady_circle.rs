@@ -27,7 +27,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let window = [("from", from.as_str()), ("until", until.as_str())];
     let beyond = format!("{wheels} - ({front} + {rear}) * {r} / {u}");
     let slope = |signal: &str, made: &mut Made, name: &str, display: &str| {
-        let keys = [("signal", signal), ("measure", "slope"), ("over", &a_y), ("display", display)];
+        let keys = [("signal", signal), ("measure", "slope"), ("over", &a_y), ("display_unit", display)];
         made.figure(spec, name, &[&keys[..], &window[..]].concat());
     };
     slope(&beyond, made, "understeer", "deg s^2/m");

@@ -26,15 +26,19 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     // To the left for both signs of the angle.
     let rise = format!("{r} / {amplitude}");
     let rising = [("signal", rise.as_str()), ("from", half.as_str())];
-    made.figure(spec, "peak_time", &[&[("measure", "time_of_max"), ("display", "ms")][..], &rising].concat());
-    made.figure(spec, "overshoot", &[("signal", &r), ("measure", "overshoot"), ("display", "%")]);
+    made.figure(spec, "peak_time", &[&[("measure", "time_of_max"), ("display_unit", "ms")][..], &rising].concat());
+    made.figure(spec, "overshoot", &[("signal", &r), ("measure", "overshoot"), ("display_unit", "%")]);
     made.figure(spec, "yaw_gain", &[("signal", &rise), ("measure", "final")]);
     let rises = [("signal", rise.as_str()), ("measure", "rise_time"), ("band", "0.1"), ("from", start.as_str())];
-    made.figure(spec, "rise", &[&rises[..], &[("display", "ms")]].concat());
+    made.figure(spec, "rise", &[&rises[..], &[("display_unit", "ms")]].concat());
     let rise = super::quoted(&spec.own("rise"));
-    made.figure(spec, "response_time", &[("value", &format!("{rise} - {over} / 2")), ("display", "ms")]);
-    made.figure(spec, "sideslip", &[("signal", &format!("atan2({v}, {u})")), ("measure", "final"), ("display", "deg")]);
+    made.figure(spec, "response_time", &[("value", &format!("{rise} - {over} / 2")), ("display_unit", "ms")]);
+    made.figure(
+        spec,
+        "sideslip",
+        &[("signal", &format!("atan2({v}, {u})")), ("measure", "final"), ("display_unit", "deg")],
+    );
     let [peak, slip] = ["peak_time", "sideslip"].map(|name| super::quoted(&spec.own(name)));
-    made.figure(spec, "tb", &[("value", &format!("{peak} * abs({slip})")), ("display", "deg s")]);
+    made.figure(spec, "tb", &[("value", &format!("{peak} * abs({slip})")), ("display_unit", "deg s")]);
     made.figure(spec, "a_y", &[("signal", &a_y), ("measure", "final")]);
 }

@@ -33,16 +33,16 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
         made.figure(spec, name, &[&keys[..], more].concat());
     };
     if let Some(torque) = &spec.torque {
-        over("torque_gradient", torque, "gradient", &a_y, &[("display", "N m s^2/m")]);
+        over("torque_gradient", torque, "gradient", &a_y, &[("display_unit", "N m s^2/m")]);
         over("torque_hysteresis", torque, "hysteresis", &a_y, &[]);
         over("a_y_hysteresis", &a_y, "hysteresis", torque, &[]);
     }
     if let Some(angle) = &angle {
-        over("angle_hysteresis", angle, "hysteresis", &a_y, &[("display", "deg")]);
+        over("angle_hysteresis", angle, "hysteresis", &a_y, &[("display_unit", "deg")]);
         let at = ("frequency", frequency.as_str());
         for (name, signal) in [("yaw", &r), ("a_y", &a_y)] {
             over(&format!("{name}_gain"), signal, "gain", angle, &[at]);
-            over(&format!("{name}_lag"), signal, "lag", angle, &[at, ("display", "ms")]);
+            over(&format!("{name}_lag"), signal, "lag", angle, &[at, ("display_unit", "ms")]);
         }
     }
     made.figure(spec, "a_y", &[("signal", &a_y), ("measure", "max_abs"), ("from", &from)]);

@@ -432,11 +432,11 @@ impl Document {
     /// Names of the files that the model needs.
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
         let tables = self.signals.iter().map(|signal| &signal.table).chain(self.tables.iter().map(|(_, table)| table));
-        let together = match self.sweep.values.get("together").map(|found| &found.value) {
+        let correlated = match self.sweep.values.get("correlated").map(|found| &found.value) {
             Some(Value::Tables(tables)) => &tables[..],
             _ => &[],
         };
-        tables.chain(together).filter_map(|table| match &table.values.get("file")?.value {
+        tables.chain(correlated).filter_map(|table| match &table.values.get("file")?.value {
             Value::Word(name) => Some(name.as_str()),
             _ => None,
         })

@@ -39,7 +39,7 @@ until = \"0.6 s\"
 [[scenario.fault]]
 motor = \"wg_motor\"
 kind = \"reduced\"
-by = 0.5
+value = 0.5
 at = \"1 s\"
 ";
 
@@ -57,7 +57,7 @@ pairs = \"yes\"
 values = { step = [\"0.2 rad\", \"0.4 rad\"] }
 detected = \"mode > 0\"
 reaction = \"mode\"
-within = \"20 ms\"
+detection_time_limit = \"20 ms\"
 
 [[safety.effect]]
 name = \"rack angle\"
@@ -88,7 +88,7 @@ const FIGURE: &str = "\
 name = \"peak\"
 signal = \"rk.phi\"
 measure = \"max\"
-display = \"deg\"
+display_unit = \"deg\"
 
 [[figure]]
 name = \"peak_time\"
@@ -110,7 +110,7 @@ pace = \"20 m/s\"
 
 [manoeuvre.turn]
 kind = \"free\"
-course = \"30 deg * sin(2 pi t / 5 s)\"
+steering_angle = \"30 deg * sin(2 pi t / 5 s)\"
 duration = \"pace * 10 s / (20 m/s)\"
 set = { pace = \"100 km/h\" }
 
@@ -132,7 +132,7 @@ name = \"rack-angle\"
 title = \"Angle of the rack\"
 signals = [\"rk.phi\"]
 references = [\"ref_rk\"]
-display = \"deg\"
+display_unit = \"deg\"
 ";
 
 const VARIANT: &str = "\

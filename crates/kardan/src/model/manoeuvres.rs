@@ -55,9 +55,9 @@ struct Driven<'a> {
 
 impl Driven<'_> {
     /// The signal that it makes.
-    fn steers(&self) -> String {
+    fn steering_signal(&self) -> String {
         let other = if self.made.path.is_some() { "lane" } else { "steer" };
-        text(self.keys, "steers").unwrap_or(other).to_string()
+        text(self.keys, "steering_signal").unwrap_or(other).to_string()
     }
 
     /// An expression that is one where it is driven, else zero.
@@ -99,7 +99,7 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
         };
         let mut made = Made::default();
         (kind.write)(&spec, &mut made);
-        if text(keys, "measures") == Some("no") || spec.car.is_none() {
+        if text(keys, "evaluate") == Some("no") || spec.car.is_none() {
             made.figures.clear();
             made.requirements.clear();
         }
@@ -237,11 +237,11 @@ fn shared(all: &[Driven<'_>], out: &mut Entries) {
 
 /// The signals that manoeuvres share, and the paths that drivers follow.
 fn steer(all: &[Driven<'_>], out: &mut Entries) {
-    let mut names: Vec<String> = all.iter().map(Driven::steers).collect();
+    let mut names: Vec<String> = all.iter().map(Driven::steering_signal).collect();
     names.sort();
     names.dedup();
     for name in names {
-        let own = || all.iter().filter(|one| one.steers() == name);
+        let own = || all.iter().filter(|one| one.steering_signal() == name);
         let switched = |expression: &str, one: &Driven<'_>| format!("{} * ({expression})", one.switch());
         let angles: Vec<String> = own().filter_map(|one| Some(switched(one.made.angle.as_deref()?, one))).collect();
         if let (false, Some(first)) = (angles.is_empty(), own().find(|one| one.made.angle.is_some())) {
@@ -408,8 +408,8 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
         return;
     }
     let message = format!("{what}: the car `{}` does not brake", shortened(&car.name));
-    let [brakes, slows] =
-        [("brakes", "braking"), ("slows", "slowed")].map(|(key, usual)| text(node.table, key).unwrap_or(usual));
+    let [brakes, slows] = [("braking_signal", "braking"), ("speed_reduction_signal", "slowed")]
+        .map(|(key, usual)| text(node.table, key).unwrap_or(usual));
     let help =
         format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
     out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
@@ -489,7 +489,7 @@ pub(super) fn unfollowed_manoeuvres(
                 Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help),
             );
         }
-        let name = one.steers();
+        let name = one.steering_signal();
         // A braking driver may release the wheel.
         if followed.contains(&name) || (!one.made.shared.is_empty() && one.made.path.is_none()) {
             continue;
@@ -503,7 +503,7 @@ pub(super) fn unfollowed_manoeuvres(
             ),
             [driver, ..] => {
                 format!(
-                    "write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steers` the signal that it follows"
+                    "write `{key} = \"{name}\"` in `[driver.{driver}]`, or name in `steering_signal` the signal that it follows"
                 )
             }
         };
@@ -527,11 +527,13 @@ pub(super) fn leave_made_out(
                 elsewhere || own.iter().any(|own| diagnostic.message.contains(own))
             });
         }
-        let steers = text(node.table, "steers").into_iter().chain(["steer", "lane"]);
+        let steering = text(node.table, "steering_signal").into_iter().chain(["steer", "lane"]);
         let brakes = text(node.table, "kind") == Some("split_braking");
-        let of_car =
-            ["brakes", "slows"].into_iter().filter_map(|key| text(node.table, key)).chain(["braking", "slowed"]);
-        let names = steers.chain(of_car.filter(|_| brakes)).map(str::to_string);
+        let of_car = ["braking_signal", "speed_reduction_signal"]
+            .into_iter()
+            .filter_map(|key| text(node.table, key))
+            .chain(["braking", "slowed"]);
+        let names = steering.chain(of_car.filter(|_| brakes)).map(str::to_string);
         let names: Vec<String> = names.chain([node.name.to_string()]).collect();
         document.signals.retain(|signal| !here(&signal.place) && !names.contains(&signal.name));
         document.tables.retain(|(_, table)| !here(&table.place));

@@ -86,7 +86,7 @@ keys! {
             interpolation: Choice(&["linear", "cubic"]) = "linear",
                 "Between two points along x: a straight line, or a cubic that is as monotone as the points are (Steffen, Astron. \
                  Astrophys. 239, 1990). Along y always a straight line.";
-            beyond: Choice(&["hold", "straight"]) = "hold",
+            extrapolation: Choice(&["hold", "linear"]) = "hold",
                 "Beyond the first and the last point: constant at the value there, or a straight line with the slope there.";
         }
     }
@@ -132,7 +132,7 @@ keys! {
                  constant), `stale` (no new readings arrive) or `jitter` (its commands take effect late); of an \
                  element `broken`, if left out (its spring and damper have no torque any more), or `jump` (its spring \
                  continues with another relaxed angle: teeth skip). `broken` and `jump` are permanent.";
-            by: AnyQuantity,
+            value: AnyQuantity,
                 "How much: the offset, the drift per second, or the standard deviation of the noise, in the unit of \
                  the reading; the part that remains of a torque (`reduced`) or of a limit (`undervoltage`); the \
                  braking torque per speed; the largest jitter, drawn evenly from zero to it for each sample; the \
@@ -246,7 +246,7 @@ keys! {
             measure: Choice(Measure::NAMES) as MEASURE;
             value: Signal,
                 "An expression of parameters and of earlier figures, in place of `signal` and `measure`: `peak_time * sideslip`.";
-            display: Text, "Unit in which it is reported, `deg/s`; left out: the SI unit.";
+            display_unit: Text, "Unit in which it is reported, `deg/s`; left out: the SI unit.";
             target: AnyQuantity as TARGET;
             band: AnyQuantity as BAND;
             over: Signal as OVER;
@@ -371,7 +371,7 @@ keys! {
                  abs(residual) > 1 deg`; a number is true above 0.5. Left out: nothing is detected, and only the \
                  effects are judged.";
             reaction: Text, "A block of the kind `state_machine`: kardan reports the states that it enters after the fault.";
-            within: Quantity(Dimension::TIME, Sign::Positive),
+            detection_time_limit: Quantity(Dimension::TIME, Sign::Positive),
                 "The longest time to detection, from the begin of the fault; later counts as not detected. Left out: any.";
             effect: Tables(SafetyEffect), "Unwanted effects and their bounds: `[[safety.effect]]`.";
         }
@@ -390,7 +390,7 @@ keys! {
                 "What is measured of it in the window: largest in size, largest, smallest, last, root of the mean of its squares.";
             window: Quantity(Dimension::TIME, Sign::Positive),
                 "How long after the begin of the fault, the time in which a driver does not yet act: \"100 ms\"; left out: to the end.";
-            against: Choice(&["no fault", "zero"]) = "no fault",
+            baseline: Choice(&["no fault", "zero"]) = "no fault",
                 "What counts as unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
@@ -422,14 +422,14 @@ keys! {
                  uniformly within it, or normally where the tolerance has a confidence.";
             lists: Lists,
                 "Parameters that take listed values, each equally often: { v = [\"10 m/s\", \"20 m/s\"] }.";
-            together: Tables(SweepTogether), "What varies together, with correlations: `[[sweep.together]]`.";
+            correlated: Tables(SweepCorrelated), "What varies together, with correlations: `[[sweep.correlated]]`.";
         }
     }
 }
 
 keys! {
-    /// `[[sweep.together]]`.
-    table SweepTogether {
+    /// `[[sweep.correlated]]`.
+    table SweepCorrelated {
         required {
         }
         optional {
@@ -480,13 +480,13 @@ keys! {
             labels: Names,
                 "Legend labels of the signals, then of the references: [\"steering wheel\", \"rack\"]; left out, and for those at the end without one: their names.";
             variants: Names, "Variants to draw; left out: all.";
-            display: Text,
+            display_unit: Text,
                 "Unit in which the signals of its kind are plotted and reported: `deg`, `rpm`, `mN m`; left out: the \
                  SI unit. Tables and JSON stay in SI.";
             from: Quantity(Dimension::TIME, Sign::NonNegative), "Start of the time that is drawn; left out: the whole run.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the time that is drawn; left out: the end of the run.";
             over: Signal, "Signal, or expression of signals, on the horizontal axis; left out: the time.";
-            shows: Choice(&["values", "spectrum"]) = "values",
+            kind: Choice(&["values", "spectrum"]) = "values",
                 "`spectrum`: amplitudes over the frequency k/T of the n rows within the time T that is drawn, 2/W times the size \
                  of the sum of w_j (x_j - mean) exp(-2 pi i j k/n), with the window of Hann w_j = (1 - cos(2 pi j/n))/2 and W \
                  the sum of the w_j: a sine with a whole number of periods in T shows its amplitude. The last row is that of \
@@ -684,7 +684,7 @@ keys! {
                 "Change of a speed in a steady segment, as a part of its largest.";
             shortest_segment: Quantity(Dimension::TIME, Sign::Positive),
                 "Shortest steady segment; left out: four windows.";
-            absent: Elements(&["motor", "disturbance"]),
+            inactive_inputs: Elements(&["motor", "disturbance"]),
                 "Inputs that were zero during the log; kardan eliminates the torques of others without a channel.";
             nonnegative: Signals,
                 "Parameters that may not be below zero; left out: none, as an equivalent damping may be.";
@@ -707,24 +707,24 @@ keys! {
     table Extra {
         required {
             kind: Choice(&[
-                "stribeck", "load", "sense", "sense_damping", "quadratic", "drift", "recordings", "cogging", "ripple",
-                "offset", "backlash", "teeth"
+                "stribeck", "load", "friction_asymmetry", "damping_asymmetry", "quadratic", "drift", "recordings", "cogging", "ripple",
+                "offset", "backlash", "gear_loss"
             ]),
                 "Friction: `stribeck`, more of it at low speed (the parameters `<element>.stribeck` and \
                  `<element>.stribeck_speed`); `load`, a loss in proportion to a torque, as in a strain-wave gear \
-                 (`<element>.load_loss`); `sense`, half its excess forwards over backwards \
-                 (`<element>.friction_sense`); `sense_damping`, the same of the damping (`<element>.damping_sense`); \
+                 (`<element>.load_loss`); `friction_asymmetry`, half its excess forwards over backwards \
+                 (`<element>.friction_asymmetry`); `damping_asymmetry`, the same of the damping (`<element>.damping_asymmetry`); \
                  `quadratic`, with the square of the speed (`<element>.quadratic_damping`); `drift`, its increase per \
                  second of a log (`<element>.friction_drift`); `recordings`, how it differs from log to log \
                  (`<element>.friction_recordings_<log>`); `ripple`, friction over the angle. Others: `cogging`, a \
                  torque over the angle (both with the parameters `..._<order>_cos` and `..._<order>_sin`); `offset` \
                  of a torque sensor (`<input>.offset`); `backlash` of a spring (`<spring>.backlash_torque`, half its \
-                 width times the stiffness, and `<spring>.backlash`, the width); `teeth`, load-dependent gear \
+                 width times the stiffness, and `<spring>.backlash`, the width); `gear_loss`, load-dependent gear \
                  friction (`<gear>.tooth_loss` and `<gear>.tooth_loss_back`, with the efficiencies that follow).";
         }
         optional {
             friction: Element(&["shaft", "mass", "spring_damper"]),
-                "The element in whose direction it acts; all kinds but `offset`, `backlash` and `teeth` need it.";
+                "The element in whose direction it acts; all kinds but `offset`, `backlash` and `gear_loss` need it.";
             shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
                 "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: AnyQuantity,
@@ -732,8 +732,8 @@ keys! {
             order: Number(Sign::Positive),
                 "Periods in a turn of the element, whose angle must be in the logs (`cogging`, `ripple`).";
             spring: Element(&["spring_damper"]), "The spring that has the backlash.";
-            teeth: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element with load-dependent gear friction.";
-            clear: AnyQuantity,
+            gear: Element(&["gear", "harmonic_drive", "rack_and_pinion", "screw"]), "The element with load-dependent gear friction.";
+            min_deflection: AnyQuantity,
                 "Twist (of masses: a length) that certainly exceeds the backlash: windows with less do not count.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear, or whose sensor has the offset (`load`, `offset`).";
         }

@@ -232,9 +232,9 @@ pub struct FileTerm {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FileLaw {
     /// A constant.
-    Sense,
+    FrictionAsymmetry,
     /// In proportion to the magnitude of the speed.
-    SenseDamping,
+    DampingAsymmetry,
     /// In proportion to the speed times its magnitude.
     Quadratic,
     /// A harmonic of the angle, by its periods in a revolution.
@@ -431,7 +431,7 @@ impl Suggestions {
 pub struct Suggestion {
     /// Round, from 1 on.
     pub round: usize,
-    /// The term: `rotor.friction_sense`.
+    /// The term: `rotor.friction_asymmetry`.
     pub term: String,
     /// How many parameters it has.
     pub parameters: usize,

@@ -15,7 +15,7 @@ pub struct Safety {
     /// The condition of detection; `null` if the file has none.
     pub detected: Option<String>,
     /// The longest time to detection, s.
-    pub within: Option<f64>,
+    pub detection_time_limit: Option<f64>,
     /// The measured unwanted effects.
     pub effects: Vec<SafetyEffect>,
     /// One for each run: those without a fault before those with one.

@@ -23,7 +23,7 @@ keys! {
             interpolation: Choice(&["linear", "cubic", "hold"]) = "linear",
                 "Between two points: a straight line, a cubic that is as monotone as the points are (Steffen, Astron. Astrophys. 239, \
                  1990), or the value of the earlier one.";
-            beyond: Choice(&["refuse", "hold", "repeat"]) = "refuse",
+            extrapolation: Choice(&["error", "hold", "repeat"]) = "error",
                 "For times before the first or after the last point: kardan rejects the run, the value of that point is held, or the table is \
                  repeated.";
             delay: Quantity(Dimension::TIME, Sign::Any) = "0 s", "Offset added to the times.";
@@ -34,14 +34,14 @@ keys! {
 pub(super) const TABLE: SignalKind = SignalKind {
     keyword: TableSignal::KEYWORD,
     summary: "Values over time: from a log, or listed in the model.",
-    formula: "Interpolated between the points by `interpolation`; outside them by `beyond`.",
+    formula: "Interpolated between the points by `interpolation`; outside them by `extrapolation`.",
     fields: TableSignal::FIELDS,
     example: "\
 [signal.road]
 kind = \"table\"
 points = { time = [\"0 s\", \"0.5 s\", \"2 s\"], value = [\"0 N m\", \"4 N m\", \"1 N m\"] }
 interpolation = \"cubic\"
-beyond = \"hold\"
+extrapolation = \"hold\"
 ",
     check,
     write,
@@ -88,15 +88,15 @@ fn write(values: &Values, writer: &mut SignalWriter<'_>) -> Result<Expr, Refused
         return Err(refused("signal::order", message, "sort the points by time, and keep one for each time"));
     }
     let (first, last) = (times[0], times[times.len() - 1]);
-    let beyond = values.word_or_default("beyond");
-    if beyond == "refuse" && (first > 0.0 || last < writer.horizon) {
+    let extrapolation = values.word_or_default("extrapolation");
+    if extrapolation == "error" && (first > 0.0 || last < writer.horizon) {
         let message = format!("the points are from {first} s to {last} s, the run is from 0 s to {} s", writer.horizon);
-        let help = "define the values outside them by `beyond = \"hold\"` or `beyond = \"repeat\"`";
+        let help = "define the values outside them by `extrapolation = \"hold\"` or `extrapolation = \"repeat\"`";
         return Err(refused("signal::extrapolation", message, help));
     }
     let mut pieces = between(&times, samples, values.word_or_default("interpolation"));
     let level = |value: f64| [value, 0.0, 0.0, 0.0];
-    if beyond == "repeat" && times.len() > 1 {
+    if extrapolation == "repeat" && times.len() > 1 {
         let period = last - first;
         let before = (first / period).ceil();
         let round = move |k: usize| {

@@ -13,10 +13,10 @@ use crate::results::{Design, Physical};
 use crate::units::Dimension;
 
 /// The signal that multiplies the commands of a controller, if there is one.
-pub fn fade(values: &Values) -> Option<Reference> {
+pub fn blending_signal(values: &Values) -> Option<Reference> {
     let description = "share of the controller's commands that is applied".to_string();
     Some(Reference {
-        name: values.word("fade")?.into(),
+        name: values.word("blending_signal")?.into(),
         physical: Physical::of_unit(&Dimension::NONE.si()),
         description,
     })
@@ -28,10 +28,10 @@ struct BlendedLaw {
     references: Vec<Reference>,
 }
 
-/// The law with its commands times what `fade` of its keys names; the law itself where that is left out.
+/// The law with its commands times what `blending_signal` of its keys names; the law itself where that is left out.
 pub fn blending(law: Arc<dyn Law>, values: &Values) -> Arc<dyn Law> {
-    let Some(fade) = fade(values) else { return law };
-    let references = law.references().iter().cloned().chain([fade]).collect();
+    let Some(blending_signal) = blending_signal(values) else { return law };
+    let references = law.references().iter().cloned().chain([blending_signal]).collect();
     Arc::new(BlendedLaw { law, references })
 }
 

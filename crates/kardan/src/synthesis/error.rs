@@ -149,8 +149,10 @@ pub enum SynthesisError {
         /// Why.
         error: Box<inversion::PlannerError>,
     },
-    /// A name in `largest` that has no weight.
-    #[error("`largest` names `{name}`, which is neither a motor of the law nor an angle or speed of a coordinate")]
+    /// A name in `max_acceptable` that has no weight.
+    #[error(
+        "`max_acceptable` names `{name}`, which is neither a motor of the law nor an angle or speed of a coordinate"
+    )]
     NoWeight {
         /// The name.
         name: String,
@@ -159,7 +161,7 @@ pub enum SynthesisError {
         /// The inputs.
         inputs: Vec<String>,
     },
-    /// A value in `largest` that is no size.
+    /// A value in `max_acceptable` that is no size.
     #[error("the largest acceptable value of `{name}` must be more than zero")]
     NotPositive {
         /// The name.
@@ -480,7 +482,7 @@ impl SynthesisError {
                 "this controller",
                 match error {
                     regulator::RiccatiError::NotStabilisable { .. } => "add a motor that reaches them",
-                    regulator::RiccatiError::NotDetectable { .. } => "give the motion a weight in `largest`",
+                    regulator::RiccatiError::NotDetectable { .. } => "give the motion a weight in `max_acceptable`",
                     _ => "choose other weights",
                 },
             ),

@@ -22,13 +22,13 @@ macro_rules! law_keys {
                         "Time from the reading of the sensors to the change of the torques: a fraction of a sample time, or several.";
                     precision: Choice(&["double", "single"]) = "double",
                         "The arithmetic in which the controller computes.";
-                    fade: Name,
+                    blending_signal: Name,
                         "Name of a signal or a block from 0 to 1 that its commands are multiplied by: 1 applies them \
                          fully, 0 not at all; its observer knows the commands that the motors get. Needs `sample_time`. Left out: 1.";
                     design: Overrides,
                         "Parameter values of the model that the law is designed on, where they differ: \
                          { beta = \"0 deg\" }. Coulomb friction is left out of every design.";
-                    without: Names,
+                    excluded_elements: Names,
                         "Elements that its design leaves out, with their parts: the car behind a rack, an unknown \
                          load. Their effect is a disturbance to the law; an observer may estimate it.";
                     at: Point,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Law, Plant, Reference, SynthesisError, fade};
+use super::{Law, Plant, Reference, SynthesisError, blending_signal};
 use crate::element::Values;
 use crate::entries::Entries;
 use crate::schema::Field;
@@ -33,7 +33,7 @@ pub struct LawKind {
 impl LawKind {
     /// All references that the keys of a controller introduce: those of the law, and its blending signal.
     pub fn all_references(&self, values: &Values) -> Vec<Reference> {
-        (self.references)(values).into_iter().chain(fade(values)).collect()
+        (self.references)(values).into_iter().chain(blending_signal(values)).collect()
     }
 }
 

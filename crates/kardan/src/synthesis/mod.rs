@@ -41,7 +41,7 @@ mod task_law;
 mod zeros;
 
 pub use crate::results::Stability;
-pub use blending::fade;
+pub use blending::blending_signal;
 pub use clock::Clock;
 use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_excluding};

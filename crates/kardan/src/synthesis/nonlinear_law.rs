@@ -212,7 +212,7 @@ impl Nonlinear {
                 .collect(),
             numbers: [
                 DataNumber::new("shafts", self.block.data.shafts.len() as f64),
-                DataNumber::new("held", self.block.data.cuts() as f64),
+                DataNumber::new("cuts", self.block.data.cuts() as f64),
             ]
             .into_iter()
             .chain(self.block.friction_width.map(|width| DataNumber::new("friction_width", width)))

@@ -22,7 +22,7 @@ pub const LONGEST_DELAY: f64 = 10.0;
 pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
     let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
     let Some(period) = values.number("sample_time") else {
-        return match ["delay", "precision", "fade"].into_iter().find(|key| values.has(key)) {
+        return match ["delay", "precision", "blending_signal"].into_iter().find(|key| values.has(key)) {
             Some(key) => Err(SynthesisError::NeedsSampleTime { key }),
             None => Ok(None),
         };

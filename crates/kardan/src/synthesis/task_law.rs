@@ -788,7 +788,7 @@ impl Law for TaskLaw {
         });
         let blocks: Vec<String> =
             task.order.iter().map(|step| format!("{} ({})", step.block, step.kind.replace('_', " "))).collect();
-        let memory = ("memory", task.memory.iter().map(|entry| vec![entry.start]).collect());
+        let initial_state = ("initial_state", task.memory.iter().map(|entry| vec![entry.start]).collect());
         let mut notes = Vec::new();
         if !blocks.is_empty() {
             notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
@@ -820,7 +820,7 @@ impl Law for TaskLaw {
                     .plan
                     .rows(self.plan.constants(), self.plan.numbers())
                     .into_iter()
-                    .chain([memory])
+                    .chain([initial_state])
                     .map(|(name, rows)| DataMatrix::new(name, rows))
                     .collect(),
                 numbers: Vec::new(),

@@ -51,7 +51,7 @@ fn pressed_stops_are_part_of_the_model() {
 fn laws_are_designed_with_pressed_stops() {
     let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.e]\nmass_1 = \"a\"\nlower = \"0 m\"\nstiffness = \"100 N/m\"\ndamping = \"1 N s/m\"\n\
                   [torque.w]\nmass = \"a\"\nlaw = \"-10 N\"\n[motor.m]\nmass = \"a\"\n[control.c]\nlaw = \"lqr\"\ninputs = [\"m\"]\n\
-                  at = { \"a.s\" = \"-0.05 m\" }\nlargest = { m = \"10 N\", \"a.s\" = \"0.01 m\" }\n";
+                  at = { \"a.s\" = \"-0.05 m\" }\nmax_acceptable = { m = \"10 N\", \"a.s\" = \"0.01 m\" }\n";
     let design = study::design(source, &Default::default(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     // Of s⁴ + (2·100 − 1) s² + 100² + 10⁶: the product and the sum of the two stable roots.
     let found = design.closed_loop_poles[0];

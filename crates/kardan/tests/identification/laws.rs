@@ -122,7 +122,7 @@ fn lossy(teeth: &str, more: &str) -> String {
 #[test]
 fn what_teeth_lose() {
     let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
-    let extra = "[[identification.extra]]\nkind = \"teeth\"\nteeth = \"g\"\n";
+    let extra = "[[identification.extra]]\nkind = \"gear_loss\"\ngear = \"g\"\n";
     // Cut where nothing is sought: on the side of the motor, or of the load.
     for (sought, truth) in [("b.damping", 0.5), ("a.inertia", 0.01)] {
         let found = found(&lossy("", extra), &log, &[sought, "g.tooth_loss"]);
@@ -147,7 +147,7 @@ fn what_teeth_lose() {
 #[test]
 fn a_loss_that_would_explain_itself_is_refused() {
     let log = log(&lossy("efficiency = 0.8\n", ""));
-    let extra = "[[identification.extra]]\nkind = \"teeth\"\nteeth = \"g\"\n";
+    let extra = "[[identification.extra]]\nkind = \"gear_loss\"\ngear = \"g\"\n";
     let parameters = ["b.damping", "b.inertia", "g.tooth_loss"].map(String::from).to_vec();
     let settings = IdentifySettings { parameters, ..IdentifySettings::default() };
     let reported = tried(&lossy("", extra), &log, settings).unwrap_err();

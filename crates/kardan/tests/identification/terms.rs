@@ -68,9 +68,9 @@ fn extra(keys: &str) -> String {
 
 #[test]
 fn friction_by_sense_speed_and_time() {
-    let source = extra("kind = \"sense\"; friction = \"s\"")
+    let source = extra("kind = \"friction_asymmetry\"; friction = \"s\"")
         + "[[identification.extra]]\nkind = \"quadratic\"\nfriction = \"s\"\n\
-           [[identification.extra]]\nkind = \"sense_damping\"\nfriction = \"s\"\n\
+           [[identification.extra]]\nkind = \"damping_asymmetry\"\nfriction = \"s\"\n\
            [[identification.extra]]\nkind = \"drift\"\nfriction = \"s\"\n";
     let torque = |at: &At| {
         let sign = at.speed.signum();
@@ -81,8 +81,8 @@ fn friction_by_sense_speed_and_time() {
         ("s.inertia", 0.01, "kg m^2"),
         ("s.damping", 0.02, "N m s/rad"),
         ("s.friction", 0.3, "N m"),
-        ("s.friction_sense", 0.05, "N m"),
-        ("s.damping_sense", 0.003, "N m s/rad"),
+        ("s.friction_asymmetry", 0.05, "N m"),
+        ("s.damping_asymmetry", 0.003, "N m s/rad"),
         ("s.quadratic_damping", 0.0004, "N m s^2/rad^2"),
         ("s.friction_drift", 0.002, "N m/s"),
     ] {
@@ -103,10 +103,10 @@ fn an_offset_of_a_torque_sensor() {
     near(&found, "m.offset", 0.04);
     near(&found, "s.friction", 0.3);
     // Both at once act alike here, and that is told.
-    let both = source + "[[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n";
+    let both = source + "[[identification.extra]]\nkind = \"friction_asymmetry\"\nfriction = \"s\"\n";
     let found = self::found(&both, &[log(2, |at| plain_torque(at) + 0.04)], false);
     let reported = found.unidentifiable.practically.join("; ");
-    assert!(reported.contains("m.offset") && reported.contains("s.friction_sense"), "{reported}");
+    assert!(reported.contains("m.offset") && reported.contains("s.friction_asymmetry"), "{reported}");
 }
 
 /// A torque over the angle and friction over the angle, in windows that hold more than one of their periods: the harmonics pass the filter
@@ -183,7 +183,7 @@ fn the_width_of_a_backlash() {
     let (stiffness, half) = (100.0, 0.002_f64);
     let source = format!(
         "{SPRING}[identification]\nparameters = [\"k.stiffness\", \"k.backlash_torque\"]\n\
-         [[identification.extra]]\nkind = \"backlash\"\nspring = \"k\"\nclear = \"3 mrad\"\n"
+         [[identification.extra]]\nkind = \"backlash\"\nspring = \"k\"\nmin_deflection = \"3 mrad\"\n"
     );
     let spring = |twist: f64, _| if twist.abs() > half { stiffness * (twist - half.copysign(twist)) } else { 0.0 };
     let found = found(&source, &[spring_log(spring)], false);
@@ -232,7 +232,7 @@ fn what_is_there_is_suggested() {
     };
     type Missing<'a> = (&'a str, &'a dyn Fn(&At, u64) -> f64, &'a [u64]);
     let cases: [Missing<'_>; 5] = [
-        ("s.friction_sense", &|_, _| 0.03, &[21]),
+        ("s.friction_asymmetry", &|_, _| 0.03, &[21]),
         ("s.quadratic_damping", &|at, _| 0.0005 * at.speed * at.speed.abs(), &[22]),
         ("s.cogging_6", &|at, _| sine(at, 6.0), &[23]),
         ("s.friction_ripple_1", &|at, _| sine(at, 1.0) * at.speed.signum(), &[24]),
@@ -283,9 +283,9 @@ fn the_ripple_of_the_bench() {
 #[test]
 fn terms_that_look_the_same_are_reported() {
     let (_, suggestions) = suggested(SHAFT, &[log(31, |at| plain_torque(at) + 0.05)]);
-    assert_eq!(suggestions.selected_terms, ["s.friction_sense"]);
+    assert_eq!(suggestions.selected_terms, ["s.friction_asymmetry"]);
     let other = suggestions.tested_terms.iter().find(|one| one.term == "m.offset").expect("it was tried");
-    assert!(!other.selected && other.verdict.contains("the same torques as s.friction_sense"), "{other:?}");
+    assert!(!other.selected && other.verdict.contains("the same torques as s.friction_asymmetry"), "{other:?}");
 }
 
 /// What is held out does not enter: whatever stands in a fold, the predictions of that fold stay the same to the last bit.
@@ -356,33 +356,33 @@ fn terms_that_cannot_be_are_refused() {
     };
     let whole = log(40, plain_torque);
     for (keys, words) in [
-        ("kind = \"sense\"", &["needs `friction`"][..]),
+        ("kind = \"friction_asymmetry\"", &["needs `friction`"][..]),
         ("kind = \"offset\"", &["needs `torque`", "whose torque was measured"]),
         ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "has no effect here"]),
-        ("kind = \"sense\"; friction = \"s\"; order = 3", &["has no `order`"]),
+        ("kind = \"friction_asymmetry\"; friction = \"s\"; order = 3", &["has no `order`"]),
         ("kind = \"load\"; friction = \"s\"", &["needs `torque`"]),
         ("kind = \"cogging\"; friction = \"s\"", &["needs `order`", "order = 6"]),
         ("kind = \"cogging\"; friction = \"s\"; order = -6", &["order"]),
         ("kind = \"cogging\"; friction = \"s\"; order = 0", &["order"]),
-        ("kind = \"backlash\"", &["needs `spring`", "needs `clear`"]),
-        ("kind = \"backlash\"; spring = \"s\"; clear = \"1 mrad\"", &["spring"]),
-        ("kind = \"backlash\"; spring = \"x\"; clear = \"1 s\"", &["x"]),
-        ("kind = \"sense\"; friction = \"q\"", &["q"]),
+        ("kind = \"backlash\"", &["needs `spring`", "needs `min_deflection`"]),
+        ("kind = \"backlash\"; spring = \"s\"; min_deflection = \"1 mrad\"", &["spring"]),
+        ("kind = \"backlash\"; spring = \"x\"; min_deflection = \"1 s\"", &["x"]),
+        ("kind = \"friction_asymmetry\"; friction = \"q\"", &["q"]),
         ("kind = \"sensor\"; friction = \"s\"", &["sensor"]),
     ] {
         let text = refused(&extra(keys), &whole);
         words.iter().for_each(|word| assert!(text.contains(word), "{keys}: {word}: {text}"));
     }
-    let twice =
-        extra("kind = \"sense\"; friction = \"s\"") + "[[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"\n";
-    assert!(refused(&twice, &whole).contains("two terms `s.friction_sense`"));
+    let twice = extra("kind = \"friction_asymmetry\"; friction = \"s\"")
+        + "[[identification.extra]]\nkind = \"friction_asymmetry\"\nfriction = \"s\"\n";
+    assert!(refused(&twice, &whole).contains("two terms `s.friction_asymmetry`"));
     // Without the angle nothing goes with it.
     let speeds = "time,s.w,m.tau\ns,rad/s,N m\n0,1,1\n0.001,1,1\n";
     let text = refused(&extra("kind = \"cogging\"; friction = \"s\"; order = 6"), speeds);
     assert!(text.contains("depends on the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
     // Whoever asks for a parameter of such a term without it is told which one.
-    let asked = format!("[identification]\nparameters = [\"s.friction_sense\"]\n{SHAFT}");
-    assert!(refused(&asked, &whole).contains("kind = \"sense\""));
+    let asked = format!("[identification]\nparameters = [\"s.friction_asymmetry\"]\n{SHAFT}");
+    assert!(refused(&asked, &whole).contains("kind = \"friction_asymmetry\""));
 }
 
 /// What a term found is, written as a law of a torque, is the same again: its coefficient where it is asked for, and the prediction; and a run
@@ -393,8 +393,8 @@ fn written_terms_are_read_again() {
     let torque =
         |at: &At| plain_torque(at) + 0.05 + 0.003 * at.speed.abs() + 0.0004 * at.speed * at.speed.abs() + sine(at);
     let logs = [log(41, torque)];
-    let terms = ["sense", "sense_damping", "quadratic", "cogging"];
-    let names = "\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_sense\", \"s.damping_sense\", \"s.quadratic_damping\", \"s.cogging_6\"";
+    let terms = ["friction_asymmetry", "damping_asymmetry", "quadratic", "cogging"];
+    let names = "\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_asymmetry\", \"s.damping_asymmetry\", \"s.quadratic_damping\", \"s.cogging_6\"";
     let entries: String = terms
         .iter()
         .map(|kind| {
@@ -414,8 +414,8 @@ fn written_terms_are_read_again() {
         assert!(text.contains("law = \"-s_quadratic_damping * s.w * abs(s.w)\""), "{text}");
         let after = found(&text, &logs, false);
         for (name, law) in [
-            ("s.friction_sense", "s_friction_sense"),
-            ("s.damping_sense", "s_damping_sense"),
+            ("s.friction_asymmetry", "s_friction_asymmetry"),
+            ("s.damping_asymmetry", "s_damping_asymmetry"),
             ("s.quadratic_damping", "s_quadratic_damping"),
             ("s.cogging_6_cos", "s_cogging_6_cos"),
             ("s.cogging_6_sin", "s_cogging_6_sin"),
@@ -451,14 +451,15 @@ fn written_terms_are_read_again() {
 fn the_rest_of_the_file_stays() {
     let torque = |at: &At| plain_torque(at) + 0.05 + 0.0004 * at.speed * at.speed.abs();
     let logs = [log(43, torque)];
-    let names = |last: &str| format!("\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_sense\", \"{last}\"");
+    let names =
+        |last: &str| format!("\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_asymmetry\", \"{last}\"");
     let rest = "# the run\n[scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m\" }\n";
     let table = |kind: &str, by: &str| {
         format!("{by}[[identification.extra]] # a term\n{by}kind = \"{kind}\"\n{by}friction = \"s\" # of it\n\n")
     };
     let line = |kind: &str| format!("{{ kind = \"{kind}\", friction = \"s\" }}");
     let [quadratic, drift] = ["s.quadratic_damping", "s.friction_drift"];
-    let [sense, second, other] = ["sense", "quadratic", "drift"].map(line);
+    let [sense, second, other] = ["friction_asymmetry", "quadratic", "drift"].map(line);
     let keys = "method = \"dynamic\"\nconfidence = 0.9\n\n";
     let cases = [
         (quadratic, format!("extra = [{sense}, {second}]\n{keys}"), format!("extra = []\n{keys}")),
@@ -474,10 +475,10 @@ fn the_rest_of_the_file_stays() {
             format!("extra = [{other} # one\n, {sense} # two\n]\n{keys}"),
             format!("extra = [{other} # one\n # two\n]\n{keys}"),
         ),
-        (quadratic, format!("{keys}{}{}", table("sense", ""), table("quadratic", "")), keys.to_string()),
+        (quadratic, format!("{keys}{}{}", table("friction_asymmetry", ""), table("quadratic", "")), keys.to_string()),
         (
             drift,
-            format!("{keys}{}{}", table("sense", "  "), table("drift", "  ")),
+            format!("{keys}{}{}", table("friction_asymmetry", "  "), table("drift", "  ")),
             format!("{keys}{}", table("drift", "  ")),
         ),
     ];

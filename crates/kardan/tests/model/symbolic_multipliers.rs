@@ -655,7 +655,7 @@ fn comments_of_latex_end_with_their_lines() {
 /// What is not written is refused by name, and says what to do; what is written in words says so.
 #[test]
 fn tables_in_kept_rows_are_refused_and_text_is_reported() {
-    let source = "[table.cam]\npoints = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], value = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\nbeyond = \"straight\"\ninterpolation = \"cubic\"\n\
+    let source = "[table.cam]\npoints = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], value = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\nextrapolation = \"linear\"\ninterpolation = \"cubic\"\n\
                   [shaft.crank]\ninertia = \"1 kg m^2\"\n[mass.slide]\nmass = \"1 kg\"\n[constraint.follows]\nexpression = \"slide.s - cam(crank.phi)\"\n";
     let reported = Project::open(source).symbolic_equations().unwrap_err();
     assert_eq!(reported[0].code, "symbolic::table", "{reported:?}");

@@ -276,7 +276,7 @@ fn the_observer_is_exported() {
             .expect("a table")
     };
     assert_eq!((rows("gain").len(), rows("gain")[0].len()), (7, 3));
-    let (held, error) = (rows("held"), rows("error"));
+    let (held, error) = (rows("zero_order_hold"), rows("error"));
     // (A − L C) Γ = e^{(A − L C)T} − 1, here to the fourth order of T.
     let n = 7;
     let product = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {

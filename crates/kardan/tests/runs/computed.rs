@@ -171,7 +171,7 @@ below = "2.2 s"
 name = "spectrum"
 title = "Spectrum"
 signals = ["a.phi"]
-shows = "spectrum"
+kind = "spectrum"
 y_scale = "log"
 "#;
     let study = study_of(source);

@@ -111,8 +111,10 @@ fn a_source_has_a_limit() {
 /// Every law that takes inputs takes voltages: what of the loop is asked for holds.
 #[test]
 fn other_laws_take_voltages() {
-    let laws =
-        ["law = \"lqr\"\ninputs = [\"V\"]\nlargest = { V = \"10 V\" }\n", "law = \"decoupling\"\ninputs = [\"V\"]\n"];
+    let laws = [
+        "law = \"lqr\"\ninputs = [\"V\"]\nmax_acceptable = { V = \"10 V\" }\n",
+        "law = \"decoupling\"\ninputs = [\"V\"]\n",
+    ];
     for law in laws {
         let channels = "[[control.servo.channels]]\noutput = \"rotor.phi\"\nreference = \"wanted\"\n";
         let own = if law.contains("decoupling") { "poles = [-50, \"-100 ± 80j\"]\n" } else { "" };
@@ -366,7 +368,7 @@ fn a_flat_trajectory_of_a_motor_with_inductance() {
 fn charges_that_only_count_are_reported() {
     let channel = "[[control.servo.channels]]\noutput = \"rotor.phi\"\nreference = \"wanted\"\n";
     for law in [
-        "law = \"lqr\"\ninputs = [\"V\"]\nlargest = { \"rotor.phi\" = \"0.1 rad\" }\n".to_string(),
+        "law = \"lqr\"\ninputs = [\"V\"]\nmax_acceptable = { \"rotor.phi\" = \"0.1 rad\" }\n".to_string(),
         format!("law = \"decoupling\"\ninputs = [\"V\"]\n{channel}"),
     ] {
         let source = format!("{MOTOR}[control.servo]\n{law}[scenario]\nduration = \"0.1 s\"\n");

@@ -82,7 +82,7 @@ fn what_a_law_finds_and_commands_is_reported() {
 fn a_signal_takes_commands_away() {
     let faded = |share: &str| {
         let signal = format!("[block.share]\nkind = \"gain\"\ngain = 1\ninput = \"{share}\"\nsample_time = \"1 ms\"\n");
-        run(&(HELD.replace("FADE", "fade = \"share\"") + TOLD + &signal))
+        run(&(HELD.replace("FADE", "blending_signal = \"share\"") + TOLD + &signal))
     };
     let (whole, plain) = (faded("1"), run(&(HELD.replace("FADE", "") + TOLD)));
     assert_eq!(signal(&whole, "arm.phi"), signal(&plain, "arm.phi"));
@@ -119,14 +119,14 @@ law = \"-0.3 N m * sin(wheel.phi)\"
         design.unwrap_or_else(|reported| panic!("{reported:?}"))
     };
     let alone = design(&HELD.replace("FADE", ""));
-    let whole = design(&(HELD.replace("FADE", "without = [\"wheel\", \"bar\", \"drag\"]") + load));
+    let whole = design(&(HELD.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]") + load));
     assert!(!alone.gains.is_empty() && alone.gains == whole.gains);
     assert_eq!(alone.controller_data, whole.controller_data);
     assert!(whole.design_model.ends_with("without `wheel`, `bar`, `drag`"), "{}", whole.design_model);
     // Its loop is that with the load: another one than without.
     let poles = |margins: &Option<kardan::results::Margins>| margins.as_ref().and_then(|found| found.spectral_radius);
     assert!(poles(&alone.margins) != poles(&whole.margins));
-    let run = run(&(HELD.replace("FADE", "without = [\"wheel\", \"bar\", \"drag\"]") + load + TOLD));
+    let run = run(&(HELD.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]") + load + TOLD));
     assert!((last(&run, "found") - 2.0).abs() < 1.0 && signal(&run, "wheel.phi").iter().any(|phi| *phi != 0.0));
 }
 
@@ -136,7 +136,7 @@ law = \"-0.3 N m * sin(wheel.phi)\"
 fn a_law_of_a_part_gets_the_angles_of_that_part() {
     let start = HELD.find("[control.unit.observer]").expect("a table");
     let end = HELD.find("[scenario]").expect("a table");
-    let law = HELD[..start].replace("FADE", "without = [\"aa\"]") + &HELD[end..];
+    let law = HELD[..start].replace("FADE", "excluded_elements = [\"aa\"]") + &HELD[end..];
     let turning = "[shaft.aa]\ninertia = \"1 kg m^2\"\n";
     let begins = "initial = { \"aa.phi\" = \"1 rad\", \"aa.w\" = \"3 rad/s\" }\noutput_step";
     let run = run(&(turning.to_string() + &law.replace("output_step", begins)));
@@ -177,19 +177,19 @@ fn signals_that_no_law_exports_are_named() {
     assert_eq!(read("unit.arm.disturbance"), Vec::<String>::new());
     let typo = read("unit.arm.disturbanse");
     assert!(typo.iter().any(|reported| reported.starts_with("name::unknown")), "{typo:?}");
-    let missing = HELD.replace("FADE", "without = [\"whel\"]");
+    let missing = HELD.replace("FADE", "excluded_elements = [\"whel\"]");
     let reported = study::check(&missing);
     assert!(reported.iter().any(|one| one.message.contains("there is no element `whel`")), "{reported:?}");
     // What a controller needs cannot be left out.
     for needed in ["drive", "arm", "encoder"] {
-        let reported = study::check(&HELD.replace("FADE", &format!("without = [\"{needed}\"]")));
+        let reported = study::check(&HELD.replace("FADE", &format!("excluded_elements = [\"{needed}\"]")));
         assert!(reported.iter().any(|one| one.code == "control::excluded-elements"), "{needed}: {reported:?}");
     }
     // A signal that nothing sets would switch it off.
-    let reported = study::check(&HELD.replace("FADE", "fade = \"powr\""));
+    let reported = study::check(&HELD.replace("FADE", "blending_signal = \"powr\""));
     assert!(reported.iter().any(|one| one.code == "control::blending-signal"), "{reported:?}");
     let set = "\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"power\"\nto = 1\n";
-    assert_eq!(study::check(&(HELD.replace("FADE", "fade = \"power\"") + set)), []);
+    assert_eq!(study::check(&(HELD.replace("FADE", "blending_signal = \"power\"") + set)), []);
     // Where the controller is not in the loop, it tells nothing.
     let variants = "[[variant]]\nname = \"with\"\n[[variant]]\nname = \"other\"\ncontrols = []\n";
     let reported = study::check(&(HELD.replace("FADE", "") + TOLD + variants));
@@ -197,9 +197,9 @@ fn signals_that_no_law_exports_are_named() {
         reported.iter().any(|one| one.code == "block::unavailable-signal" && one.message.contains("(variant `other`)")),
         "{reported:?}"
     );
-    let continuous = HELD.replace("FADE", "fade = \"x\"").replace("sample_time = \"1 ms\"\n", "");
+    let continuous = HELD.replace("FADE", "blending_signal = \"x\"").replace("sample_time = \"1 ms\"\n", "");
     let reported = study::check(&continuous);
-    assert!(reported.iter().any(|one| one.message.contains("fade")), "{reported:?}");
+    assert!(reported.iter().any(|one| one.message.contains("blending_signal")), "{reported:?}");
 }
 
 /// The opposite of a signal is an expression like any other.

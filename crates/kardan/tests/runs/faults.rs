@@ -25,7 +25,7 @@ fn every_method(source: &str, check: impl Fn(&Run)) {
 /// Where a fault is there the wheel gains as much less, or more, speed: w = ∫ τ/J.
 #[test]
 fn a_motor_that_gives_a_part_of_its_torque() {
-    for (kind, part) in [("", 0.0), ("kind = \"reduced\"\nby = 0.25", 0.25), ("kind = \"reversed\"", -1.0)] {
+    for (kind, part) in [("", 0.0), ("kind = \"reduced\"\nvalue = 0.25", 0.25), ("kind = \"reversed\"", -1.0)] {
         let source = wheel("", &[&format!("{kind}\nat = \"1 s\"\nuntil = \"2 s\"")]);
         every_method(&source, |run| {
             assert!((at(run, "a.w", 3.0) - 2.0 * (2.0 + part)).abs() < 1e-12, "{kind}");
@@ -46,7 +46,7 @@ fn a_motor_that_gives_a_part_of_its_torque() {
 /// Short-circuited windings brake: w decays as exp(−d t/J), and two faults that touch go on from each other.
 #[test]
 fn a_motor_that_brakes() {
-    let braking = "kind = \"braking\"\nby = \"3 N m s/rad\"\nat = \"1 s\"\nuntil = \"2 s\"";
+    let braking = "kind = \"braking\"\nvalue = \"3 N m s/rad\"\nat = \"1 s\"\nuntil = \"2 s\"";
     let source = wheel("", &["at = \"2 s\"", braking]);
     every_method(&source, |run| {
         for time in [1.1f64, 1.5, 2.0, 2.5] {
@@ -61,7 +61,7 @@ fn a_motor_that_brakes() {
 /// A low supply lowers the limit, and no more.
 #[test]
 fn a_motor_whose_supply_is_low() {
-    let low = "kind = \"undervoltage\"\nby = 0.5\nat = \"1 s\"\nuntil = \"2 s\"";
+    let low = "kind = \"undervoltage\"\nvalue = 0.5\nat = \"1 s\"\nuntil = \"2 s\"";
     for (limit, [before, within]) in [(3.0, [3.0, 1.5]), (6.0, [4.0, 3.0]), (10.0, [4.0, 4.0])] {
         let source = wheel(&format!("torque_limit = \"{limit} N m\""), &[low]);
         every_method(&source, |run| {
@@ -88,8 +88,8 @@ fn read(kind: &str) -> Run {
 fn sensors_that_read_something_else() {
     type Case = (&'static str, fn(f64) -> f64);
     let cases: [Case; 4] = [
-        ("kind = \"offset\"\nby = \"3 rad\"", |t| t + 3.0),
-        ("kind = \"drift\"\nby = \"-2 rad/s\"", |t| t - 2.0 * (t - 0.5)),
+        ("kind = \"offset\"\nvalue = \"3 rad\"", |t| t + 3.0),
+        ("kind = \"drift\"\nvalue = \"-2 rad/s\"", |t| t - 2.0 * (t - 0.5)),
         ("kind = \"reversed\"", |t| -t),
         ("kind = \"stuck\"", |_| 0.5),
     ];
@@ -104,7 +104,7 @@ fn sensors_that_read_something_else() {
         }
     }
     // Of 20 samples of noise the sum of squares is χ² of 20: between 5.9 and 45.3 but for one in a thousand at each end.
-    let run = read("kind = \"noise\"\nby = \"0.1 rad\"");
+    let run = read("kind = \"noise\"\nvalue = \"0.1 rad\"");
     let error = |k: i32| (at(&run, "seen", f64::from(k) / 100.0) - f64::from(k) / 100.0) / 0.1;
     let squares: f64 = (50..70).map(|k| error(k) * error(k)).sum();
     assert!((5.9..45.3).contains(&squares), "{squares}");
@@ -169,9 +169,13 @@ fn all_who_read_a_failing_sensor_read_the_same() {
         run_by(&source, Method::Taylor, Some(1e-9))
     };
     for own in ["", "sample_time = \"2 ms\"", "sample_time = \"2 ms\"\nnoise = \"1 mrad\"\nresolution = \"1 mrad\""] {
-        for kind in
-            ["stuck", "noise\"\nby = \"0.1 rad", "drift\"\nby = \"2 rad/s", "offset\"\nby = \"1 rad", "reversed"]
-        {
+        for kind in [
+            "stuck",
+            "noise\"\nvalue = \"0.1 rad",
+            "drift\"\nvalue = \"2 rad/s",
+            "offset\"\nvalue = \"1 rad",
+            "reversed",
+        ] {
             let run = fault(kind, own, 3.0);
             let rows =
                 run.series.time.iter().enumerate().filter(|(_, t)| ((*t * 50.0).round() - *t * 50.0).abs() < 1e-9);
@@ -191,7 +195,7 @@ fn all_who_read_a_failing_sensor_read_the_same() {
         }
     }
     // Noise is drawn anew at each reading, also of what stands still.
-    let still = fault("noise\"\nby = \"0.1 rad", "sample_time = \"2 ms\"", 0.0);
+    let still = fault("noise\"\nvalue = \"0.1 rad", "sample_time = \"2 ms\"", 0.0);
     let drawn: Vec<f64> = (160..300).map(|k| at(&still, "enc.phi", f64::from(k) * 0.002)).collect();
     assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]), "{drawn:?}");
 }
@@ -231,7 +235,7 @@ fn control_units_that_stop_or_come_late() {
     let reset = unit("kind = \"reset\"");
     let missed = unit("kind = \"missed\"");
     let stale = unit("kind = \"stale\"");
-    let jitter = unit("kind = \"jitter\"\nby = \"6 ms\"");
+    let jitter = unit("kind = \"jitter\"\nvalue = \"6 ms\"");
     let (mut early, mut late) = (0, 0);
     for k in 0..500 {
         let time = f64::from(k) / 500.0;
@@ -270,7 +274,7 @@ fn control_units_that_stop_or_come_late() {
 /// Two faults of two parts at once, and each of them alone: the wheel with both has what the closed form says.
 #[test]
 fn two_faults_at_once() {
-    let source = wheel("", &["kind = \"reduced\"\nby = 0.5\nat = \"1 s\""])
+    let source = wheel("", &["kind = \"reduced\"\nvalue = 0.5\nat = \"1 s\""])
         .replace("[scenario]", "[motor.n]\nshaft = \"a\"\n[scenario]")
         + "[[scenario.event]]\nsignal = \"n.tau\"\nat = \"0 s\"\nto = \"2 N m\"\n[[scenario.fault]]\nmotor = \"n\"\nat = \"2 s\"\n";
     every_method(&source, |run| {
@@ -289,20 +293,24 @@ fn faults_that_cannot_be() {
         ("motor = \"m\"\nkind = \"lost\"\nat = \"1 s\"", "a motor cannot be `lost`", "choose one of"),
         ("motor = \"m\"\nsensor = \"s\"\nat = \"1 s\"", "it names `sensor`, `motor`", "for each"),
         ("at = \"1 s\"", "it names no failing part", "motor"),
-        ("motor = \"m\"\nkind = \"reduced\"\nat = \"1 s\"", "`reduced` needs the key `by`", "by = "),
-        ("motor = \"m\"\nkind = \"reduced\"\nby = 1.5\nat = \"1 s\"", "leaves all of it", "below one"),
-        ("motor = \"m\"\nkind = \"braking\"\nat = \"1 s\"", "`braking` needs the key `by`", "`by = \""),
-        ("motor = \"m\"\nkind = \"reduced\"\nby = -1\nat = \"1 s\"", "must not be negative, found -1", "above zero"),
-        ("motor = \"m\"\nkind = \"undervoltage\"\nby = -1\nat = \"1 s\"", "no limit", "torque_limit"),
+        ("motor = \"m\"\nkind = \"reduced\"\nat = \"1 s\"", "`reduced` needs the key `value`", "value = "),
+        ("motor = \"m\"\nkind = \"reduced\"\nvalue = 1.5\nat = \"1 s\"", "leaves all of it", "below one"),
+        ("motor = \"m\"\nkind = \"braking\"\nat = \"1 s\"", "`braking` needs the key `value`", "`value = \""),
+        ("motor = \"m\"\nkind = \"reduced\"\nvalue = -1\nat = \"1 s\"", "must not be negative, found -1", "above zero"),
+        ("motor = \"m\"\nkind = \"undervoltage\"\nvalue = -1\nat = \"1 s\"", "no limit", "torque_limit"),
         (
-            "motor = \"m\"\nkind = \"braking\"\nby = \"-1 N m s/rad\"\nat = \"1 s\"",
-            "`by` of `braking` must be more than zero, found -1 N m s/rad",
+            "motor = \"m\"\nkind = \"braking\"\nvalue = \"-1 N m s/rad\"\nat = \"1 s\"",
+            "`value` of `braking` must be more than zero, found -1 N m s/rad",
             "above zero",
         ),
-        ("sensor = \"enc\"\nkind = \"noise\"\nby = \"-1 rad\"\nat = \"1 s\"", "must be more than zero", "above zero"),
-        ("motor = \"m\"\nkind = \"braking\"\nby = \"1 N m\"\nat = \"1 s\"", "expected", "unit"),
-        ("motor = \"m\"\nby = 2\nat = \"1 s\"", "`by` has no meaning for `dead`", "remove"),
-        ("motor = \"m\"\nkind = \"undervoltage\"\nby = 0.5\nat = \"1 s\"", "no limit", "torque_limit"),
+        (
+            "sensor = \"enc\"\nkind = \"noise\"\nvalue = \"-1 rad\"\nat = \"1 s\"",
+            "must be more than zero",
+            "above zero",
+        ),
+        ("motor = \"m\"\nkind = \"braking\"\nvalue = \"1 N m\"\nat = \"1 s\"", "expected", "unit"),
+        ("motor = \"m\"\nvalue = 2\nat = \"1 s\"", "`value` has no meaning for `dead`", "remove"),
+        ("motor = \"m\"\nkind = \"undervoltage\"\nvalue = 0.5\nat = \"1 s\"", "no limit", "torque_limit"),
         ("motor = \"m\"\nat = \"2 s\"\nuntil = \"1 s\"", "before it begins", "until"),
     ];
     let encoder = "[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n\
@@ -390,7 +398,7 @@ fn a_bar_that_breaks() {
 /// A hub that slips by 0.1 rad goes on from there: speeds stay, the spring holds ½ s (x − 0.1)² in place of ½ s x².
 #[test]
 fn teeth_that_jump() {
-    let jump = "[[scenario.fault]]\nelement = \"bar\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"0.77 s\"\n";
+    let jump = "[[scenario.fault]]\nelement = \"bar\"\nkind = \"jump\"\nvalue = \"0.1 rad\"\nat = \"0.77 s\"\n";
     every_method(&two_wheels(jump).replace("damping = \"D\"\n", ""), |run| {
         let rate = f64::sqrt(45.0);
         let (twist, speed) = (f64::sin(rate * 0.77) / rate, f64::cos(rate * 0.77));
@@ -455,12 +463,12 @@ fn what_cannot_break() {
         (&bare, "element = \"a\"\nat = \"1 s\"", "has no spring", "spring_damper"),
         (
             &gear,
-            "element = \"g\"\nkind = \"jump\"\nby = \"0.1 rad\"\nat = \"1 s\"",
+            "element = \"g\"\nkind = \"jump\"\nvalue = \"0.1 rad\"\nat = \"1 s\"",
             "the gear `g` has no spring",
             "spring_damper",
         ),
-        (&bare, "element = \"bar\"\nkind = \"jump\"\nat = \"1 s\"", "`jump` needs the key `by`", "by = "),
-        (&bare, "element = \"bar\"\nkind = \"jump\"\nby = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
+        (&bare, "element = \"bar\"\nkind = \"jump\"\nat = \"1 s\"", "`jump` needs the key `value`", "value = "),
+        (&bare, "element = \"bar\"\nkind = \"jump\"\nvalue = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
         (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),
         (&bare, "element = \"bar\"\nkind = \"dead\"\nat = \"1 s\"", "an element cannot be `dead`", "broken"),
         (&play, "element = \"bar\"\nat = \"1 s\"", "has backlash", "backlash"),

@@ -221,7 +221,7 @@ fn states_and_offsets_are_felt() {
 fn a_late_gust_moves_a_car_as_an_early_one() {
     let ends = |begin: f64, method: Method| {
         let source = format!(
-            "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"0 rad\"\n[vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n\
+            "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"0 rad\"\n[vehicle.car]\nsteered_by = \"hand\"\nsteering_ratio = 1\n\
              mass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\nrear_axle = \"1.5 m\"\nfront_stiffness = \"90 kN/rad\"\n\
              rear_stiffness = \"110 kN/rad\"\nspeed = \"25 m/s\"\nrelaxation_length = \"0.5 m\"\nwind = \"gust\"\nwind_arm = \"0.3 m\"\n\
              [signal.gust]\nkind = \"expression\"\nvalue = \"500 N * exp(-((t - {begin} s)/(0.05 s))^2)\"\n\

@@ -123,7 +123,7 @@ fn a_law_of_time_is_a_disturbance() {
 #[test]
 fn tables_are_the_laws_of_their_points() {
     let speed = |t: f64| 5.0 * (-t * 2.0).exp();
-    let curve = "[table.drag]\npoints = { x = [\"-1 rad/s\", \"0 rad/s\", \"3 rad/s\"], value = [\"2 N m\", \"0 N m\", \"-6 N m\"] }\nbeyond = \"straight\"\n";
+    let curve = "[table.drag]\npoints = { x = [\"-1 rad/s\", \"0 rad/s\", \"3 rad/s\"], value = [\"2 N m\", \"0 N m\", \"-6 N m\"] }\nextrapolation = \"linear\"\n";
     let surface = "[table.drag]\npoints = { x = [\"0 rad/s\", \"10 rad/s\"], y = [\"0\", \"2\"], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"-40 N m\"] }\n";
     for (table, law) in [(curve, "drag(a.w)"), (surface, "drag(a.w, gate)")] {
         let gate = "[signal.gate]\nkind = \"expression\"\nvalue = \"1 + 0 * t / 1 s\"\n";
@@ -212,7 +212,7 @@ fn a_run_shows_which_tables_it_left() {
         words.iter().for_each(|words| assert!(note.contains(words), "{note}"));
     }
     // A surface that is left along both: each is told, and what holds there.
-    let surface = "[shaft.a]\ninertia = \"1 kg m^2\"\n[table.map]\nbeyond = \"straight\"\n\
+    let surface = "[shaft.a]\ninertia = \"1 kg m^2\"\n[table.map]\nextrapolation = \"linear\"\n\
                    points = { x = [\"0 rad/s\", \"10 rad/s\"], y = [0, 1], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
                    [torque.e]\nshaft = \"a\"\nlaw = \"map(a.w, 2 + t / 1 s)\"\n[scenario]\nduration = \"1 s\"\ninitial = { \"a.w\" = \"15 rad/s\" }\n";
     let found =

@@ -36,7 +36,7 @@ rear_axle = \"1.5 m\"
 front_stiffness = \"90 kN/rad\"
 rear_stiffness = \"110 kN/rad\"
 speed = \"pace\"
-steers = \"wheel\"
+steered_by = \"wheel\"
 steering_ratio = 16
 ";
 
@@ -100,7 +100,7 @@ fn gain_and_lag_of_a_second_order_system() {
         "[shaft.body]\ninertia = \"{j} kg m^2\"\ndamping = \"{d} N m s/rad\"\n[spring_damper.spring]\nshaft_1 = \"body\"\nstiffness = \"{k} N m/rad\"\n\
          [torque.push]\nshaft = \"body\"\nlaw = \"3 N m * sin(2 pi * 1.3 Hz * t)\"\n[scenario]\nduration = \"9 s\"\n\
          [[figure]]\nname = \"gain\"\nsignal = \"body.phi\"\nmeasure = \"gain\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\n\
-         [[figure]]\nname = \"lag\"\nsignal = \"body.phi\"\nmeasure = \"lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\ndisplay = \"ms\"\n\
+         [[figure]]\nname = \"lag\"\nsignal = \"body.phi\"\nmeasure = \"lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\ndisplay_unit = \"ms\"\n\
          [[figure]]\nname = \"phase\"\nsignal = \"body.phi\"\nmeasure = \"phase_lag\"\nover = \"push.tau\"\nfrequency = \"1.3 Hz\"\nfrom = \"6 s\"\n\
          [[figure]]\nname = \"turns\"\nvalue = \"lag * 1.3 Hz * 2 pi / phase\"\n"
     ));
@@ -179,7 +179,7 @@ set = { pace = \"22 m/s\" }
 [manoeuvre.weave]
 kind = \"weave\"
 amplitude = \"10 deg\"
-measures = \"no\"
+evaluate = \"no\"
 
 [[variant]]
 name = \"swerve\"
@@ -237,14 +237,14 @@ shaft = \"car_yaw\"
 /// Drivers stay between the cones of ISO 3888-1 at 20 m/s, to both sides; with hands off nobody does.
 #[test]
 fn drivers_follow_the_double_lane_change() {
-    let model = |kind: &str, side: &str, hold: f64| {
+    let model = |kind: &str, side: &str, grip: f64| {
         format!(
             "{CAR}
 [driver.anna]
 wheel = \"wheel\"
 path = \"lane\"
 car = \"car\"
-hold = {hold}
+grip = {grip}
 {kind}
 
 [manoeuvre.change]
@@ -256,7 +256,7 @@ duration = \"9 s\"
         )
     };
     // i (l + K u^2) = 16 (2.7 m + 1.28 m).
-    let two_level = "kind = \"two_level\"\ngain = \"8 deg/m\"\nbend_gain = \"64 rad m\"";
+    let two_level = "kind = \"two_level\"\ngain = \"8 deg/m\"\ncurvature_gain = \"64 rad m\"";
     let preview = "kind = \"preview\"\ngain = \"17 deg/m\"\npreview = \"1.05 s\"\nreaction = \"0.1 s\"";
     for (kind, side) in [(two_level, "left"), (two_level, "right"), (preview, "left"), (preview, "right")] {
         let study = study(&model(kind, side, 1.0));
@@ -280,7 +280,7 @@ fn a_run_that_ends_between_the_cones_passes_nothing() {
     for (kind, end) in [("double_lane_change", 155.0), ("obstacle_avoidance", 91.0)] {
         let model = |duration: f64| {
             format!(
-                "{CAR}{ROBOT}[manoeuvre.change]\nkind = \"{kind}\"\nsteers = \"steer\"\nwidth = \"1.8 m\"\nduration = \"{duration} s\"\n"
+                "{CAR}{ROBOT}[manoeuvre.change]\nkind = \"{kind}\"\nsteering_signal = \"steer\"\nwidth = \"1.8 m\"\nduration = \"{duration} s\"\n"
             )
             .replace("angle = \"steer\"", "angle = \"0 deg\"")
         };

@@ -20,9 +20,9 @@ fn wheel(faults: &str, safety: &str) -> String {
     )
 }
 
-const OFFSET: &str = "[fault.offset]\nsensor = \"one\"\nkind = \"offset\"\nby = \"3 rad\"\nat = \"0.5 s\"\n";
-const LATER: &str = "[fault.later]\nsensor = \"one\"\nkind = \"offset\"\nby = \"3 rad\"\nat = \"0.505 s\"\n";
-const LITTLE: &str = "[fault.little]\nsensor = \"two\"\nkind = \"offset\"\nby = \"0.001 rad\"\nat = \"0.5 s\"\n";
+const OFFSET: &str = "[fault.offset]\nsensor = \"one\"\nkind = \"offset\"\nvalue = \"3 rad\"\nat = \"0.5 s\"\n";
+const LATER: &str = "[fault.later]\nsensor = \"one\"\nkind = \"offset\"\nvalue = \"3 rad\"\nat = \"0.505 s\"\n";
+const LITTLE: &str = "[fault.little]\nsensor = \"two\"\nkind = \"offset\"\nvalue = \"0.001 rad\"\nat = \"0.5 s\"\n";
 const DEAD: &str = "[fault.dead]\nmotor = \"m\"\nat = \"0.5 s\"\n";
 const SPEED: &str =
     "[[safety.effect]]\nname = \"speed\"\nsignal = \"a.w\"\nwindow = \"100 ms\"\nbelow = \"0.1 rad/s\"\n";
@@ -40,7 +40,8 @@ fn row<'a>(table: &'a Safety, faults: &[&str]) -> &'a SafetyRow {
 /// The alarm comes with the fifth sample that sees the offset, the machine goes with it; a dead motor lacks 2 rad/s² for the length of the window.
 #[test]
 fn rows_are_what_their_faults_do() {
-    let safety = format!("[safety]\ndetected = \"mode.off\"\nreaction = \"mode\"\nwithin = \"42 ms\"\n{SPEED}");
+    let safety =
+        format!("[safety]\ndetected = \"mode.off\"\nreaction = \"mode\"\ndetection_time_limit = \"42 ms\"\n{SPEED}");
     let table = tried(&wheel(&[OFFSET, LATER, LITTLE, DEAD].concat(), &safety));
     assert_eq!((table.rows.len(), table.missing), (5, 0));
     let free = row(&table, &[]);
@@ -162,7 +163,11 @@ fn what_cannot_be_asked() {
         ("[safety]\ndetected = \"difer\"\n", "no signal", "differ"),
         ("[safety]\ndetected = \"one.phi - two.phi\"\n", "not a condition", "compare it"),
         ("[safety]\ndetected = \"differ\"\nreaction = \"differ\"\n", "no state machine `differ`", "mode"),
-        ("[safety]\nwithin = \"1 s\"\n", "`within` has no effect without `detected`", "add"),
+        (
+            "[safety]\ndetection_time_limit = \"1 s\"\n",
+            "`detection_time_limit` has no effect without `detected`",
+            "add",
+        ),
         ("[safety]\ndetected = \"differ\"\nvariants = [\"x\"]\n", "no variant `x`", "leave this key out"),
         ("[safety]\ndetected = \"differ\"\nvalues = { pusch = \"1 N m\" }\n", "no such parameter", "push"),
         ("[safety]\ndetected = \"differ\"\nvalues = { push = [\"1 rad\"] }\n", "expected a torque", "N m"),

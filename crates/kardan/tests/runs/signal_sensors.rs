@@ -121,8 +121,8 @@ fn a_sensor_of_a_signal_fails() {
         }
     };
     for (keys, wanted) in [
-        ("kind = \"offset\"\nby = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
-        ("kind = \"drift\"\nby = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
+        ("kind = \"offset\"\nvalue = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
+        ("kind = \"drift\"\nvalue = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
         ("kind = \"reversed\"", &|power, _, _| -power),
         ("kind = \"stuck\"", &|_, _, [_, there]| there),
         ("kind = \"lost\"", &|_, _, [before, _]| before),
@@ -140,7 +140,7 @@ fn a_sensor_of_a_signal_fails() {
 #[test]
 fn all_that_a_run_has_can_be_measured() {
     let source = "[vehicle.car]\nmass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\nrear_axle = \"1.5 m\"\n\
-         front_stiffness = \"90 kN/rad\"\nrear_stiffness = \"110 kN/rad\"\nsteers = \"column\"\nsteering_ratio = 15\n\
+         front_stiffness = \"90 kN/rad\"\nrear_stiffness = \"110 kN/rad\"\nsteered_by = \"column\"\nsteering_ratio = 15\n\
          caster_trail = \"25 mm\"\npneumatic_trail = \"35 mm\"\ntrack = \"1.5 m\"\nspeed = \"v\"\nrelaxation_length = \"0.5 m\"\n\
          [signal.v]\nkind = \"ramp\"\nto = \"20 m/s\"\nover = \"0.5 s\"\n\
          [shaft.column]\ninertia = \"0.04 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n[motor.m]\nshaft = \"column\"\n\

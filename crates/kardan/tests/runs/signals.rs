@@ -156,7 +156,7 @@ reference = \"ref\"
     let event = "[[scenario.event]]\nat = \"0.5 s\"\nsignal = \"ref\"\nto = \"3 rad\"\nover = \"1 s\"\n";
     let ramp = "[signal.r]\nkind = \"ramp\"\nto = \"3 rad\"\nstart = \"0.5 s\"\nover = \"1 s\"\n";
     let table = "[signal.r]\nkind = \"table\"\npoints = { time = [\"0.5 s\", \"1.5 s\"], value = [\"0 rad\", \"3 rad\"] }\n\
-                 beyond = \"hold\"\n";
+                 extrapolation = \"hold\"\n";
     let first = run(&format!("{model}{scenario}{event}"));
     for signals in [ramp, table] {
         let other = run(&format!("{model}{signals}{scenario}signals = {{ ref = \"r\" }}\n"));
@@ -199,7 +199,7 @@ fn noise_is_that_of_its_seed() {
 fn all_methods_find_one_motion_and_its_energy() {
     let signals = format!(
         "{WAVE}{PULSES}\
-         [signal.road]\nkind = \"table\"\ninterpolation = \"cubic\"\nbeyond = \"repeat\"\n\
+         [signal.road]\nkind = \"table\"\ninterpolation = \"cubic\"\nextrapolation = \"repeat\"\n\
          points = {{ time = [\"0.1 s\", \"0.2 s\", \"0.5 s\", \"0.7 s\"], value = [\"0 N m\", \"2 N m\", \"1 N m\", \"0 N m\"] }}\n\
          [signal.fading]\nkind = \"expression\"\nvalue = \"exp(-t / 0.5 s) * road\"\n"
     );

@@ -269,14 +269,14 @@ fn refused_samples_are_rows() {
 /// A key that is there without a tolerance is told with how to write one, wherever it stands; one that follows from others with those.
 #[test]
 fn keys_without_a_tolerance_are_reported() {
-    let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nby = 0.5\nat = \"0.8 s\"\n\
+    let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nvalue = 0.5\nat = \"0.8 s\"\n\
                 [parameters]\nk = \"1 kg m^2\"\n";
     let model =
         MODEL.replace("duration = \"1 s\"\n", "duration = \"1 s\"\ninitial = { \"a.w\" = \"0.1 rad/s\" }\n") + more;
     for (name, reported) in [
         ("scenario.event.1.to", "\"4 N m ± 10 %\""),
         ("scenario.initial.a.w", "\"0.1 rad/s ± 10 %\""),
-        ("fault.weak.by", "\"0.5 ± 10 %\""),
+        ("fault.weak.value", "\"0.5 ± 10 %\""),
         ("b.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
         ("a.damping", "\"0 N m s/rad ± 1 N m s/rad\""),
         ("b.inertia", "is computed from `2 * k`"),

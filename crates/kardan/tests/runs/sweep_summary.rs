@@ -79,7 +79,7 @@ fn moments(rows: &[Vec<f64>], i: usize, j: usize) -> ([f64; 2], [f64; 2], f64) {
 #[test]
 fn correlations_are_those_asked_for() {
     let together =
-        |names: &str, matrix: &str| format!("[[sweep.together]]\nparameters = {names}\ncorrelation = \"{matrix}\"\n");
+        |names: &str, matrix: &str| format!("[[sweep.correlated]]\nparameters = {names}\ncorrelation = \"{matrix}\"\n");
     let values = |text: &str| {
         let plan = project(text).sweep_plan(&asked(4000, SweepGoal::Samples)).unwrap();
         (0..4000).map(|sample| plan.values(sample)).collect::<Vec<_>>()
@@ -127,7 +127,7 @@ fn an_identification_is_drawn() {
     };
     let json = |text: &str| [("found.json".to_string(), Ok(Arc::from(text.as_bytes())))];
     let text = PLAIN.replace("\"1 kg m^2\"", "\"1.9 kg m^2 ± 20 %\"\ndamping = \"0.4 N m s/rad ± 50 %\"")
-        + "[[sweep.together]]\nfile = \"found.json\"\nparameters = [\"s.inertia\", \"s.damping\"]\n";
+        + "[[sweep.correlated]]\nfile = \"found.json\"\nparameters = [\"s.inertia\", \"s.damping\"]\n";
     let written = identification_json(&found);
     let open = |text: &str, file: &str| Project::open(text).with_files(json(file));
     assert_eq!(Project::open(text.as_str()).files(), ["found.json"]);
@@ -199,7 +199,7 @@ to = \"4 N m ± 1 N m\"
 [fault.weak]
 motor = \"m\"
 kind = \"reduced\"
-by = \"0.5 ± 0.2\"
+value = \"0.5 ± 0.2\"
 at = \"0.8 s ± 0.05 s\"
 [[variant]]
 name = \"sound\"
@@ -217,7 +217,7 @@ measure = \"final\"
     let expected = [
         "a.inertia",
         "fault.weak.at",
-        "fault.weak.by",
+        "fault.weak.value",
         "scenario.event.1.at",
         "scenario.event.1.to",
         "scenario.initial.a.w",
@@ -295,7 +295,7 @@ points = \"saltelli\"
 #[test]
 fn what_varies_together_has_one_index() {
     let text = normal(&["x", "z", "y"]).replacen("[[sweep.vary]]", "[sweep]\npoints = \"saltelli\"\n[[sweep.vary]]", 1)
-        + "[[sweep.together]]\nparameters = [\"y\", \"x\"]\ncorrelation = \"1 0.5; 0.5 1\"\n\
+        + "[[sweep.correlated]]\nparameters = [\"y\", \"x\"]\ncorrelation = \"1 0.5; 0.5 1\"\n\
            [[figure]]\nname = \"f\"\nvalue = \"x + y + z\"\n";
     let project = project(&text);
     // Two that move by themselves: A, B, and two mixed.
@@ -424,7 +424,7 @@ fn rare_failures_have_their_probability() {
         (0, 300 + 270 * (rare.levels.len() as u64 - 1), found.rows)
     );
     // With the correlation −1/2 the variance is 1 − 0.48: Φ(−4/√0.52) = 1.45e-8 is out of reach of few levels, Φ(−3/√0.52) = 1.59e-5 is not.
-    let together = "[[sweep.together]]\nparameters = [\"x\", \"y\"]\ncorrelation = \"1 -0.5; -0.5 1\"\n";
+    let together = "[[sweep.correlated]]\nparameters = [\"x\", \"y\"]\ncorrelation = \"1 -0.5; -0.5 1\"\n";
     let nearer = text.replace("below = 4", "below = 3") + together;
     let (_, found) = swept(&project(&nearer), &settings, &[]);
     assert!(holds(&found.rare.unwrap(), 1.59e-5));

@@ -10,7 +10,7 @@ use crate::common::{close, run_by, signal};
 fn car(angle: &str, keys: &str, more: &str) -> String {
     format!(
         "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"{angle}\"\n\
-         [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n{keys}\n{more}\n"
+         [vehicle.car]\nsteered_by = \"hand\"\nsteering_ratio = 1\n{keys}\n{more}\n"
     )
 }
 
@@ -118,7 +118,7 @@ fn eigenvalues(speed: &str, keys: &str) -> Vec<Complex> {
                    front_stiffness = \"80 kN/rad\"\nrear_stiffness = \"80 kN/rad\"\n";
     let source = format!(
         "[shaft.hand]\n[constraint.held]\ncoefficients = {{ hand = 1 }}\n\
-         [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\n{numbers}speed = \"{speed}\"\n{keys}\n"
+         [vehicle.car]\nsteered_by = \"hand\"\nsteering_ratio = 1\n{numbers}speed = \"{speed}\"\n{keys}\n"
     );
     let project = Project::open(&source);
     let analysis = project
@@ -393,7 +393,7 @@ fn a_straight_curve_is_an_arm() {
         let keys = plain("20 m/s")
             + "\nrelaxation_length = \"0.5 m\"\ncaster_trail = \"25 mm\"\nwheel_inertia = \"2 kg m^2\"\n";
         let source = format!(
-            "[mass.rack]\nmass = \"3 kg\"\ndamping = \"800 N s/m\"\n[motor.push]\nmass = \"rack\"\n[vehicle.car]\nsteers = \"rack\"\n{steering}\n{keys}\
+            "[mass.rack]\nmass = \"3 kg\"\ndamping = \"800 N s/m\"\n[motor.push]\nmass = \"rack\"\n[vehicle.car]\nsteered_by = \"rack\"\n{steering}\n{keys}\
              [scenario]\nduration = \"2 s\"\nsignals = {{ \"push.f\" = \"300 N * sin(pi * t / 1 s)\" }}\n"
         );
         by(&source, 1e-11)

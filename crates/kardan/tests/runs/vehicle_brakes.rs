@@ -20,7 +20,7 @@ const REAR: f64 = M * G * A / (A + B);
 fn car(angle: &str, keys: &str, more: &str) -> String {
     format!(
         "[shaft.hand]\n[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"{angle}\"\n\
-         [vehicle.car]\nsteers = \"hand\"\nsteering_ratio = 1\nmass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\n\
+         [vehicle.car]\nsteered_by = \"hand\"\nsteering_ratio = 1\nmass = \"1500 kg\"\nyaw_inertia = \"2500 kg m^2\"\nfront_axle = \"1.2 m\"\n\
          rear_axle = \"1.5 m\"\nfront_stiffness = \"90 kN/rad\"\nrear_stiffness = \"110 kN/rad\"\n{keys}\n{more}\n"
     )
 }
@@ -373,7 +373,7 @@ fn split_braking_is_driven() {
             &format!(
                 "[parameters]\npace = \"72 km/h\"\n[driver.anna]\nwheel = \"hand\"\n{driver}\n\
                  [manoeuvre.halt]\nkind = \"split_braking\"\nspeed = \"pace\"\ndeceleration = \"{deceleration} m/s^2\"\nstart = \"0.5 s\"\n{corrects}\n\
-                 [manoeuvre.other]\nkind = \"free\"\nduration = \"0.5 s\"\ncourse = \"0 deg\"\n"
+                 [manoeuvre.other]\nkind = \"free\"\nduration = \"0.5 s\"\nsteering_angle = \"0 deg\"\n"
             ),
         );
         let source = car
@@ -402,7 +402,7 @@ fn split_braking_is_driven() {
     // To the left, where it brakes more.
     assert!(last(run, "car.y") > 0.3, "{}", last(run, "car.y"));
     let looks = "kind = \"preview\"\ncar = \"car\"\npath = \"lane\"\ngain = \"17 deg/m\"\npreview = \"0.8 s\"\nreaction = \"0.1 s\"";
-    let corrected = model(6.0, looks, "corrects = \"yes\"");
+    let corrected = model(6.0, looks, "closed_loop = \"yes\"");
     let (there, here) = (value(run, "halt_offset"), value(&corrected.runs[0], "halt_offset"));
     assert!(here < 0.6 * there, "{here} {there}");
     let hard = model(9.0, "kind = \"open_loop\"\nangle = \"steer\"", "");

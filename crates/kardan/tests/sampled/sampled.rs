@@ -137,7 +137,7 @@ fn runs_without_inertia_equal_the_exact_map() {
                  [spring_damper.d]\nshaft_1 = \"m\"\nshaft_2 = \"b\"\ndamping = \"0.4 N m s/rad\"\n\
                  [scenario]\nduration = \"0.4 s\"\noutput_step = \"1 ms\"\n\
                  initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"-0.2 rad\", \"m.phi\" = \"0.3 rad\", \"a.w\" = \"2 rad/s\" }\n\
-                 [control.c]\nlaw = \"lqr\"\ninputs = [\"u\"]\nlargest = { u = \"10 V\" }\n";
+                 [control.c]\nlaw = \"lqr\"\ninputs = [\"u\"]\nmax_acceptable = { u = \"10 V\" }\n";
     let channel = "[[control.c.channels]]\noutput = \"b.phi\"\nreference = \"ref\"\n";
     let observer = "observer = { sensors = [\"a.phi\", \"b.phi\"], disturbances = [\"b\"], method = \"kalman\" }\n";
     for keys in ["".to_string(), "delay = \"1.3 ms\"\n".into(), format!("delay = \"0.4 ms\"\n{observer}")] {

@@ -22,7 +22,7 @@ const DRIVE: &str = "[model]\nname = \"drive\"\n[shaft.arm]\ninertia = \"0.02 kg
                      [dc_motor.motor]\nfrom = \"in\"\nto = \"ground\"\nshaft = \"arm\"\ntorque_constant = \"0.5 N m/A\"\n\
                      resistance = \"2 Ohm\"\n";
 const POLES: &str = "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"supply\"]\npoles = [-10, -12]\n";
-const LQR: &str = "[control.c]\nlaw = \"lqr\"\ninputs = [\"supply\"]\nlargest = { supply = \"10 V\" }\n";
+const LQR: &str = "[control.c]\nlaw = \"lqr\"\ninputs = [\"supply\"]\nmax_acceptable = { supply = \"10 V\" }\n";
 const CHANNEL: &str = "[[control.c.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n";
 const STEP: &str = "[scenario]\nduration = \"0.5 s\"\noutput_step = \"10 ms\"\n\
                     [[scenario.event]]\nat = \"0 s\"\nsignal = \"ref\"\nto = \"1 rad\"\n";
@@ -194,7 +194,7 @@ fn what_flows_past_a_capacitor_only_counts() {
 
 const ARM: &str = "[model]\nname = \"series\"\n[shaft.a]\ninertia = \"0.02 kg m^2\"\ndamping = \"0.01 N m s/rad\"\n\
                    [shaft.b]\ninertia = \"0.05 kg m^2\"\n[motor.drive]\nshaft = \"a\"\n";
-const TO_B: &str = "[control.c]\nlaw = \"lqr\"\ninputs = [\"drive\"]\nlargest = { drive = \"5 N m\" }\nKEYS\
+const TO_B: &str = "[control.c]\nlaw = \"lqr\"\ninputs = [\"drive\"]\nmax_acceptable = { drive = \"5 N m\" }\nKEYS\
                     [[control.c.channels]]\noutput = \"b.phi\"\nreference = \"ref\"\n";
 
 fn spring(name: &str, ends: [&str; 2], law: &str) -> String {
@@ -289,7 +289,7 @@ fn laws_are_the_limit_of_small_inertias() {
     let kalman =
         "[control.c.observer]\nsensors = [\"a.phi\", \"b.phi\"]\ndisturbances = [\"b\"]\nmethod = \"kalman\"\n";
     let lqr = |input: &str| {
-        format!("[control.c]\nlaw = \"lqr\"\ninputs = [\"{input}\"]\nlargest = {{ {input} = \"2 N m\" }}\n")
+        format!("[control.c]\nlaw = \"lqr\"\ninputs = [\"{input}\"]\nmax_acceptable = {{ {input} = \"2 N m\" }}\n")
     };
     let clock = "sample_time = \"2 ms\"\ndelay = \"1 ms\"\n";
     let sampled = "[control.c]\nlaw = \"sampled_noninteracting\"\nsample_time = \"2 ms\"\n";

@@ -191,7 +191,7 @@ fn a_prescribed_shaft_is_held_in_a_design() {
             "[model]\nname = \"chain\"\n{first}[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.03 kg m^2\"\n\
              [spring_damper.wa]\nshaft_1 = \"{spring}\"\nshaft_2 = \"a\"\nstiffness = \"40 N m/rad\"\ndamping = \"0.1 N m s/rad\"\n\
              [spring_damper.ab]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"90 N m/rad\"\n[motor.m]\nshaft = \"a\"\n\
-             [control.follow]\nlaw = \"lqr\"\ninputs = [\"m\"]\nlargest = {{ \"b.phi\" = \"1 deg\", m = \"5 N m\" }}\n\
+             [control.follow]\nlaw = \"lqr\"\ninputs = [\"m\"]\nmax_acceptable = {{ \"b.phi\" = \"1 deg\", m = \"5 N m\" }}\n\
              [[control.follow.channels]]\noutput = \"b.phi\"\nreference = \"ref\"\n[scenario]\nduration = \"1 s\"\n"
         )
     };

@@ -85,7 +85,7 @@ impl<'a> Functions<'a, '_> {
         };
         let key = if values.has("file") { "file" } else { "points" };
         let cubic = values.word_or_default("interpolation") == "cubic";
-        let beyond = if values.word_or_default("beyond") == "hold" { Beyond::Level } else { Beyond::Straight };
+        let beyond = if values.word_or_default("extrapolation") == "hold" { Beyond::Level } else { Beyond::Straight };
         match through(columns, cubic, beyond) {
             Ok(lookup) => Some(lookup),
             Err((message, help)) => report(table, key, format!("{what}: {message}"), help, out),

@@ -128,7 +128,7 @@ impl Functions<'_, '_> {
             let message = format!("{what}: it may have a kink or a jump, which no motion can follow");
             let (span, reason) = find_kink(expression, is_bent);
             let at = place.part(expression.text(), span);
-            let help = "leave out abs, min, max, if and sign; for a table use `interpolation = \"cubic\"` with `beyond = \"straight\"`, which continues without a kink";
+            let help = "leave out abs, min, max, if and sign; for a table use `interpolation = \"cubic\"` with `extrapolation = \"linear\"`, which continues without a kink";
             out.push(Diagnostic::error("motion::not-smooth", message).at(at, reason).help(help));
             return None;
         }

@@ -43,7 +43,7 @@ use self::masses::{misnamed_bodies, names_masses};
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 use crate::names::nearest_or_similar;
-use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value, renamed};
 use crate::units::{
     Dimension, Exact, Expression, Tolerated, UnitError, format_quantity, parse_number, parse_poles, parse_quantity,
     parse_tolerated, tolerance_mark,
@@ -108,7 +108,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 out.push(Diagnostic::error("key::unknown", message).at(keyed.place.clone(), "unknown key").help(help));
             }
             None => {
-                misspelt.extend(nearest_or_similar(name, hints.iter().copied()));
+                misspelt.extend(renamed(name, &hints).or_else(|| nearest_or_similar(name, hints.iter().copied())));
                 out.push(unknown_key(keyed, &hints, what, node.name));
             }
         }
@@ -331,9 +331,10 @@ impl Reader<'_> {
         }
         match self.kind {
             Kind::Choice(choices) if !choices.contains(&text) => {
-                let help = match nearest(text, choices.iter().copied()) {
-                    Some(nearest_choice) => format!("did you mean \"{nearest_choice}\"?"),
-                    None => format!("choose {}", expected(self.kind)),
+                let help = match (renamed(text, choices), nearest(text, choices.iter().copied())) {
+                    (Some(new), _) => format!("it is called \"{new}\""),
+                    (None, Some(nearest_choice)) => format!("did you mean \"{nearest_choice}\"?"),
+                    (None, None) => format!("choose {}", expected(self.kind)),
                 };
                 let message = format!("unknown choice `{}`", shortened(text));
                 out.push(self.error("choice::unknown", message, "unknown").help(help));

@@ -3,18 +3,21 @@
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{KeyedEntry, RawValue};
 use crate::names::{did_you_mean, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
-use crate::schema::Kind;
+use crate::schema::{Kind, renamed};
 use crate::units::Dimension;
 use crate::units::format_quantity;
 
 /// `owner` is the name of the table, if it has one.
 pub(super) fn unknown_key(entry: &KeyedEntry, keys: &[&str], what: &str, owner: &str) -> Diagnostic {
     let name = entry.key.as_str();
-    let help = did_you_mean(nearest_or_similar(name, keys.iter().copied()), || match keys {
-        _ if is_fixed_name(name) && what.starts_with("shaft ") => how_to_fix_shaft(owner),
-        [] => format!("{what} takes no keys; remove it"),
-        keys => format!("known keys are {}", listed(keys, "and")),
-    });
+    let help = match renamed(name, keys) {
+        Some(new) => format!("it is called `{new}`"),
+        None => did_you_mean(nearest_or_similar(name, keys.iter().copied()), || match keys {
+            _ if is_fixed_name(name) && what.starts_with("shaft ") => how_to_fix_shaft(owner),
+            [] => format!("{what} takes no keys; remove it"),
+            keys => format!("known keys are {}", listed(keys, "and")),
+        }),
+    };
     Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
         .at(entry.place.clone(), "unknown key")
         .help(help)

@@ -427,13 +427,13 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         .iter()
         .map(|why| format!("operating point: {}, which is no equilibrium of the model: {why}", plant.default_point()));
     design.notes.extend(why);
-    if let Some(name) = control.values.word("fade") {
+    if let Some(name) = control.values.word("blending_signal") {
         design.notes.push(format!(
             "its commands are multiplied by `{name}` in runs; this report and the written controller do not include \
              that factor"
         ));
     }
-    if let Some(names) = control.values.names("without").filter(|names| !names.is_empty()) {
+    if let Some(names) = control.values.names("excluded_elements").filter(|names| !names.is_empty()) {
         design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
     }
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
@@ -565,7 +565,7 @@ fn sample(data: &mut ControllerData, time: f64) -> bool {
         let n = data.matrices[error].values.len();
         let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].values[i][j]);
         let Some(sampled) = discretise(&a, &Matrix::identity(n), time) else { return false };
-        data.matrices.push(DataMatrix::new("held", sampled.b.to_rows()));
+        data.matrices.push(DataMatrix::new("zero_order_hold", sampled.b.to_rows()));
         data.sample_time = Some(time);
         return true;
     }

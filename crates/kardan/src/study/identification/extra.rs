@@ -23,8 +23,8 @@ pub(super) enum Law {
     Load {
         torque: String,
     },
-    Sense,
-    SenseDamping,
+    FrictionAsymmetry,
+    DampingAsymmetry,
     Quadratic,
     Drift,
     /// One column for each recording except the last of those with the same direction of rotation, after the logs are read.
@@ -116,7 +116,7 @@ impl ExtraTerm {
         match (&self.law, domain) {
             (Law::Parameter { unit, .. }, _) => unit,
             (Law::Load { .. } | Law::Teeth { .. }, _) => "1",
-            (Law::SenseDamping, _) => domain.units()[1],
+            (Law::DampingAsymmetry, _) => domain.units()[1],
             (Law::Quadratic, Domain::Rotation) => "N m s^2/rad^2",
             (Law::Quadratic, Domain::Translation) => "N s^2/m^2",
             (Law::Quadratic, Domain::Charge) => "V/A^2",
@@ -140,7 +140,7 @@ impl ExtraTerm {
             let key = match self.law {
                 Law::Offset => "torque",
                 Law::Backlash { .. } => "spring",
-                Law::Teeth { .. } => "teeth",
+                Law::Teeth { .. } => "gear",
                 _ => "friction",
             };
             format!("[[identification.extra]]\nkind = \"{kind}\"\n{key} = \"{}\"\n{more}", self.element)
@@ -148,16 +148,18 @@ impl ExtraTerm {
         match &self.law {
             Law::Stribeck { .. } => own("stribeck", ""),
             Law::Load { torque } => own("load", &format!("torque = \"{torque}\"\n")),
-            Law::Sense => own("sense", ""),
-            Law::SenseDamping => own("sense_damping", ""),
+            Law::FrictionAsymmetry => own("friction_asymmetry", ""),
+            Law::DampingAsymmetry => own("damping_asymmetry", ""),
             Law::Quadratic => own("quadratic", ""),
             Law::Drift => own("drift", ""),
             Law::Recordings | Law::Recording { .. } => own("recordings", ""),
             Law::Cogging(harmonic) => own("cogging", &format!("order = {}\n", harmonic.order)),
             Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
             Law::Offset => own("offset", ""),
-            Law::Backlash { clear } => own("backlash", &format!("clear = \"{clear} {}\"\n", domain.motion()[0].unit())),
-            Law::Teeth { .. } => own("teeth", ""),
+            Law::Backlash { clear } => {
+                own("backlash", &format!("min_deflection = \"{clear} {}\"\n", domain.motion()[0].unit()))
+            }
+            Law::Teeth { .. } => own("gear_loss", ""),
             Law::Parameter { .. } => String::new(),
         }
     }
@@ -206,9 +208,9 @@ const NEEDS: [(&str, &str, &str); 7] = [
     ("offset", "torque", "name the motor or disturbance whose torque was measured"),
     ("cogging", "order", "write the number of periods per revolution: `order = 6`"),
     ("ripple", "order", "write the number of periods per revolution: `order = 1`"),
-    ("teeth", "teeth", "name the gear, harmonic_drive, rack_and_pinion or screw with the gear loss"),
+    ("gear_loss", "gear", "name the gear, harmonic_drive, rack_and_pinion or screw with the gear loss"),
     ("backlash", "spring", "name the spring_damper that has it"),
-    ("backlash", "clear", "write a twist that certainly exceeds the backlash: `clear = \"1 mrad\"`"),
+    ("backlash", "min_deflection", "write a twist that certainly exceeds the backlash: `min_deflection = \"1 mrad\"`"),
 ];
 
 impl Declared<'_> {
@@ -219,7 +221,7 @@ impl Declared<'_> {
         let direction = match kind {
             "offset" => "torque",
             "backlash" => "spring",
-            "teeth" => "teeth",
+            "gear_loss" => "gear",
             _ => "friction",
         };
         let needed = NEEDS.iter().filter(|(of, ..)| *of == kind).map(|(_, key, help)| (*key, *help));
@@ -256,19 +258,19 @@ impl Declared<'_> {
         };
         let columns = match kind {
             "load" => own("load_loss", Law::Load { torque }),
-            "sense" => own("friction_sense", Law::Sense),
-            "sense_damping" => own("damping_sense", Law::SenseDamping),
+            "friction_asymmetry" => own("friction_asymmetry", Law::FrictionAsymmetry),
+            "damping_asymmetry" => own("damping_asymmetry", Law::DampingAsymmetry),
             "quadratic" => own("quadratic_damping", Law::Quadratic),
             "drift" => own("friction_drift", Law::Drift),
             "recordings" => own("friction_recordings", Law::Recordings),
             "offset" => own("offset", Law::Offset),
-            "teeth" => ExtraTerm::teeth(&element).to_vec(),
+            "gear_loss" => ExtraTerm::teeth(&element).to_vec(),
             "cogging" | "ripple" => {
                 let order = number("order", Dimension::NONE).unwrap_or(1.0);
                 ExtraTerm::harmonics(&element, order, kind == "ripple").to_vec()
             }
             "backlash" => {
-                let clear = number("clear", domain.dimensions()[0]).unwrap_or(0.0);
+                let clear = number("min_deflection", domain.dimensions()[0]).unwrap_or(0.0);
                 own("backlash_torque", Law::Backlash { clear })
             }
             _ => {
@@ -289,12 +291,12 @@ impl Declared<'_> {
             "shape" | "speed" => kind == "stribeck",
             "torque" => matches!(kind, "load" | "offset"),
             "order" => matches!(kind, "cogging" | "ripple"),
-            "spring" | "clear" => kind == "backlash",
-            "friction" => !matches!(kind, "offset" | "backlash" | "teeth"),
-            "teeth" => kind == "teeth",
+            "spring" | "min_deflection" => kind == "backlash",
+            "friction" => !matches!(kind, "offset" | "backlash" | "gear_loss"),
+            "gear" => kind == "gear_loss",
             _ => true,
         };
-        for key in ["shape", "speed", "torque", "order", "spring", "clear", "friction", "teeth"] {
+        for key in ["shape", "speed", "torque", "order", "spring", "min_deflection", "friction", "gear"] {
             if self.table.values.contains_key(key) && !fits(key) {
                 out.push(
                     Diagnostic::error("key::unused", format!("{}: the kind `{kind}` has no `{key}`", self.what))
@@ -314,7 +316,7 @@ impl Declared<'_> {
         };
         let fits = |keyword: &str| match key {
             "spring" => keyword == "spring_damper",
-            "teeth" => matches!(keyword, "gear" | "harmonic_drive" | "rack_and_pinion" | "screw"),
+            "gear" => matches!(keyword, "gear" | "harmonic_drive" | "rack_and_pinion" | "screw"),
             _ => matches!(keyword, "shaft" | "mass" | "spring_damper"),
         };
         let all = self.document.elements.iter();
@@ -326,7 +328,7 @@ impl Declared<'_> {
             let (what, label) = match key {
                 "torque" => ("motor or disturbance", "no such input"),
                 "spring" => ("spring_damper", "no such spring"),
-                "teeth" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such gear"),
+                "gear" => ("gear, harmonic_drive, rack_and_pinion or screw", "no such gear"),
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
@@ -413,8 +415,8 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
             Law::Stribeck { .. } => Extra::Stribeck { friction: friction() },
             Law::Load { torque } => Extra::Load { friction: friction(), input: input(torque) },
             // Before the recordings are separated it represents its friction only.
-            Law::Sense | Law::Recordings => Extra::Sense { friction: friction() },
-            Law::SenseDamping => Extra::SenseDamping { friction: friction() },
+            Law::FrictionAsymmetry | Law::Recordings => Extra::Sense { friction: friction() },
+            Law::DampingAsymmetry => Extra::SenseDamping { friction: friction() },
             Law::Quadratic => Extra::Quadratic { friction: friction() },
             Law::Drift => Extra::Drift { friction: friction() },
             Law::Recording { recording, last } => {

@@ -334,8 +334,8 @@ fn of_teeth_and_plays(
 /// The law of a torque that expresses a term, if any.
 fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
     match &extra.law {
-        Law::Sense => Some(FileLaw::Sense),
-        Law::SenseDamping => Some(FileLaw::SenseDamping),
+        Law::FrictionAsymmetry => Some(FileLaw::FrictionAsymmetry),
+        Law::DampingAsymmetry => Some(FileLaw::DampingAsymmetry),
         Law::Quadratic => Some(FileLaw::Quadratic),
         Law::Cogging(harmonic) => Some(FileLaw::Cogging(harmonic.order)),
         _ => None,
@@ -376,7 +376,7 @@ pub(super) fn is_in_file(extra: &ExtraTerm) -> bool {
 /// Why an additional term cannot be written into the model file.
 fn not_in_a_file(law: &Law) -> &'static str {
     match law {
-        Law::Load { .. } => "no key of an element describes it; for a gear loss use the kind `teeth`",
+        Law::Load { .. } => "no key of an element describes it; for a gear loss use the kind `gear_loss`",
         Law::Recordings | Law::Recording { .. } | Law::Drift => "friction of a model does not change with time",
         Law::Offset => "it belongs to the sensor: subtract it from the readings",
         Law::Backlash { .. } => "kardan writes its width there",

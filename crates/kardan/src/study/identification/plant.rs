@@ -78,8 +78,9 @@ pub(super) fn plant(
         .collect();
     let inputs = &reduced.equations.inputs;
     let torques: Vec<_> = inputs.iter().map(|input| place(&|slot| slot.is_torque_of(&input.element))).collect();
-    let unmeasured =
-        (0..inputs.len()).filter(|&k| torques[k].is_none() && !request.absent.contains(&inputs[k].element)).collect();
+    let unmeasured = (0..inputs.len())
+        .filter(|&k| torques[k].is_none() && !request.inactive_inputs.contains(&inputs[k].element))
+        .collect();
     let step = |slot: &Quantity| {
         plain.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
             let (quantity, step) = quantity_of(&named.element, plain)?;
@@ -234,7 +235,7 @@ impl Plant {
             let names = quoted(unmeasured);
             return Err(wrong(
                 format!("no torque balance remains: the torques of {names} are not in the logs"),
-                "log them, or list those that were zero under `absent` in `[identification]`",
+                "log them, or list those that were zero under `inactive_inputs` in `[identification]`",
             ));
         }
         Ok(())

@@ -68,7 +68,7 @@ pub(super) struct FitRequest {
     pub rest_speed: Option<(f64, Domain)>,
     pub steadiness: Steadiness,
     pub shortest: Option<f64>,
-    pub absent: Vec<String>,
+    pub inactive_inputs: Vec<String>,
     pub nonnegative: Vec<String>,
     pub loss: Loss,
     pub confidence: f64,
@@ -134,7 +134,7 @@ pub(super) fn request(
         rest_speed: rest_speed(document, out),
         steadiness: Steadiness { tolerance, ..Steadiness::default() },
         shortest: number(document, "shortest_segment", Dimension::TIME, out),
-        absent: name_list(table, "absent"),
+        inactive_inputs: name_list(table, "inactive_inputs"),
         nonnegative: name_list(table, "nonnegative"),
         loss: match word(&options.loss, "loss").as_deref() {
             Some("huber") => Loss::Huber,

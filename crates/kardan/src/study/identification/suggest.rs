@@ -31,10 +31,10 @@ const WORTH: f64 = 0.01;
 const SURE: f64 = 2.132;
 /// Difference of gains below which two terms count as equal.
 const SAME: f64 = 1e-9;
-/// Initial `clear` of a backlash as a fraction of the largest twist, and its limit.
+/// Initial `min_deflection` of a backlash as a fraction of the largest twist, and its limit.
 const CLEAR: f64 = 0.3;
 const CLEAREST: f64 = 0.8;
-/// `clear` as a multiple of half the identified width, and its least multiple.
+/// `min_deflection` as a multiple of half the identified width, and its least multiple.
 const BEYOND: f64 = 1.3;
 const JUST_BEYOND: f64 = 1.1;
 /// Number of repetitions of this identification.
@@ -90,9 +90,9 @@ impl Pooled {
     /// Whether a missing term of this kind may explain a failing test.
     fn is_raised_by(&self, test: TestKind) -> bool {
         match self.extras[0].law {
-            Law::Sense => matches!(test, TestKind::Mean(_) | TestKind::Speed(_)),
+            Law::FrictionAsymmetry => matches!(test, TestKind::Mean(_) | TestKind::Speed(_)),
             Law::Offset => matches!(test, TestKind::Mean(_)),
-            Law::SenseDamping | Law::Quadratic | Law::Stribeck { .. } => matches!(test, TestKind::Speed(_)),
+            Law::DampingAsymmetry | Law::Quadratic | Law::Stribeck { .. } => matches!(test, TestKind::Speed(_)),
             Law::Cogging(_) | Law::Ripple(_) => matches!(test, TestKind::Serial | TestKind::Normal),
             // They depend on all motions and loads.
             Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. } => true,
@@ -111,8 +111,8 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     elements.dedup();
     for &element in &elements {
         let one = |word: &str, law: Law| vec![ExtraTerm::new(element, word, law)];
-        out.push(one("friction_sense", Law::Sense));
-        out.push(one("damping_sense", Law::SenseDamping));
+        out.push(one("friction_asymmetry", Law::FrictionAsymmetry));
+        out.push(one("damping_asymmetry", Law::DampingAsymmetry));
         out.push(one("quadratic_damping", Law::Quadratic));
         out.push(one("stribeck", Law::Stribeck { shape: Shape::Gaussian, speed: None }));
         out.push(one("friction_drift", Law::Drift));
@@ -213,7 +213,7 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
-/// A backlash of each spring, with `clear` a fraction of its largest twist.
+/// A backlash of each spring, with `min_deflection` a fraction of its largest twist.
 fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>> {
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);

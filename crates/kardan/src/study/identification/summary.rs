@@ -302,7 +302,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
         let width = out.parameters.iter().find(|one| one.name == name).and_then(|one| Some((one.value?, one)));
         if let Some((width, one)) = width.filter(|(width, _)| *width / 2.0 >= clear) {
             warnings.push(format!(
-                "half of {name} is {} {}, not less than `clear = {}`: kardan uses windows in which the backlash may be open; write a larger `clear`",
+                "half of {name} is {} {}, not less than `min_deflection = {}`: kardan uses windows in which the backlash may be open; write a larger `min_deflection`",
                 short(width / 2.0),
                 one.unit,
                 short(clear)

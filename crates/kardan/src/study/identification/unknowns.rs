@@ -129,7 +129,7 @@ pub(super) fn unknown_parameter(
             let of = match kind {
                 "offset" => "torque",
                 "backlash" => "spring",
-                "teeth" => "teeth",
+                "gear_loss" => "gear",
                 _ => "friction",
             };
             format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
@@ -149,13 +149,13 @@ fn kind_of(key: &str) -> Option<&'static str> {
     match key {
         "stribeck" | "stribeck_speed" => Some("stribeck"),
         "load_loss" => Some("load"),
-        "friction_sense" => Some("sense"),
-        "damping_sense" => Some("sense_damping"),
+        "friction_asymmetry" => Some("friction_asymmetry"),
+        "damping_asymmetry" => Some("damping_asymmetry"),
         "quadratic_damping" => Some("quadratic"),
         "friction_drift" => Some("drift"),
         "offset" => Some("offset"),
         "backlash" | "backlash_torque" => Some("backlash"),
-        "tooth_loss" | "tooth_loss_back" | "efficiency" | "efficiency_back" => Some("teeth"),
+        "tooth_loss" | "tooth_loss_back" | "efficiency" | "efficiency_back" => Some("gear_loss"),
         key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
     }
 }

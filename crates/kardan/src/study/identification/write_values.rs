@@ -137,8 +137,8 @@ impl TermEdit {
         let values: Vec<FileValue> =
             term.coefficients.iter().map(|one| FileValue { name: free(&one.name), ..one.clone() }).collect();
         let unit = match (&term.law, is_straight) {
-            (FileLaw::SenseDamping, false) => "N m s/rad",
-            (FileLaw::SenseDamping, true) => "N s/m",
+            (FileLaw::DampingAsymmetry, false) => "N m s/rad",
+            (FileLaw::DampingAsymmetry, true) => "N s/m",
             (FileLaw::Quadratic, false) => "N m s^2/rad^2",
             (FileLaw::Quadratic, true) => "N s^2/m^2",
             (_, false) => "N m",
@@ -146,8 +146,8 @@ impl TermEdit {
         };
         let [a, b] = [0, 1].map(|k| values.get(k).map_or("", |one| one.name.as_str()));
         let law = match &term.law {
-            FileLaw::Sense => format!("-{a}"),
-            FileLaw::SenseDamping => format!("-{a} * abs({speed})"),
+            FileLaw::FrictionAsymmetry => format!("-{a}"),
+            FileLaw::DampingAsymmetry => format!("-{a} * abs({speed})"),
             FileLaw::Quadratic => format!("-{a} * {speed} * abs({speed})"),
             FileLaw::Cogging(order) => format!("-{a} * cos({order} * {angle}) - {b} * sin({order} * {angle})"),
         };
@@ -231,8 +231,8 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
         _ => true,
     };
     let kind = match term.law {
-        FileLaw::Sense => "sense",
-        FileLaw::SenseDamping => "sense_damping",
+        FileLaw::FrictionAsymmetry => "friction_asymmetry",
+        FileLaw::DampingAsymmetry => "damping_asymmetry",
         FileLaw::Quadratic => "quadratic",
         FileLaw::Cogging(_) => "cogging",
     };

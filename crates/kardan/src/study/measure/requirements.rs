@@ -188,8 +188,8 @@ fn read_display_unit(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<DisplayUnit> {
-    let text = read_word(table, "display")?.trim();
-    let place = TableReader::place(table, "display");
+    let text = read_word(table, "display_unit")?.trim();
+    let place = TableReader::place(table, "display_unit");
     let Some((unit, size, found)) = split_unit(&format!("1 {text}")).map(|(_, size, found)| (text, size, found)) else {
         let message = format!("{what}: `{}` is no unit", shortened(text));
         let help = "write a unit such as `deg`, `deg/s` or `mN m`";
@@ -624,11 +624,11 @@ fn display_unit((unit, size, dimension): (&str, Exact, Dimension), physical: Phy
 
 /// The unit in which signals of a plot are drawn; a text that is no unit of one of them is reported.
 fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnostic>) -> Option<PlotUnit> {
-    let text = read_word(table, "display")?.trim();
+    let text = read_word(table, "display_unit")?.trim();
     let quantity_text = format!("1 {text}");
     let diagnostic = |code: &'static str, message: String, help: String| {
         Diagnostic::error(code, message)
-            .at(TableReader::place(table, "display"), "no unit of a drawn signal")
+            .at(TableReader::place(table, "display_unit"), "no unit of a drawn signal")
             .help(help)
     };
     let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
@@ -733,7 +733,7 @@ pub(in crate::study) fn plots(
             Some(found.name)
         });
         let (display, window) = (display(table, &kinds, &what, out), window(table, context, &what, out));
-        let spectrum = read_word(table, "shows") == Some("spectrum");
+        let spectrum = read_word(table, "kind") == Some("spectrum");
         if spectrum {
             check_spectrum(table, context, (window, &what), out);
         }
@@ -771,7 +771,7 @@ fn check_spectrum(
         out.push(
             Diagnostic::error("plot::spectrum", message)
                 .at(place, "not the frequency")
-                .help("remove `over`, or draw values: `shows = \"values\"`"),
+                .help("remove `over`, or draw values: `kind = \"values\"`"),
         );
     }
     let reader = &TableReader::new(context.document, &[]);
@@ -787,7 +787,7 @@ fn check_spectrum(
         );
         out.push(
             Diagnostic::error("plot::spectrum", message)
-                .at(TableReader::place(table, "shows"), "too few rows")
+                .at(TableReader::place(table, "kind"), "too few rows")
                 .help("draw a longer time, or shorten `output_step` of `[scenario]`"),
         );
     }

@@ -14,7 +14,7 @@ use crate::simulate::{Scenario, SourceTarget};
 use crate::study::PreparedVariant;
 use crate::study::design::margins::searches;
 use crate::study::prepare::loop_blocks::{are_in_maps, blocks};
-use crate::synthesis::{Law, fade};
+use crate::synthesis::{Law, blending_signal};
 use crate::units::{Dimension, Exact, shown_quantity};
 
 /// Outputs of blocks that depend on the motion, directly or through other blocks.
@@ -151,7 +151,7 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
 /// Warns of effects of blocks that only a run includes: blocks at samples that continuous-time laws read, and torques that depend on them.
 pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
-    check_fades(document, model, scenario, out);
+    check_blending_signals(document, model, scenario, out);
     if laws.len() == model.controls.len() {
         check_exported(document, model, laws, out);
     }
@@ -223,10 +223,10 @@ fn blocks_of(formula: &Formula) -> Vec<&str> {
 }
 
 /// Rejects controllers whose commands are multiplied by a signal that nothing sets: they would be off.
-fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mut Vec<Diagnostic>) {
+fn check_blending_signals(document: &Document, model: &Model, scenario: &Scenario, out: &mut Vec<Diagnostic>) {
     for control in &model.controls {
-        let Some(fade) = fade(&control.values) else { continue };
-        let Some(number) = scenario.sources.iter().position(|source| source.name == fade.name) else { continue };
+        let Some(signal) = blending_signal(&control.values) else { continue };
+        let Some(number) = scenario.sources.iter().position(|source| source.name == signal.name) else { continue };
         let is_set = scenario.sources[number].target == SourceTarget::Block
             || scenario.events.iter().any(|event| event.source == number)
             || scenario.signals.iter().any(|signal| signal.source == number);
@@ -234,10 +234,10 @@ fn check_fades(document: &Document, model: &Model, scenario: &Scenario, out: &mu
             continue;
         }
         let own = document.controls.iter().find(|own| own.place == control.place);
-        let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "fade"));
+        let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "blending_signal"));
         let message = format!(
-            "`fade` of control `{}`: nothing sets `{}`, so that its commands would be 0 all the time",
-            control.name, fade.name
+            "`blending_signal` of control `{}`: nothing sets `{}`, so that its commands would be 0 all the time",
+            control.name, signal.name
         );
         let help = "name a block or a signal, or set it by an event: `signal = \"power\"`, `to = 1`";
         out.push(Diagnostic::error("control::blending-signal", message).at(place, "not set").help(help));

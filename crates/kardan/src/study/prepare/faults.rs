@@ -202,21 +202,21 @@ impl<'a> Reader<'a, '_> {
 
     /// The amount: present if and only if the kind needs it.
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
-        if !self.table.values.contains_key("by") && !self.table.unread.contains(&"by") {
-            let message = format!("{}: `{kind}` needs the key `by`", self.what);
-            let help = format!("write how much: `by = {}`", expected.0.example());
+        if !self.table.values.contains_key("value") && !self.table.unread.contains(&"value") {
+            let message = format!("{}: `{kind}` needs the key `value`", self.what);
+            let help = format!("write how much: `value = {}`", expected.0.example());
             let place = TableReader::place(self.table, "kind");
-            out.push(Diagnostic::error("key::missing", message).at(place, "`by` is missing").help(help));
+            out.push(Diagnostic::error("key::missing", message).at(place, "`value` is missing").help(help));
             return None;
         }
         let of_signal = self.of_signal(read_word(self.table, "sensor").unwrap_or_default()).is_some();
         let read = if of_signal { quantity_like } else { quantity };
-        let found = read(self.reader, self.table, "by", expected, self.what, out)?;
-        // `by` accepts quantities of any sign: the kind determines the required sign.
+        let found = read(self.reader, self.table, "value", expected, self.what, out)?;
+        // `value` accepts quantities of any sign: the kind determines the required sign.
         if let Some((rule, help)) = broken(expected.1, &found) {
             let shown = shown_quantity(&found, expected.0);
-            let message = format!("`by` of `{kind}` {rule}, found {shown}");
-            out.push(self.diagnostic("number::sign", &message, ("by", rule), help.into()));
+            let message = format!("`value` of `{kind}` {rule}, found {shown}");
+            out.push(self.diagnostic("number::sign", &message, ("value", rule), help.into()));
             return None;
         }
         Some(found.to_f64())
@@ -230,9 +230,9 @@ impl<'a> Reader<'a, '_> {
 
     /// Reports an amount without meaning.
     fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
-        if self.table.values.contains_key("by") {
-            let message = format!("`by` has no meaning for `{kind}`");
-            out.push(self.diagnostic("fault::kind", &message, ("by", "not used"), "remove it".into()));
+        if self.table.values.contains_key("value") {
+            let message = format!("`value` has no meaning for `{kind}`");
+            out.push(self.diagnostic("fault::kind", &message, ("value", "not used"), "remove it".into()));
         }
     }
 
@@ -240,9 +240,9 @@ impl<'a> Reader<'a, '_> {
     fn share(&self, kind: &str, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let share = self.amount(kind, (Dimension::NONE, Sign::NonNegative), out)?;
         if share >= 1.0 {
-            let message = format!("`by` is the remaining part, and {share} leaves all of it");
-            let help = "write a number below one: `by = 0.5`".to_string();
-            out.push(self.diagnostic("number::range", &message, ("by", "not below one"), help));
+            let message = format!("`value` is the remaining part, and {share} leaves all of it");
+            let help = "write a number below one: `value = 0.5`".to_string();
+            out.push(self.diagnostic("number::range", &message, ("value", "not below one"), help));
             return None;
         }
         Some(share)
@@ -384,8 +384,8 @@ impl<'a> Reader<'a, '_> {
                     let message = format!(
                         "commands that are late by more than the sample time of {period} s overtake each other"
                     );
-                    let help = "choose `by` below the sample time, or the fault `missed`".to_string();
-                    out.push(self.diagnostic("number::range", &message, ("by", "not below the sample time"), help));
+                    let help = "choose `value` below the sample time, or the fault `missed`".to_string();
+                    out.push(self.diagnostic("number::range", &message, ("value", "not below the sample time"), help));
                     return;
                 }
                 most.map(UnitFaultKind::Jitter)

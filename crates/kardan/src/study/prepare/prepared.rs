@@ -209,7 +209,7 @@ impl PreparedVariant {
 
     /// Whether the design of a controller leaves elements out.
     pub(in crate::study) fn leaves_out(&self, number: usize) -> bool {
-        self.model.controls[number].values.names("without").is_some_and(|names| !names.is_empty())
+        self.model.controls[number].values.names("excluded_elements").is_some_and(|names| !names.is_empty())
     }
 
     /// The time constant of each input's motor, s.

@@ -16,17 +16,19 @@ pub(in crate::study) fn excluded(
     out: &mut Vec<Diagnostic>,
 ) -> Option<BTreeSet<String>> {
     let own = document.controls.iter().find(|own| own.place == control.place);
-    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "excluded_elements"));
     let mut found = BTreeSet::new();
-    if control.law.keyword == Program::KEYWORD && control.values.has("without") {
-        let message = format!("control `{}`: a program is not designed, so `without` has no effect", control.name);
+    if control.law.keyword == Program::KEYWORD && control.values.has("excluded_elements") {
+        let message =
+            format!("control `{}`: a program is not designed, so `excluded_elements` has no effect", control.name);
         out.push(Diagnostic::error("control::excluded-elements", message).at(place, "not read").help("take it out"));
         return None;
     }
-    for name in control.values.names("without").unwrap_or_default() {
+    for name in control.values.names("excluded_elements").unwrap_or_default() {
         let Some(element) = document.elements.get(name) else {
             let element_names = document.elements.iter().map(|element| element.name.as_str());
-            let message = format!("`without` of control `{}`: there is no element `{}`", control.name, shortened(name));
+            let message =
+                format!("`excluded_elements` of control `{}`: there is no element `{}`", control.name, shortened(name));
             let help = match nearest(name, element_names) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "name elements of the model: a vehicle, a torque, a spring_damper".into(),
@@ -46,7 +48,7 @@ pub(in crate::study) fn excluded(
         out.push(
             Diagnostic::error("control::excluded-elements", message)
                 .at(place, "left out here")
-                .help("take out `at` or `without`"),
+                .help("take out `at` or `excluded_elements`"),
         );
         return None;
     }
@@ -68,7 +70,7 @@ pub(in crate::study) fn needed_by(document: &Document, control: &ControlSpec, mo
     };
     let missing = inputs.iter().chain(&signals).find(|name| !is_present(name))?;
     let own = document.controls.iter().find(|own| own.place == control.place);
-    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "without"));
+    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "excluded_elements"));
     let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
     let help = "leave out less: removing a shaft also removes the elements that act on it";
     Some(Diagnostic::error("control::excluded-elements", message).at(place, "left out here").help(help))

@@ -631,7 +631,7 @@ fn designed_law(
         return None;
     }
     let law = design_law(control.law, &control.name, &control.values, plant);
-    let excluded = control.values.names("without").filter(|names| !names.is_empty());
+    let excluded = control.values.names("excluded_elements").filter(|names| !names.is_empty());
     let whole = |law: Arc<dyn Law>| match excluded {
         Some(names) => submodel_law(law, &plant.reduced, reduced, &quoted(names.iter().map(String::as_str))),
         None => law,

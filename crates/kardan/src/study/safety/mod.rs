@@ -85,7 +85,7 @@ impl Project {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
             detected: spec.detected.clone(),
-            within: spec.within,
+            detection_time_limit: spec.detection_time_limit,
             effects: spec.effects.iter().map(|effect| effect.definition.clone()).collect(),
             rows: Vec::with_capacity(all),
             missing: all,

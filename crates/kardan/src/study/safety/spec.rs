@@ -30,7 +30,7 @@ pub struct SafetySpec {
     /// The detection condition.
     pub detected: Option<String>,
     /// The longest time to detection, s.
-    pub within: Option<f64>,
+    pub detection_time_limit: Option<f64>,
     /// A state machine, and its states.
     pub reaction: Option<(String, Vec<String>)>,
     /// The effects.
@@ -78,7 +78,7 @@ pub(in crate::study) fn safety_spec<'a>(
         values: value_names(&reader, document, &chosen, out),
         variants: chosen,
         detected: condition(context, out),
-        within: time("within", table, out),
+        detection_time_limit: time("detection_time_limit", table, out),
         reaction: reaction(document, out),
         effects: Vec::new(),
         monitors: monitors(document),
@@ -262,9 +262,9 @@ fn monitors(document: &Document) -> Vec<String> {
 fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if spec.within.is_some() && !here("detected") {
-        let message = format!("{SAFETY}: `within` has no effect without `detected`");
-        let place = TableReader::place(table, "within");
+    if spec.detection_time_limit.is_some() && !here("detected") {
+        let message = format!("{SAFETY}: `detection_time_limit` has no effect without `detected`");
+        let place = TableReader::place(table, "detection_time_limit");
         let help = "add the detection condition: `detected = \"MONITOR\"`";
         out.push(Diagnostic::error("key::missing", message).at(place, "no `detected`").help(help));
     }
@@ -299,7 +299,7 @@ fn effect<'a>(
     }
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
-    let difference = read_word(table, "against") != Some("zero");
+    let difference = read_word(table, "baseline") != Some("zero");
     let display = measuring.unit_of_bounds(table, found.dimension);
     let within = if window.is_finite() { format!(" within {window} s") } else { String::new() };
     let against = if difference { ", against no fault" } else { "" };

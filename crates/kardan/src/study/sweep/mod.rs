@@ -2,6 +2,7 @@
 
 mod again;
 mod batch;
+mod correlated;
 mod goal;
 mod indices;
 mod laws;
@@ -17,7 +18,6 @@ mod spec;
 mod statistics;
 mod stopping_rule;
 mod summary;
-mod together;
 mod tree;
 mod varied;
 mod worst;
@@ -27,6 +27,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 
 use batch::Batch;
+use correlated::factors;
 pub use goal::SweepGoal;
 use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
@@ -40,7 +41,6 @@ pub use spec::SweepSpec;
 pub(in crate::study) use spec::sweep_spec;
 use stopping_rule::StoppingRule;
 use summary::summarise;
-use together::factors;
 use varied::{SWEEP, Varied};
 
 use crate::diagnostics::{Diagnostic, quoted};
@@ -95,7 +95,7 @@ impl Project {
         let sought = settings.goal.sought();
         let target = sought.map(|sought| target(prepared, sought, &mut variants, &spec.varied)).transpose();
         let target = target.map_err(|diagnostic| vec![diagnostic])?;
-        let factors = factors(spec.varied.len(), &spec.together);
+        let factors = factors(spec.varied.len(), &spec.correlated);
         let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let swept_parameter = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
@@ -117,7 +117,7 @@ impl Project {
             // A search generates its own ones.
             axes: if search.is_some() { Vec::new() } else { axes(spec.sampling, (seed, samples), spread, &factors) },
             spread: self.with_laws(&spec.varied),
-            together: spec.together.clone(),
+            correlated: spec.correlated.clone(),
             sampling: spec.sampling,
             goal: settings.goal.clone(),
             target,
@@ -469,7 +469,7 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
             }
             all
         }
-        sampling => requested.next_multiple_of(sampling.group(moved(&factors(spec.varied.len(), &spec.together)))),
+        sampling => requested.next_multiple_of(sampling.group(moved(&factors(spec.varied.len(), &spec.correlated)))),
     };
     if samples == 0 || samples > MOST_SAMPLES {
         return too_many(samples);

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::correlated::{CorrelatedGroup, values_at};
 use super::goal::{SweepGoal, Target};
 use super::points::{Axis, SamplingMethod};
-use super::together::{Together, values_at};
 use super::varied::Varied;
 use crate::results::SweepHead;
 use crate::study::Settings;
@@ -37,7 +37,7 @@ pub struct SweepPlan {
     pub shard: Option<Shard>,
     pub(super) axes: Vec<Axis>,
     pub(super) spread: Vec<Varied>,
-    pub(super) together: Vec<Together>,
+    pub(super) correlated: Vec<CorrelatedGroup>,
     pub(super) sampling: SamplingMethod,
     pub(super) goal: SweepGoal,
     pub(super) target: Option<Target>,
@@ -63,7 +63,7 @@ impl SweepPlan {
     /// The values of a sample, SI: they depend only on the seed and its number; those of a search also depend on earlier samples, and are not available here.
     pub fn values(&self, sample: u64) -> Vec<f64> {
         let places: Vec<f64> = self.axes.iter().map(|axis| axis.at(sample)).collect();
-        values_at(&self.spread, &self.together, &places)
+        values_at(&self.spread, &self.correlated, &places)
     }
 
     /// Samples of a block, which is written as a whole: at most a thousand blocks, except for small ones.

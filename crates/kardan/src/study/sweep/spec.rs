@@ -1,7 +1,7 @@
 //! The request of `[sweep]` of a model file, with its errors.
 
+use super::correlated::{CorrelatedGroup, correlated};
 use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
-use super::together::{Together, together};
 use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::two_sided_normal;
@@ -36,7 +36,7 @@ pub struct SweepSpec {
     /// The varied parameters.
     pub(super) varied: Vec<Varied>,
     /// Those that vary together.
-    pub(super) together: Vec<Together>,
+    pub(super) correlated: Vec<CorrelatedGroup>,
 }
 
 /// Reads it; without a table `[sweep]` all tolerances of the file vary.
@@ -62,18 +62,18 @@ pub(in crate::study) fn sweep_spec(
     if of_tolerances {
         varied = tolerances(document);
     }
-    let together = together(document, &mut varied, of_tolerances, out);
+    let correlated = correlated(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
     let sampling = SamplingMethod::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
     check_points(table, sampling, (levels, &varied), out);
-    check_axes(table, sampling, (varied.len(), together.is_empty()), out);
+    check_axes(table, sampling, (varied.len(), correlated.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
         sampling,
         variants: selected_variants(table, variants, context, SWEEP, out),
         varied,
-        together,
+        correlated,
     }
 }
 
@@ -129,7 +129,7 @@ fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bo
     if !apart && matches!(sampling, SamplingMethod::Levels(_) | SamplingMethod::Morris) {
         let message =
             format!("samples of `points = \"{word}\"` change one parameter at a time, and some vary together");
-        refuse(message, "choose other points, or remove `[[sweep.together]]`");
+        refuse(message, "choose other points, or remove `[[sweep.correlated]]`");
     }
 }
 

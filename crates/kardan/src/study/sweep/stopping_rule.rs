@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
+use super::correlated::{values_at, values_of_scores};
 use super::goal::{InterimAnalyses, SweepGoal, Target};
 use super::plan::SweepPlan;
 use super::rare::Rare;
-use super::together::{values_at, values_of_scores};
 use super::worst::Worst;
 use crate::results::SweepRow;
 
@@ -29,7 +29,7 @@ impl StoppingRule {
             (SweepGoal::Until(width), _) => Self::Until(InterimAnalyses::new(*width, plan.blocks(), &plan.head)),
             (SweepGoal::Worst(_), Some(target)) => {
                 let explore = plan.samples_of(0..plan.blocks().div_ceil(2)).end;
-                let mixed = |k: usize| plan.together.iter().any(|group| group.members.contains(&k));
+                let mixed = |k: usize| plan.correlated.iter().any(|group| group.members.contains(&k));
                 Self::Worst(target.clone(), Box::new(Worst::new(seed, explore, &plan.spread, mixed)))
             }
             (SweepGoal::Rare(_), Some(target)) => {
@@ -51,7 +51,7 @@ impl StoppingRule {
 
     /// Values of the samples of the next block; `None` at the end.
     pub fn values(&mut self, plan: &SweepPlan, samples: Range<u64>) -> Option<Vec<Vec<f64>>> {
-        let of = (&plan.spread[..], &plan.together[..]);
+        let of = (&plan.spread[..], &plan.correlated[..]);
         match self {
             Self::Until(interim_analyses) if interim_analyses.status().converged => None,
             Self::Plain | Self::Until(_) => Some(samples.map(|sample| plan.values(sample)).collect()),

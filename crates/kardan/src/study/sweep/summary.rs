@@ -1,12 +1,12 @@
 //! The summary of the rows of a sweep, with notes.
 
+use super::correlated::factors;
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
 use super::points::{SamplingMethod, moved};
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
-use super::together::factors;
 use crate::equations::Sensor;
 use crate::results::{
     Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
@@ -118,7 +118,7 @@ fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> 
 /// Names of the independent factors; parameters that vary together are one.
 fn moving(plan: &SweepPlan) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
-    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.together)) {
+    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.correlated)) {
         match out.get_mut(factor) {
             Some(together) => *together += &format!(" with {}", varied.name),
             None => out.push(varied.name.clone()),
@@ -129,7 +129,7 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
 
 /// The origin of its samples.
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
-    let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.together)));
+    let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.correlated)));
     match (&plan.goal, plan.sampling) {
         (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
         (_, SamplingMethod::Levels(_)) => Sampled::Grid,
@@ -181,7 +181,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
             ));
         }
     }
-    if !plan.together.is_empty() {
+    if !plan.correlated.is_empty() {
         notes.push(
             "Correlations are those of the normal numbers that kardan maps to the distributions by quantiles; for normal distributions they are those of the values."
                 .into(),

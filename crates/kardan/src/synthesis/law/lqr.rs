@@ -17,7 +17,7 @@ keys! {
             reference: Name as REFERENCE;
         }
         optional {
-            largest: Number(Sign::Positive) = "0.1",
+            max_acceptable: Number(Sign::Positive) = "0.1",
                 "Largest acceptable deviation of the output in SI units (rad, rad/s, N m).";
         }
     }
@@ -32,7 +32,7 @@ law_keys! {
         optional {
             channels: Tables(LqrChannel),
                 "One table for each output, as many as motors; left out: none.";
-            largest: Overrides,
+            max_acceptable: Overrides,
                 "Largest acceptable torques of motors, angles and speeds of coordinates: { wg_motor = \"1.3 N m\", \
                  \"cj.w\" = \"10 rad/s\" }; a motor that is left out: 1 N m, a state: no cost.";
         }
@@ -42,24 +42,24 @@ law_keys! {
 /// Linear quadratic regulator.
 pub const LQR: LawKind = LawKind {
     keyword: Lqr::KEYWORD,
-    summary: "State feedback u = -K x + L r of least cost, the integral of (y/largest)^2 over the outputs, (x/largest)^2 over \
-              chosen states and (u/largest)^2 over the motors (Bryson's rule); references are reached at rest.",
+    summary: "State feedback u = -K x + L r of least cost, the integral of (y/max_acceptable)^2 over the outputs, (x/max_acceptable)^2 over \
+              chosen states and (u/max_acceptable)^2 over the motors (Bryson's rule); references are reached at rest.",
     fields: Lqr::FIELDS,
     example: "\
 [control.column]
 law = \"lqr\"
 inputs = [\"wg_motor\", \"rk_motor\"]
-largest = { wg_motor = \"1.3 N m\", rk_motor = \"60 N m\", \"rk.w\" = \"20 rad/s\" }
+max_acceptable = { wg_motor = \"1.3 N m\", rk_motor = \"60 N m\", \"rk.w\" = \"20 rad/s\" }
 
 [[control.column.channels]]
 output = \"rk.phi\"
 reference = \"ref_rk\"
-largest = 0.1
+max_acceptable = 0.1
 
 [[control.column.channels]]
 output = \"fs.phi\"
 reference = \"ref_fs\"
-largest = 0.05
+max_acceptable = 0.05
 ",
     template: |inputs, outputs| {
         let channels = channels_for(outputs, |output, reference| LqrChannel::new(output, reference));
@@ -76,7 +76,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     task.leave_counters(request.plant);
     let states = task.system.states.clone();
     let (n, m) = (states.len(), task.inputs.len());
-    let largest = request.values.map("largest").unwrap_or_default();
+    let largest = request.values.map("max_acceptable").unwrap_or_default();
     for (name, value) in largest {
         if !states.contains(name) && !task.inputs.contains(name) {
             return Err(SynthesisError::NoWeight { name: name.clone(), states, inputs: task.inputs });
@@ -88,7 +88,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let weight =
         |name: &String| largest.iter().find(|(candidate, _)| candidate == name).map(|(_, x)| powi(x.to_f64(), -2));
     let of_outputs: Vec<f64> =
-        channels(request.values).map(|channel| powi(channel.number_or_default("largest"), -2)).collect();
+        channels(request.values).map(|channel| powi(channel.number_or_default("max_acceptable"), -2)).collect();
     let (c, d) = (task.system.c.to_f64(), task.system.d.to_f64());
     let product = |a: &Matrix<f64>, b: &Matrix<f64>, i: usize, j: usize| -> f64 {
         of_outputs.iter().enumerate().map(|(k, w)| w * a[(k, i)] * b[(k, j)]).sum()

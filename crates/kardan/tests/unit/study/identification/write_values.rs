@@ -7,15 +7,15 @@ use super::*;
 fn an_entry_that_cannot_be_taken_out_stays() {
     let source = |line: &str| {
         format!(
-            "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_sense\"]\n\
-                 [[identification.extra]]\nkind = \"sense\"\nfriction = \"s\"{line}\n"
+            "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_asymmetry\"]\n\
+                 [[identification.extra]]\nkind = \"friction_asymmetry\"\nfriction = \"s\"{line}\n"
         )
     };
-    let coefficient = FileValue { name: "s.friction_sense".into(), value: 0.05, interval: None };
+    let coefficient = FileValue { name: "s.friction_asymmetry".into(), value: 0.05, interval: None };
     let term = FileTerm {
-        term: "s.friction_sense".into(),
+        term: "s.friction_asymmetry".into(),
         element: "s".into(),
-        law: FileLaw::Sense,
+        law: FileLaw::FrictionAsymmetry,
         coefficients: vec![coefficient],
     };
     let put = |text: &str| {
@@ -27,8 +27,8 @@ fn an_entry_that_cannot_be_taken_out_stays() {
     let (text, warning) = put(&source(" and more"));
     let warning = warning.expect("it stays");
     assert!(
-        warning.starts_with("s.friction_sense: ") && warning.contains("remove it before you identify again"),
+        warning.starts_with("s.friction_asymmetry: ") && warning.contains("remove it before you identify again"),
         "{warning}"
     );
-    assert!(text.contains("and more") && text.contains("[torque.s_friction_sense_law]"), "{text}");
+    assert!(text.contains("and more") && text.contains("[torque.s_friction_asymmetry_law]"), "{text}");
 }

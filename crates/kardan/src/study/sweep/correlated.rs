@@ -1,4 +1,4 @@
-//! Parameters that vary together: `[[sweep.together]]`, with a matrix that is proven to be a correlation matrix before any draw.
+//! Parameters that vary together: `[[sweep.correlated]]`, with a matrix that is proven to be a correlation matrix before any draw.
 
 use std::str;
 
@@ -13,7 +13,7 @@ use crate::study::prepare::read_values::{read_names, read_word};
 use crate::units::parse_number;
 
 /// Most parameters of one matrix: the decision uses exact fractions.
-const MOST_TOGETHER: usize = 40;
+const MOST_CORRELATED: usize = 40;
 /// Permitted rounding of the numbers of a file: this fraction is added to its variances if they are no covariance without it.
 const ROUNDED: f64 = 1e-12;
 /// Most listed partners of a parameter.
@@ -21,14 +21,14 @@ const MAX_LISTED: usize = 5;
 
 /// Parameters that vary together, and the matrix that computes their scores from independent ones.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Together {
+pub(super) struct CorrelatedGroup {
     /// Their numbers among all varied parameters.
     pub members: Vec<usize>,
     /// Lower triangle F, rows of length one: `F Fᵀ` are the correlations.
     pub factor: Matrix<f64>,
 }
 
-impl Together {
+impl CorrelatedGroup {
     /// Replaces independent scores by correlated ones.
     pub fn mix(&self, scores: &mut [f64]) {
         let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
@@ -39,12 +39,12 @@ impl Together {
 }
 
 /// For each axis the number of its factor: axes that vary together share one.
-pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
+pub(super) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut next = 0;
     for axis in 0..axes {
         let first =
-            together.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
+            correlated.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
         let shared = first.filter(|first| **first < axis).map(|first| out[*first]);
         out.push(shared.unwrap_or(next));
         next += usize::from(shared.is_none());
@@ -53,13 +53,13 @@ pub(super) fn factors(axes: usize, together: &[Together]) -> Vec<usize> {
 }
 
 /// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
-pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]) -> Vec<f64> {
+pub(super) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], places: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> =
         spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
-    if !together.is_empty() {
+    if !correlated.is_empty() {
         let mut scores: Vec<f64> = places.iter().map(|place| score(*place)).collect();
-        together.iter().for_each(|group| group.mix(&mut scores));
-        for member in together.iter().flat_map(|group| &group.members) {
+        correlated.iter().for_each(|group| group.mix(&mut scores));
+        for member in correlated.iter().flat_map(|group| &group.members) {
             values[*member] = spread[*member].distribution.of_score(scores[*member]);
         }
     }
@@ -67,9 +67,9 @@ pub(super) fn values_at(spread: &[Varied], together: &[Together], places: &[f64]
 }
 
 /// The same at scores: independent normal numbers.
-pub(super) fn values_of_scores(spread: &[Varied], together: &[Together], scores: &[f64]) -> Vec<f64> {
+pub(super) fn values_of_scores(spread: &[Varied], correlated: &[CorrelatedGroup], scores: &[f64]) -> Vec<f64> {
     let mut scores = scores.to_vec();
-    together.iter().for_each(|group| group.mix(&mut scores));
+    correlated.iter().for_each(|group| group.mix(&mut scores));
     spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
 }
 
@@ -82,18 +82,18 @@ struct CorrelationSpec {
 }
 
 /// Reads all of them; a normal distribution of a file replaces a tolerance.
-pub(super) fn together(
+pub(super) fn correlated(
     document: &Document,
     varied: &mut Vec<Varied>,
     tolerances: bool,
     out: &mut Vec<Diagnostic>,
-) -> Vec<Together> {
-    let Some(Value::Tables(tables)) = document.sweep.values.get("together").map(|found| &found.value) else {
+) -> Vec<CorrelatedGroup> {
+    let Some(Value::Tables(tables)) = document.sweep.values.get("correlated").map(|found| &found.value) else {
         return Vec::new();
     };
-    let mut found: Vec<Together> = Vec::new();
+    let mut found: Vec<CorrelatedGroup> = Vec::new();
     for (number, table) in tables.iter().enumerate() {
-        let what = format!("entry {} of `[[sweep.together]]`", number + 1);
+        let what = format!("entry {} of `[[sweep.correlated]]`", number + 1);
         let before = out.len();
         let Some(correlation) = correlation(document, table, &what, out) else { continue };
         let Some(factor) = decided(&correlation, table, &what, out) else { continue };
@@ -117,7 +117,7 @@ pub(super) fn together(
             correlation.names.iter().filter_map(|name| member((varied, &found), name, (table, &what), out)).collect();
         if out.len() == before {
             describe_correlations(varied, &members, &factor);
-            found.push(Together { members, factor });
+            found.push(CorrelatedGroup { members, factor });
         }
     }
     found
@@ -125,7 +125,7 @@ pub(super) fn together(
 
 /// The number of a varied parameter, if its values are ordered and no other matrix contains it.
 fn member(
-    (varied, groups): (&[Varied], &[Together]),
+    (varied, groups): (&[Varied], &[CorrelatedGroup]),
     name: &str,
     (table, what): (&Table, &str),
     out: &mut Vec<Diagnostic>,
@@ -258,8 +258,8 @@ fn square(entries: &[Vec<Rational>], n: usize) -> Result<(), String> {
     if entries.len() != n {
         return Err(format!("the matrix has {} rows for {n} parameters", entries.len()));
     }
-    if n > MOST_TOGETHER {
-        return Err(format!("{n} parameters exceed the limit of {MOST_TOGETHER}"));
+    if n > MOST_CORRELATED {
+        return Err(format!("{n} parameters exceed the limit of {MOST_CORRELATED}"));
     }
     for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
         if entries[i][j] != entries[j][i] {
@@ -433,5 +433,5 @@ fn factor(matrix: &Matrix<Rational>) -> Matrix<f64> {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/study/sweep/together.rs"]
+#[path = "../../../tests/unit/study/sweep/correlated.rs"]
 mod tests;

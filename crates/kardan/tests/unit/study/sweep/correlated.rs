@@ -1,4 +1,4 @@
-//! Tests of `src/study/sweep/together.rs`.
+//! Tests of `src/study/sweep/correlated.rs`.
 
 use super::*;
 
