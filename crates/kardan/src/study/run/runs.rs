@@ -22,7 +22,7 @@ use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::accuracy::{self, ReferenceRuns};
 use crate::study::run::model_summary::summarise;
 use crate::study::run::progress::run_with_progress;

@@ -49,7 +49,7 @@ use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::{Method, Recorded, Tolerance};
 use crate::study::measure::requirement::Requirement;
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::progress::Counted;
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
