@@ -19,5 +19,6 @@ pub(super) mod signal_table;
 pub(super) mod source_signals;
 pub(super) mod start_at_rest;
 pub(super) mod state_names;
+pub(super) mod tolerance;
 pub(super) mod variant_diagnostics;
 pub(super) mod variants;

@@ -20,7 +20,7 @@ use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::check::vehicle_validity::backwards;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
-use crate::study::measure::requirement::{Judged, Ran, judge};
+use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::accuracy::{self, ReferenceRuns};

@@ -48,7 +48,7 @@ use crate::model::VariantSettings;
 use crate::num::Random;
 use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use crate::simulate::{Method, Recorded, Tolerance};
-use crate::study::measure::requirement::Requirement;
+use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::progress::Counted;
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
