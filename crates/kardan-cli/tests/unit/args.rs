@@ -1,4 +1,4 @@
-//! Tests of `src/args.rs`.
+//! Tests of `src/args/mod.rs`.
 
 use clap::{CommandFactory, Parser};
 

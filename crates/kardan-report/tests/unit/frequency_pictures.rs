@@ -1,7 +1,9 @@
-//! Tests of `src/frequency_pictures.rs`.
+//! Tests of `src/frequency_pictures/mod.rs`.
 
+use super::loop_plots::drawn;
 use super::*;
-use kardan::results::{LargestSingularValue, StepSignal};
+use kardan::results::{ChannelMargin, LargestSingularValue, LoopGain, StepSignal};
+use kardan_rt::functions::{powf, powi};
 
 /// 1/(s (s + 1)²), whose phase is −180° at 1 rad/s with |L| = ½.
 fn example() -> (LoopResponses, Vec<ChannelMargin>) {

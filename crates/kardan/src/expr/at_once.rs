@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use kardan_rt::Operator;
 
-use super::graph::PiecewisePolynomial;
+use super::piecewise_polynomial::PiecewisePolynomial;
 use super::{Domain, Expr, Floating, Graph, Symbol, lower};
 use crate::num::{Rational, rational_to_f64};
 

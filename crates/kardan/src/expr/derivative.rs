@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::graph::Node;
+use super::nodes::Node;
 use super::{Expr, Function, Graph, Symbol};
 use crate::num::Rational;
 

@@ -2,7 +2,7 @@
 
 use kardan_rt::{Operator, Real, functions};
 
-use super::graph::PiecewisePolynomial;
+use super::piecewise_polynomial::PiecewisePolynomial;
 use crate::num::{Rational, rational_to_f64};
 
 /// Numbers, or a representation of them: the operations of a plan on them.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::graph::Node;
+use super::nodes::Node;
 use super::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::units::Dimension;

@@ -4,7 +4,7 @@ use kardan_rt::functions::{acos, asin, atan, exp, ln, sin_cos, tan};
 use kardan_rt::{Operator, Real};
 
 use super::Domain;
-use super::graph::PiecewisePolynomial;
+use super::piecewise_polynomial::PiecewisePolynomial;
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 
 /// All numbers from `low` to `high`.

@@ -5,7 +5,8 @@ use std::collections::{HashMap, HashSet};
 
 use kardan_rt::Operator;
 
-use super::graph::{Node, raised};
+use super::graph::raised;
+use super::nodes::Node;
 use super::{Domain, Expr, Function, Graph, Symbol};
 use crate::num::{Rational, Scalar, rational_from_f64};
 use crate::units::Exact;

@@ -5,7 +5,9 @@
 //! printed, evaluated over any numbers ([`Domain`]), and compiled to a list of operations ([`crate::plan`]).
 
 mod at_once;
+mod dependence;
 mod derivative;
+mod dimensions;
 mod domains;
 mod forward;
 mod graph;
@@ -14,25 +16,31 @@ mod interval;
 mod lookup;
 mod lower;
 mod lowering;
+mod nodes;
 mod of_time;
 mod one_sided;
+mod piecewise_polynomial;
 mod print;
 mod sides;
+mod substitution;
 mod surds;
 mod traced;
 
 pub use at_once::{AtOnce, Together, at_once};
 pub use domains::{Domain, Floating, Rationals};
 pub use forward::{WithSlopes, forward, slopes_at};
-pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Substitution, Symbol};
+pub use graph::Graph;
 pub use interval::{Interval, Intervals};
 pub use lookup::{Beyond, Lookup};
 pub use lower::lower;
 pub use lowering::Named;
+pub use nodes::{Expr, Function, Symbol};
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use one_sided::{Linear, Number, SidesOf, bending, kinked, linear_sides};
+pub use piecewise_polynomial::PiecewisePolynomial;
 pub use print::{Style, parenthesised, printed};
 pub(crate) use print::{bare, raised};
 pub use sides::{Direction, Place, Side, Sided, exactly};
+pub use substitution::Substitution;
 pub use surds::{Surd, Surds};
 pub use traced::Traced;

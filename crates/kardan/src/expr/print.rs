@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::graph::Node;
+use super::nodes::Node;
 use super::{Expr, Function, Graph};
 use crate::num::Rational;
 

@@ -6,7 +6,8 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::graph::{Node, PiecewisePolynomial};
+use super::nodes::Node;
+use super::piecewise_polynomial::PiecewisePolynomial;
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
 use crate::num::{Rational, Scalar, SparseRow, rational_from_f64, rational_to_f64};
 

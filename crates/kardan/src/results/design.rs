@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::serial::{self, by_name};
 use super::{
-    Complex, Definition, ElementShare, Exploration, LawSummary, LoopAlongPath, LoopResponses, Margins, Mechanism,
-    MotorLoadView, NamedMatrix, OppositeSide, Pole, Robustness, ScenarioMotorLoad, ShapePart, StabilityVerdict,
+    Complex, Definition, ElementShare, Exploration, LoopAlongPath, LoopResponses, Margins, Mechanism, MotorLoadView,
+    NamedMatrix, OppositeSide, Pole, Robustness, ScenarioMotorLoad, ShapePart, StabilityVerdict,
 };
 use crate::names::Quantity;
 
@@ -140,6 +140,19 @@ pub struct Design {
     #[serde(flatten, serialize_with = "serial::ending")]
     #[schemars(with = "serial::Ending")]
     pub incomplete_reason: Option<String>,
+}
+
+/// A designed control law, for display.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LawSummary {
+    /// Name in the model file.
+    pub name: String,
+    /// The law's keyword.
+    pub law: String,
+    /// The designed numbers.
+    pub gains: Vec<NamedMatrix>,
+    /// One sentence each: effective inertia, design model, relative degrees.
+    pub notes: Vec<String>,
 }
 
 impl Design {

@@ -1,5 +1,8 @@
 //! Combines blocks and their inputs into tasks: names resolved, units checked, in the order of computation.
 
+mod block_outputs;
+mod monitor_checks;
+mod sensor_signals;
 mod tasks;
 mod writing;
 
@@ -7,21 +10,19 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
-use super::document::{BlockTable, Document, Instance, SignalTable};
-use super::functions::Functions;
-use super::monitors::{self, MonitorExpr};
-use super::overlaps::{self, Assumptions, TransitionGuard};
-use super::table_reader::TableReader;
-use crate::block::{BlockBuilder, BlockKind, Expressions, Guard, List, Rule};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
-use crate::element::{KeyError, Values};
 use crate::entries::Place;
-use crate::expr::{Expr, Graph, Interval, Lookup, OfTime, Substitution, Symbol, Traced};
+use crate::expr::{Expr, Graph, Lookup, OfTime, Symbol};
 use crate::names::{HasName, NamedList, SignalName};
-use crate::num::Rational;
-use crate::program::{AS_READ, KeyRule, Lists, Looked, Read, TableCall, Task, TaskAnswer};
-use crate::schema::{Kind, Placed, Scalar, Table, Value};
+use crate::program::{AS_READ, KeyRule, Looked, Read, TableCall, Task, TaskAnswer};
+use crate::schema::{Placed, Scalar, Table, Value};
 use crate::units::{Dimension, Exact, UnitError};
+
+use super::document::{BlockTable, Document, SignalTable};
+use super::functions::Functions;
+use super::monitors::MonitorExpr;
+use super::overlaps::TransitionGuard;
+use super::table_reader::TableReader;
 
 /// The blocks of a model as tasks, with external inputs.
 #[derive(Debug, Clone, Default)]
@@ -187,24 +188,6 @@ fn errors(out: &[Diagnostic]) -> usize {
 /// The external name of an output.
 fn outside_name(block: &str, answer: &str) -> String {
     if answer.is_empty() { block.to_string() } else { format!("{block}.{answer}") }
-}
-
-/// The symbols of an output: `.since` of a machine and others whose units are known in advance.
-fn declared_outputs(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
-    match kind.keyword {
-        "state_machine" => {
-            let states = values.names("states").unwrap_or_default().iter();
-            let outputs = lists.iter().filter_map(|list| Some((list.name.clone(), list.values.first()?.1)));
-            let own = [(String::new(), Dimension::NONE), ("since".to_string(), Dimension::TIME)];
-            own.into_iter().chain(states.map(|name| (name.clone(), Dimension::NONE))).chain(outputs).collect()
-        }
-        "observer" => {
-            let states = lists.iter().filter(|list| list.key == "states");
-            states.filter_map(|list| Some((list.name.clone(), list.values.first()?.1))).collect()
-        }
-        "monitor" => vec![(String::new(), Dimension::NONE)],
-        _ => Vec::new(),
-    }
 }
 
 impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
@@ -380,116 +363,6 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    /// Records the comparison of a monitor.
-    fn watch(&mut self, name: &str, table: &Table, inputs: &BlockInputs) {
-        let of = |key: &str| inputs.iter().find(|(candidate, ..)| *candidate == key).map(|(_, _, found)| *found);
-        let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
-        let place = TableReader::place(table, "threshold");
-        let waits = table.values.contains_key("debounce");
-        self.monitors.push(MonitorExpr { name: name.to_string(), residual, threshold, place, waits });
-    }
-
-    /// Lets a kind write itself.
-    fn wire(
-        &self,
-        kind: &BlockKind,
-        (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
-        (inputs, guards, own): (BlockInputs, Vec<TransitionGuard>, Vec<[Expr; 2]>),
-    ) -> Result<(Outputs, Memory, Vec<KeyRule>), KeyError> {
-        let graph = &self.graph;
-        let traced = |expr: Expr| Traced::new(graph, expr);
-        let (mut unnamed, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
-        for (key, name, (expr, dimension)) in inputs {
-            match name {
-                None => drop(unnamed.insert(key, (traced(expr), dimension))),
-                Some(name) => named.entry(key).or_default().push((name, traced(expr), dimension)),
-            }
-        }
-        let mut builder = BlockBuilder {
-            graph,
-            inputs: unnamed,
-            named,
-            own: own.into_iter().map(|both| both.map(traced)).collect(),
-            values,
-            lists,
-            guards: guards
-                .iter()
-                .map(|guard| Guard { transition: guard.transition, when: traced(guard.when) })
-                .collect(),
-            table,
-            sample_time,
-            memory: Vec::new(),
-            outputs: Vec::new(),
-            rules: RefCell::default(),
-        };
-        (kind.write)(&mut builder)?;
-        let rule = |Rule { what, value, above, dimension }: Rule<'_>| {
-            let block = String::new();
-            KeyRule { block, what, value: value.expr(graph), above, dimension }
-        };
-        let rules = builder.rules.take().into_iter().map(rule).collect();
-        let outputs =
-            builder.outputs.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
-        let memory = builder
-            .memory
-            .iter()
-            .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
-        Ok((outputs.collect(), memory.collect(), rules))
-    }
-
-    /// Checks the result of a block, and gives its outputs to its users.
-    fn finished(
-        &mut self,
-        block: &'a BlockTable,
-        mut made: Made,
-        unit: Option<Dimension>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<Made> {
-        let what = format!("block `{}`", shortened(&block.name));
-        if let (Some(unit), Some((_, _, found))) = (unit, made.outputs.first())
-            && !unit.is_like(found)
-        {
-            let message = format!("{what} outputs {}, not {}", found.noun(), unit.noun());
-            let at = TableReader::place(&block.table, "unit");
-            let diagnostic = Diagnostic::error("unit::dimension", message).at(at, "another unit");
-            out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
-            return None;
-        }
-        if let (Some(unit), Some(answer)) = (unit, made.outputs.first_mut()) {
-            answer.2 = unit;
-        }
-        let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
-        if made.memory.iter().any(|(_, start, _)| varies(*start)) {
-            let at = TableReader::place(&block.table, "initial");
-            let diagnostic = Diagnostic::error("block::initial-value", format!("{what}: its initial value may vary"))
-                .at(at, "varies");
-            out.push(diagnostic.help("write it with numbers and parameters alone"));
-            return None;
-        }
-        for (answer, _, dimension) in &made.outputs {
-            self.answer_symbol(outside_name(&block.name, answer), *dimension);
-        }
-        Some(made)
-    }
-
-    /// Lists of quantities by name.
-    fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<List> {
-        let (mut lists, mut places): (Vec<List>, HashMap<(&str, &str), usize>) = (Vec::new(), HashMap::new());
-        for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
-            let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
-            for (name, scalar) in entries {
-                let label = format!("`{}` in `{}`", name.value, field.name);
-                let Some(found) = self.reader.scalar(scalar, None, &label, out) else { continue };
-                let place = *places.entry((field.name, &name.value)).or_insert(lists.len());
-                match lists.get_mut(place) {
-                    Some(list) => list.values.push(found),
-                    None => lists.push(List { key: field.name, name: name.value.clone(), values: vec![found] }),
-                }
-            }
-        }
-        lists
-    }
-
     /// Records where a table is read; those of lanes are left beside the road.
     fn reads_table(&mut self, name: &str, table: Option<Arc<Lookup>>, at: Vec<Expr>) {
         let Some(table) = table.filter(|_| !self.document.lanes.contains(name)) else { return };
@@ -541,89 +414,6 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    /// A sensor of a signal as a task that outputs its signal; `None` if it has an error, which was reported.
-    fn sensor(&mut self, sensor: (&'a str, &'a str, &'a Place), out: &mut Vec<Diagnostic>) -> Option<Task> {
-        let (name, signal, place) = sensor;
-        self.make(Source::Sensor(name, signal, place), out);
-        let dimension = self.sensors.get(name)?.as_ref()?.dimension;
-        let is_output = self.outputs.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
-        let of_time = self.document.signals.get(signal).is_some_and(|signal| signal.formula.is_none());
-        let outside = self.outside.get(signal).map(|outside| &outside.read);
-        let block = self.of_name(signal).and_then(|block| self.made.get(block)?.as_ref());
-        let of_law = self.document.controls.has(SignalName::new(signal).element);
-        if block.is_some_and(|made| made.period.is_some()) || of_law {
-            let message = format!(
-                "`signal` of sensor `{}`: `{}` is computed on a control unit, so no sensor can measure it",
-                shortened(name),
-                shortened(signal)
-            );
-            let help = "let blocks read it by its name; a sensor can measure what is computed at every instant";
-            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
-            return None;
-        }
-        if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
-            let (message, help) = match outside {
-                Some(_) => (
-                    "it is a coordinate or a measurement, not a signal",
-                    "write `measures = \"angle\"`, \"speed\" or \"torque\", with its `shaft` or `element`",
-                ),
-                None => (
-                    "a run does not have this signal at every instant",
-                    "name a signal of a vehicle such as `car.a_y`, a block without a sample time, a reference or a disturbance, or a signal of the file that reads no sensor",
-                ),
-            };
-            let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
-            out.push(
-                Diagnostic::error("sensor::signal", message)
-                    .at(place.clone(), "cannot be measured like this")
-                    .help(help),
-            );
-            return None;
-        }
-        let mut graph = Graph::default();
-        let value = graph.new_symbol(signal.to_string(), dimension);
-        let symbol = graph.symbol_of(value)?;
-        let element = self.document.elements.get(name)?;
-        // Errors in its other keys are reported where the element is read.
-        let values = self.reader.values(element.kind.fields, &element.table, name, &mut Vec::new());
-        Some(Task {
-            name: format!("sensor {name}"),
-            period: values.exact("sample_time").cloned(),
-            graph,
-            reads: vec![(symbol, Read::Source(signal.to_string()))],
-            memory: Vec::new(),
-            outputs: vec![TaskAnswer {
-                name: name.to_string(),
-                dimension,
-                description: format!("reading of sensor {name}"),
-                value,
-            }],
-            moving: vec![symbol],
-            names: Vec::new(),
-            order: Vec::new(),
-            lists: Lists::default(),
-        })
-    }
-
-    /// A signal that depends on coordinates, as an output at every instant, for the results. Not if it reads a sensor that
-    /// needs samples.
-    fn column(&mut self, signal: &'a SignalTable, out: &mut Vec<Diagnostic>) {
-        if signal.formula.is_none() {
-            return;
-        }
-        self.make(Source::Formula(signal), out);
-        let Some(Some(found)) = self.formulas.get(signal.name.as_str()) else { return };
-        let needs_samples = |name: &String| {
-            let outside = self.outside.get(name);
-            matches!(outside, Some(Outside { read: Read::Sensor(sensor), .. }) if !self.document.reads_at_every_instant(sensor))
-        };
-        if found.reads.iter().any(needs_samples) {
-            return;
-        }
-        let (outputs, reads) = (vec![(String::new(), found.value, found.dimension)], Arc::clone(&found.reads));
-        self.made.insert(&signal.name, Some(Made { period: None, outputs, memory: Vec::new(), reads }));
-    }
-
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
         let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
@@ -659,92 +449,6 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 }
 
-impl Blocks<'_, '_, '_> {
-    /// Known bounds of the outputs of monitors and machines.
-    fn assumptions(&self, graph: &Graph) -> Assumptions {
-        let symbol = |name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
-        let mut assumptions = Assumptions::default();
-        let mut one_of = |names: Vec<String>| {
-            let symbols: Vec<Symbol> = names.iter().filter_map(|name| symbol(name)).collect();
-            assumptions.not_negative(symbols.iter().copied());
-            assumptions.bounded(&symbols, Rational::ONE);
-        };
-        for block in self.document.blocks.iter().filter(|block| block.kind.keyword == "monitor") {
-            one_of(vec![block.name.clone()]);
-        }
-        for (name, states, _) in &self.machines {
-            one_of(states.iter().map(|state| outside_name(name, state)).collect());
-        }
-        let counts = self.machines.iter().flat_map(|(name, ..)| [outside_name(name, "since"), outside_name(name, "")]);
-        assumptions.not_negative(counts.filter_map(|name| symbol(&name)));
-        assumptions
-    }
-
-    /// Warns of transitions that overlap, and of those that are never taken.
-    fn check_transitions(&self, out: &mut Vec<Diagnostic>) {
-        let graph = self.graph.borrow();
-        let assumptions = self.assumptions(&graph);
-        for (name, states, guards) in &self.machines {
-            overlaps::check(&format!("block `{}`", shortened(name)), (states, guards), (&graph, &assumptions), out);
-        }
-    }
-}
-
-impl<'a> Blocks<'a, '_, '_> {
-    /// Bounds of outputs by kind: alarms and states from 0 to 1, counts from 0 on.
-    fn symbol_bounds(&self) -> BTreeMap<String, Interval> {
-        let mut out = BTreeMap::new();
-        let to = |high: f64| Interval { low: 0.0, high };
-        out.extend(self.monitors.iter().map(|monitor| (monitor.name.clone(), to(1.0))));
-        for (name, states, _) in &self.machines {
-            out.extend(states.iter().map(|state| (outside_name(name, state), to(1.0))));
-            out.insert(outside_name(name, ""), to(states.len() as f64 - 1.0));
-            out.insert(outside_name(name, "since"), to(f64::INFINITY));
-        }
-        out
-    }
-
-    /// Warns of monitors that never or always give an alarm, with the outputs of blocks expanded.
-    fn check_monitors(&self, order: &[Ordered<'a>], out: &mut Vec<Diagnostic>) {
-        if self.monitors.is_empty() {
-            return;
-        }
-        let mut graph = self.graph.borrow().clone();
-        let own = self.symbol_bounds();
-        let symbol = |name: &str| self.outputs.get(name).and_then(|(expr, _)| self.graph.borrow().symbol_of(*expr));
-        let bounds: HashMap<Symbol, Interval> =
-            own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
-        let mut values = Substitution::default();
-        for Ordered { name, value, .. } in order.iter().filter(|answer| !own.contains_key(&answer.name)) {
-            if let Some(symbol) = symbol(name) {
-                let value = values.of(&mut graph, &[*value])[0];
-                values.set(symbol, value);
-            }
-        }
-        let (assumptions, noises) = (self.assumptions(&graph), self.noises());
-        for monitor in &self.monitors {
-            let what = format!("block `{}`", shortened(&monitor.name));
-            let compared = values.of(&mut graph, &[monitor.residual, monitor.threshold]);
-            let [residual, threshold] = compared[..] else { continue };
-            let before = out.len();
-            monitors::check(&what, (monitor, [residual, threshold]), &mut graph, (&bounds, &assumptions), out);
-            if out.len() == before {
-                monitors::check_noise(&what, (monitor, [residual, threshold]), &mut graph, &noises, out);
-            }
-        }
-    }
-
-    /// The noise of each sensor that has some.
-    fn noises(&self) -> HashMap<&'a str, f64> {
-        let sensors = self.document.elements.iter().filter(|element| element.kind.keyword == "sensor");
-        let noise = |sensor: &'a Instance| {
-            let values = self.reader.values(sensor.kind.fields, &sensor.table, &sensor.name, &mut Vec::new());
-            Some((sensor.name.as_str(), values.number("noise")?))
-        };
-        sensors.filter_map(noise).collect()
-    }
-}
-
 /// The unit that a table states.
 pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
     let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
@@ -757,22 +461,6 @@ pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> O
             None
         }
     }
-}
-
-/// Warns of an unstable transfer function.
-fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-    let poles = values.poles("poles").unwrap_or_default();
-    let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
-    let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
-    let message = format!(
-        "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound, whatever its input",
-        real.to_f64()
-    );
-    let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
-    out.push(
-        diagnostic
-            .help("check the sign: a decaying output has negative poles; leave it if a loop around it stabilises it"),
-    );
 }
 
 /// The help for an algebraic loop.

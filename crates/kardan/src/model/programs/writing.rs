@@ -4,9 +4,8 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::{
-    BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, declared_outputs, errors, outside_name, warn_of_growth,
-};
+use super::block_outputs::{declared_outputs, warn_of_growth};
+use super::{BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, errors, outside_name};
 use crate::block::List;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::Values;

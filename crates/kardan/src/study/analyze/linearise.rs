@@ -9,7 +9,7 @@ use crate::results::{Linearised, NamedUnit};
 use crate::study::check::massless::{Mechanical, not_eliminated};
 use crate::study::measure::signals::{AnalyzeSettings, WorkingPoint};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project};
 
 /// The linear model of a model file; see [`Project::linearise`].

@@ -31,7 +31,7 @@ use crate::study::check::massless::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
 use crate::study::measure::signals::{WorkingPoint, named};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use crate::synthesis::without_counting;
 

@@ -52,7 +52,7 @@ use crate::identify::{Fit, FitOptions};
 use crate::model::{Document, Setting};
 use crate::names::unknown_name;
 use crate::results::Identification;
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Part, Progress, Project};
 
 /// Remarks of logs that a diagnostic repeats.

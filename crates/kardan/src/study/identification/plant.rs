@@ -14,7 +14,7 @@ use crate::identify::{Coefficient, Extra, Regressor, undetermined};
 use crate::model::{Document, Model, Setting};
 use crate::num::{Matrix, Rational, echelon, rational_to_f64};
 use crate::reduce::{Kinematics, Reduced, linearise, reduce};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::units::Exact;
 
 /// A plant whose motion was measured, ready for rows.

@@ -7,7 +7,7 @@ use crate::names;
 use crate::results::{FileLaw, FileTerm, FileValue, Identification};
 use crate::schema::{Table, Value};
 use crate::study::prepare::read_values::{read_names, read_word};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 
 use super::entry_removal::remove_entry;
 use super::request::request;

@@ -5,7 +5,7 @@ use crate::names::HasName;
 use crate::plan::compile;
 use crate::results::{DisplayUnit, FigureResult, Series};
 use crate::study::measure::computed_signals::{Computed, Track, kind_of};
-use crate::study::measure::requirement::{Ran, Requirement, judge};
+use crate::study::measure::requirement_verdict::{Ran, Requirement, judge};
 use crate::units::{Dimension, Exact, Expression, UnitError};
 
 /// A number of each run.

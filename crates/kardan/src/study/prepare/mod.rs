@@ -2,6 +2,8 @@
 
 pub(super) mod blocks;
 pub(super) mod circuit;
+pub(super) mod design_models;
+pub(super) mod document;
 pub(super) mod equilibrium;
 pub(super) mod events;
 pub(super) mod faults;
@@ -15,5 +17,8 @@ pub(super) mod reduced_design_model;
 pub(super) mod scenario;
 pub(super) mod signal_table;
 pub(super) mod source_signals;
+pub(super) mod start_at_rest;
 pub(super) mod state_names;
+pub(super) mod tolerance;
+pub(super) mod variant_diagnostics;
 pub(super) mod variants;

@@ -10,7 +10,9 @@ use crate::model::{Builder, Document, FileBytes, assign, open, read_entries};
 use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 use crate::study::Prepared;
-use crate::study::prepare::variants::{Purpose, is_error, prepare_document};
+use crate::study::prepare::document::prepare_document;
+use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::prepare::variants::Purpose;
 use crate::study::run::progress::{Progress, Silent};
 
 /// A model, read once. Derived data (equations, designed laws, scenarios) is computed at the first request and cached: a

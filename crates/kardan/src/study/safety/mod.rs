@@ -16,7 +16,7 @@ pub(in crate::study) use spec::safety_spec;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::entries::RawValue;
 use crate::results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::progress::Counted;
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, Settings};

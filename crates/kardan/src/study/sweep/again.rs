@@ -7,7 +7,7 @@ use super::varied::Varied;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::model::{Setting, VariantSettings};
 use crate::results::{ParameterValue, RowAgain, SweepRow};
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 
 /// Most rows of one repetition.

@@ -15,7 +15,7 @@ use crate::reduce::Reduced;
 use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
 use crate::simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 use crate::study::measure::figure::FigureOf;
-use crate::study::measure::requirement::Requirement;
+use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::run::runs::judged;
 use crate::study::{Prepared, PreparedVariant};
 use crate::units::Exact;

@@ -8,7 +8,7 @@ use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::{Document, TableReader};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use crate::schema::{Table, Value};
-use crate::study::measure::requirement::in_digits;
+use crate::study::measure::requirement_verdict::in_digits;
 use crate::study::prepare::read_values::{read_names, read_word};
 use crate::units::parse_number;
 

@@ -7,7 +7,7 @@ use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::two_sided_normal;
 use crate::model::{Document, Parameter, TableReader};
 use crate::schema::{Sign, Table, Value};
-use crate::study::measure::requirements::selected_variants;
+use crate::study::measure::selected_variants::selected_variants;
 use crate::study::prepare::read_values::{of_dimension, quantity, read_word};
 use crate::study::prepare::scenario::whole;
 use crate::study::prepare::signal_table::SignalContext;

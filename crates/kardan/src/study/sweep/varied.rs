@@ -5,7 +5,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::{Document, Parameter, TableReader};
 use crate::schema::Table;
-use crate::study::measure::requirement::{in_15_digits, in_digits};
+use crate::study::measure::requirement_verdict::{in_15_digits, in_digits};
 use crate::units::Dimension;
 
 /// The table in messages.

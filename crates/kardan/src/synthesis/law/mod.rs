@@ -1,4 +1,4 @@
-//! The control laws, one file each, and the one list of them.
+//! The control laws, one file or folder each, and the one list of them.
 
 mod computed_torque;
 mod decoupling;

@@ -14,7 +14,7 @@ use crate::names::Quantity;
 use crate::reduce::{Reduced, reduce};
 use crate::results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
 use crate::study::equations::forms::EquationsForm;
-use crate::study::prepare::variants::is_error;
+use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
 use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
 use crate::units::{Dimension, Exact, Expression};

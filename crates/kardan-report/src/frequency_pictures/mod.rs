@@ -1,0 +1,248 @@
+//! Frequency and step responses of a loop as pictures: Bode, Nyquist, Nichols, singular values, steps.
+
+mod loop_plots;
+mod panel;
+
+pub(super) use loop_plots::loops;
+
+use kardan::results::{
+    LoopFunction, LoopResponses, MarginsOverPositions, PositionMargins, ReferenceResponse, SingularValues, StepResponse,
+};
+use kardan_rt::functions::hypot;
+
+use super::analysis_pictures::{drawing, figure_of};
+use super::model::Picture;
+use super::text::{escape, figure, unit};
+
+use loop_plots::{Drawn, bode, decibels, frequency_axis, gain_axis};
+use panel::{Axis, BETWEEN, HEIGHT, LEFT, Panel, RIGHT, TOP, WIDTH, legend, solid, thin};
+
+/// Responses below this fraction of the largest one of their output count as zero.
+const NONE: f64 = 1e-9;
+
+/// The name of a function of the loop.
+pub(super) fn name(one: &SingularValues) -> String {
+    let at = if one.at_sensors { "readings" } else { "motors" };
+    match one.function {
+        LoopFunction::S => format!("S at the {at}"),
+        LoopFunction::T => format!("T at the {at}"),
+        LoopFunction::Ks => "KS from the readings to the motors".into(),
+    }
+}
+
+/// Singular values over the frequency.
+pub(super) fn singular_values(found: &LoopResponses) -> Vec<Picture> {
+    let of = |readings: bool, noise: bool| -> Vec<&SingularValues> {
+        let all = found.sensitivities.iter();
+        all.filter(|one| one.at_sensors == readings && (one.function == LoopFunction::Ks) == noise).collect()
+    };
+    let titles = [
+        ("Singular values of S and T at the motors", of(false, false)),
+        ("Singular values of S and T at the readings", of(true, false)),
+        ("Singular values of KS", of(true, true)),
+    ];
+    titles.into_iter().filter_map(|(title, all)| sigma(found, title, &all)).collect()
+}
+
+fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<Picture> {
+    let largest = || all.iter().flat_map(|one| one.values.iter().filter_map(|values| values.first().copied()));
+    if found.frequencies.len() < 2 || !largest().any(|x| x > 0.0 && x.is_finite()) {
+        return None;
+    }
+    let top = all.iter().filter_map(|one| Some(one.largest?.value));
+    // Small singular values would flatten the large ones.
+    let highest = largest().fold(0.0, f64::max);
+    let every = all.iter().flat_map(|one| one.values.iter().flatten().copied());
+    let up = gain_axis(every.filter(|x| *x > 1e-3 * highest).chain(top));
+    let across = frequency_axis(found);
+    let panel = Panel { x: LEFT, y: TOP, width: WIDTH, height: 1.5 * HEIGHT, across, up };
+    let unit_of = all.first().map_or("", |one| one.unit.as_str());
+    let mixed = all.iter().any(|one| one.mixed);
+    let label = if mixed {
+        "[dB, SI units]".into()
+    } else if unit_of.is_empty() {
+        "[dB]".into()
+    } else {
+        format!("[dB over 1 {}]", unit(unit_of))
+    };
+    let mut body = panel.frame("frequency [rad/s]", &label) + &panel.sampled(found.nyquist, true);
+    let heavy = "stroke=\"var(--ink)\" stroke-width=\"1\" stroke-dasharray=\"2 3\"";
+    body += &panel.curve([(across.low, 0.0), (across.high, 0.0)].into_iter(), heavy);
+    for (colour, one) in all.iter().enumerate() {
+        let count = one.values.first().map_or(0, Vec::len);
+        for k in (0..count).rev() {
+            let values = one.values.iter().map(|values| decibels(values.get(k).copied().unwrap_or(f64::NAN)));
+            let style = if k == 0 { solid(colour) } else { thin(colour) };
+            body += &panel.curve(found.frequencies.iter().copied().zip(values), &style);
+        }
+        if let Some((largest, at)) = one.largest.and_then(|largest| Some((largest, largest.frequency?))) {
+            let title = format!("{}: {} at {} rad/s", name(one), figure(largest.value, 4), figure(at, 4));
+            body += &panel.dot((at.max(across.low), decibels(largest.value)), colour, &title);
+        }
+    }
+    let entry = |(colour, one): (usize, &&SingularValues)| {
+        let largest = one.largest.map_or(String::new(), |largest| {
+            let at = largest.frequency.map_or("unbounded".into(), |at| format!("at {} rad/s", figure(at, 4)));
+            let unit = if one.unit.is_empty() { String::new() } else { format!(" {}", unit(&one.unit)) };
+            format!(": at most {}{unit} ({} dB), {at}", figure(largest.value, 4), figure(decibels(largest.value), 3))
+        });
+        (colour, name(one) + &largest)
+    };
+    let mixed = if mixed {
+        " The readings have different units: these values are in SI units; other units give other values."
+    } else {
+        ""
+    };
+    let caption = format!(
+        "Thick: the largest singular value; thin: the others; with all channels at once.{mixed}<br>{}",
+        legend(all.iter().enumerate().map(entry))
+    );
+    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + 1.5 * HEIGHT + 44.0, title, &body);
+    Some(figure_of(title, &drawn, &caption))
+}
+
+/// From the references to the outputs, over the frequency.
+pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
+    let size = |one: &ReferenceResponse| {
+        one.real
+            .iter()
+            .zip(&one.imaginary)
+            .map(|(re, im)| hypot(*re, *im))
+            .filter(|x| x.is_finite())
+            .fold(0.0, f64::max)
+    };
+    let largest =
+        |output: &str| found.references.iter().filter(|one| one.output == output).map(size).fold(0.0, f64::max);
+    let (shown, none): (Vec<&ReferenceResponse>, Vec<&ReferenceResponse>) =
+        found.references.iter().partition(|one| size(one) > NONE * largest(&one.output));
+    if shown.is_empty() || found.frequencies.len() < 2 {
+        return None;
+    }
+    let of = |one: &ReferenceResponse| {
+        let unit = if one.unit.is_empty() { String::new() } else { format!(" [{}]", unit(&one.unit)) };
+        format!("{} → {}{unit}", one.reference, one.output)
+    };
+    let curves: Vec<Drawn<'_>> = shown
+        .iter()
+        .enumerate()
+        .map(|(colour, one)| Drawn { name: of(one), real: &one.real, imaginary: &one.imaginary, colour, margin: None })
+        .collect();
+    let none: Vec<String> = none.iter().map(|one| format!("{} → {}", one.reference, one.output)).collect();
+    let none = if none.is_empty() {
+        String::new()
+    } else {
+        format!("Not drawn, as the transfer is only rounding: {}. ", escape(&none.join(", ")))
+    };
+    let caption = format!(
+        "Closed loop, in dB relative to one SI unit each. {none}{}<br>{}",
+        if found.nyquist.is_some() { "Outputs at the sample instants." } else { "" },
+        legend(curves.iter().map(|one| (one.colour, one.name.clone())))
+    );
+    let drawn = bode(found, &curves, "gain [dB]", "phase [°]");
+    Some(figure_of("Bode plot from the references to the outputs", &drawn, &caption))
+}
+
+/// Disk margins of the motors over the joint angle.
+pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
+    let names: Vec<&str> = found
+        .positions
+        .iter()
+        .find(|one| !one.motors.is_empty())?
+        .motors
+        .iter()
+        .map(|motor| motor.name.as_str())
+        .collect();
+    let angles = found.positions.iter().map(|one| one.angle.to_degrees());
+    let (low, high) = angles.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    if !(high > low) {
+        return None;
+    }
+    let disks = found.positions.iter().flat_map(|one| one.motors.iter().map(|motor| motor.disk));
+    let across = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low, high, 9.0);
+    let panel =
+        Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up: Axis::fitting(disks.chain([0.0]), 0.06, 5) };
+    let mut body = panel.frame("joint angle [°]", "disk margin");
+    for (colour, name) in names.iter().enumerate() {
+        let of = |one: &PositionMargins| {
+            let motor = one.motors.iter().find(|motor| motor.name == *name);
+            (one.angle.to_degrees(), motor.map_or(f64::NAN, |motor| motor.disk))
+        };
+        // Where the angle restarts, another motion starts.
+        for stretch in found.positions.chunk_by(|a, b| b.angle > a.angle) {
+            body += &panel.curve(stretch.iter().map(of), &solid(colour));
+        }
+    }
+    let caption = format!(
+        "Linear loop with {} at this angle; a gap is a loop that is not stable.<br>{}",
+        escape(&found.rotated_coordinates),
+        legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
+    );
+    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the joint angle", &body);
+    Some(figure_of("Disk margins over the joint angle", &drawn, &caption))
+}
+
+/// Responses to a step of each reference.
+pub(super) fn steps(found: &LoopResponses) -> Vec<Picture> {
+    found.steps.iter().filter_map(step).collect()
+}
+
+/// A value for drawing: rounding becomes zero.
+fn without_rounding(value: f64) -> f64 {
+    if value.abs() < 1e-12 { 0.0 } else { value }
+}
+
+fn step(found: &StepResponse) -> Option<Picture> {
+    let end = found.time.last().copied().filter(|end| *end > 0.0)?;
+    let clock = super::text::Clock::until(end);
+    let mut groups: Vec<(&str, bool)> = Vec::new();
+    for signal in &found.signals {
+        if !groups.contains(&(signal.unit.as_str(), signal.motor)) {
+            groups.push((&signal.unit, signal.motor));
+        }
+    }
+    let across = Axis::fitting([0.0, end * clock.per_second].into_iter(), 0.0, 8);
+    let (mut body, mut y) = (String::new(), TOP);
+    let mut entries = Vec::new();
+    let last = groups.len().checked_sub(1)?;
+    for (k, (shown, motor)) in groups.iter().enumerate() {
+        let own: Vec<_> = found
+            .signals
+            .iter()
+            .enumerate()
+            .filter(|(_, one)| (one.unit.as_str(), one.motor) == (*shown, *motor))
+            .collect();
+        let values =
+            own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
+        let height = 0.8 * HEIGHT;
+        let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
+        let what = if *motor { "commanded torques" } else { "outputs" };
+        let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
+        body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
+        for (colour, one) in own {
+            let points = found
+                .time
+                .iter()
+                .map(|time| time * clock.per_second)
+                .zip(one.values.iter().map(|value| without_rounding(*value)));
+            body += &panel.curve(points, &solid(colour));
+            entries.push((colour, one.name.clone()));
+        }
+        y += height + BETWEEN;
+    }
+    let rounded =
+        found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && without_rounding(*value) == 0.0);
+    let rounding = if rounded { " Values below 1e-12 are rounding and drawn as zero." } else { "" };
+    let caption = format!(
+        "The linear loop from rest, without limits and friction, after a step of {} by {} {}.{rounding}<br>{}",
+        escape(&found.reference),
+        figure(found.size, 3),
+        escape(&unit(&found.unit)),
+        legend(entries.into_iter())
+    );
+    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "step responses", &body);
+    Some(figure_of(&format!("Step of {}", found.reference), &drawn, &caption))
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/frequency_pictures.rs"]
+mod tests;

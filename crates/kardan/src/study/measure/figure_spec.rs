@@ -1,0 +1,164 @@
+//! Figures as a model file writes them: measures of runs, and expressions of other figures. They are listed with the requirements,
+//! which may be on figures.
+
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::entries::Place;
+use crate::model::tables::Measure;
+use crate::model::{TableReader, VariantSettings};
+use crate::names::NamedList;
+use crate::results::DisplayUnit;
+use crate::schema::Table;
+use crate::study::Requirement;
+use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
+use crate::study::prepare::read_values::{quantity, read_word};
+use crate::study::prepare::signal_table::SignalContext;
+use crate::units::{Dimension, Expression, UnitError, split_unit};
+
+use super::requirement_spec::{Measuring, TIME, unit_of};
+use super::selected_variants::selected_variants;
+
+/// Figures and requirements, each in the order of the file.
+pub(in crate::study) fn figures_and_requirements(
+    context: &SignalContext<'_>,
+    variants: &[VariantSettings],
+    out: &mut Vec<Diagnostic>,
+) -> (Vec<Figure>, Vec<Requirement>) {
+    let duration = |variant: &VariantSettings| {
+        let reader = TableReader::new(context.document, &variant.settings);
+        let duration = quantity(&reader, &context.document.scenario, "duration", TIME, "", &mut Vec::new());
+        let context = duration.filter(|_| !context.document.suppressed.durations);
+        (variant.name.clone(), context.map_or(f64::INFINITY, |x| x.to_f64()))
+    };
+    let ends: Vec<(String, f64)> = variants.iter().map(duration).collect();
+    let names: Vec<String> = ends.iter().map(|(name, _)| name.clone()).collect();
+    let reader = &TableReader::new(context.document, &[]);
+    let reading = Measuring { context, reader, variants: &names, ends: &ends };
+    let mut figures: NamedList<Figure> = NamedList::default();
+    for number in 0..context.document.figures.len() {
+        let found = figure(&reading, number, &figures, out);
+        figures.extend(found);
+    }
+    let requirements = context.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
+    let requirements = requirements.collect();
+    (figures.into_vec(), requirements)
+}
+
+/// A number of each run that a table requests; errors are reported.
+fn figure(
+    reading: &Measuring<'_>,
+    number: usize,
+    before: &NamedList<Figure>,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Figure> {
+    let (earlier, rest) = reading.context.document.figures.split_at(number);
+    let table = rest.first()?;
+    let name = read_word(table, "name")?.to_string();
+    let what = format!("figure `{name}`");
+    let place = TableReader::place(table, "name");
+    if let Some(reason) = name_conflict(&name, before, reading.context) {
+        let message = format!("there is {reason} `{name}` already");
+        let help = "give each figure a name of its own: expressions of figures name parameters too";
+        out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
+    }
+    let variants = selected_variants(table, reading.variants, reading.context, &what, out);
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    if !here("value") {
+        let found = reading.measure(table, &variants, &what, out)?;
+        let (measure, dimension) = found;
+        let display = read_display_unit(table, dimension, &what, out);
+        let unit = measure.unit.clone();
+        return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });
+    }
+    reading.reject_other_keys(table, "value", &what, out);
+    let text = read_word(table, "value")?.to_string();
+    let place = TableReader::place(table, "value");
+    let dimension = dimension_of(&text, (before, earlier), reading, (&what, &place), out)?;
+    let display = read_display_unit(table, dimension, &what, out);
+    Some(Figure {
+        name,
+        of: FigureOf::Value(text),
+        dimension,
+        unit: unit_of(Measure::Final, dimension),
+        display,
+        variants,
+    })
+}
+
+/// Other uses of the name of a figure.
+fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext<'_>) -> Option<&'static str> {
+    let is_parameter = || context.document.parameters.has(name);
+    match name {
+        _ if before.has(name) => Some("a figure"),
+        "pi" => Some("a number"),
+        _ => is_parameter().then_some("a parameter"),
+    }
+}
+
+/// The dimension of an expression of figures and parameters; errors are reported.
+fn dimension_of(
+    text: &str,
+    (before, earlier): (&NamedList<Figure>, &[Table]),
+    &Measuring { context, reader, .. }: &Measuring<'_>,
+    (what, place): (&str, &Place),
+    out: &mut Vec<Diagnostic>,
+) -> Option<Dimension> {
+    let diagnostic = |error: UnitError| {
+        let at = place.part(text, error.span);
+        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Diagnostic { help: error.help, ..diagnostic }
+    };
+    let law = Expression::parse_law(text).map_err(|error| out.push(diagnostic(error))).ok()?;
+    let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
+    if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {
+        let named = |table: &Table| read_word(table, "name") == Some(name);
+        // A preceding one has an error of its own.
+        if context.document.suppressed.has_key(name) || earlier.iter().any(named) {
+            return None;
+        }
+        let help = match context.document.figures.iter().any(named) {
+            true => format!("write `[[figure]]` of `{name}` above it"),
+            false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => {
+                    "name preceding figures, and parameters; write a figure of its own to measure a signal".to_string()
+                }
+            },
+        };
+        let at = place.part(text, law.place_of(name).unwrap_or(0..text.len()));
+        let message = format!("{what}: no figure before it and no parameter has the name `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(at, "no such figure").help(help));
+        return None;
+    }
+    match figure_dimension(&law, before, &|name| reader.exact_value(name)) {
+        Ok(dimension) => Some(dimension),
+        Err(error) => {
+            out.push(diagnostic(error));
+            None
+        }
+    }
+}
+
+/// The display unit of a figure.
+fn read_display_unit(
+    table: &Table,
+    dimension: Dimension,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<DisplayUnit> {
+    let text = read_word(table, "display_unit")?.trim();
+    let place = TableReader::place(table, "display_unit");
+    let Some((unit, size, found)) = split_unit(&format!("1 {text}")).map(|(_, size, found)| (text, size, found)) else {
+        let message = format!("{what}: `{}` is no unit", shortened(text));
+        let help = "write a unit such as `deg`, `deg/s` or `mN m`";
+        out.push(Diagnostic::error("unit::unknown", message).at(place, "no unit").help(help));
+        return None;
+    };
+    if !dimension.is_like(&found) {
+        let message = format!("{what}: `{}` is {}, and it is {}", shortened(text), found.noun(), dimension.noun());
+        let help = format!("write a unit such as {}", dimension.example());
+        out.push(Diagnostic::error("unit::dimension", message).at(place, "another quantity").help(help));
+        return None;
+    }
+    let size = size.to_f64();
+    (size != 1.0 || unit != dimension.si()).then(|| DisplayUnit { unit: unit.into(), size })
+}

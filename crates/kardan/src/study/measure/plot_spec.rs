@@ -1,0 +1,194 @@
+//! Plots as a model file writes them: signals, units, time range and spectra.
+
+use std::collections::HashMap;
+
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::entries::Place;
+use crate::model::TableReader;
+use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
+use crate::schema::{Placed, Table};
+use crate::study::measure::computed_signals::{reference, resolve_signal};
+use crate::study::measure::spectrum::LEAST_ROWS;
+use crate::study::prepare::read_values::{quantity, read_names, read_word};
+use crate::study::prepare::signal_table::SignalContext;
+use crate::units::{Dimension, Exact, split_unit};
+
+use super::requirement_spec::TIME;
+use super::selected_variants::selected_variants;
+
+/// A unit for signals of a kind; `None` if it is the SI unit or one of something else.
+fn display_unit((unit, size, dimension): (&str, Exact, Dimension), physical: Physical) -> Option<DisplayUnit> {
+    let size = size.to_f64();
+    (dimension == physical.dimension() && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
+}
+
+/// The unit in which signals of a plot are drawn; a text that is no unit of one of them is reported.
+fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnostic>) -> Option<PlotUnit> {
+    let text = read_word(table, "display_unit")?.trim();
+    let quantity_text = format!("1 {text}");
+    let diagnostic = |code: &'static str, message: String, help: String| {
+        Diagnostic::error(code, message)
+            .at(TableReader::place(table, "display_unit"), "no unit of a drawn signal")
+            .help(help)
+    };
+    let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
+    let drawn = units.join(", ");
+    let Some(unit @ (_, _, dimension)) = split_unit(&quantity_text) else {
+        let message = format!("{what}: `{}` is no unit", shortened(text));
+        out.push(diagnostic("unit::unknown", message, "write a unit such as `deg`, `rpm` or `mN m`".into()));
+        return None;
+    };
+    let Some(&physical) = kinds.iter().find(|kind| kind.dimension() == dimension) else {
+        // Signals that were not found have been reported.
+        if !kinds.is_empty() {
+            let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());
+            out.push(diagnostic(
+                "unit::dimension",
+                message,
+                format!("the signals drawn are in {drawn}: write a unit of one of these"),
+            ));
+        }
+        return None;
+    };
+    display_unit(unit, physical).map(|unit| PlotUnit { physical, unit })
+}
+
+/// The time range of a plot; an empty one is reported.
+fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<Span> {
+    let reader = &TableReader::new(context.document, &[]);
+    let [from, until] = ["from", "until"].map(|key| quantity(reader, table, key, TIME, what, out).map(|x| x.to_f64()));
+    let duration = quantity(reader, &context.document.scenario, "duration", TIME, "", &mut Vec::new());
+    let end = duration.map_or(f64::INFINITY, |x| x.to_f64());
+    let begin = from.unwrap_or_default();
+    let last = until.unwrap_or(f64::INFINITY);
+    if begin >= last {
+        let message = format!("{what}: no time is left to draw: it begins at {begin} s and ends at {last} s");
+        out.push(
+            Diagnostic::error("plot::window", message)
+                .at(TableReader::place(table, "from"), "no time is left")
+                .help("let `from` come before `until`"),
+        );
+    } else if begin >= end {
+        let message = format!("{what}: no time is left to draw: it begins at {begin} s and the run ends at {end} s");
+        out.push(
+            Diagnostic::warning("plot::window", message)
+                .at(TableReader::place(table, "from"), "after the end")
+                .help("lengthen `duration` or let `from` come before its end"),
+        );
+    }
+    (from.is_some() || until.is_some()).then_some(Span { start: begin, end: until.unwrap_or(f64::INFINITY) })
+}
+
+pub(in crate::study) fn plots(
+    context: &SignalContext<'_>,
+    variants: &[String],
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Plot> {
+    let mut plots: Vec<Plot> = Vec::new();
+    let mut places: HashMap<String, Place> = HashMap::new();
+    for table in &context.document.plots {
+        let id = read_word(table, "name").unwrap_or_default().to_string();
+        let what = if id.is_empty() { "`[[plot]]`".to_string() } else { format!("plot `{id}`") };
+        let place = TableReader::place(table, "name");
+        if let Some(first) = places.get(&id.to_ascii_lowercase()).filter(|_| !id.is_empty()) {
+            out.push(
+                Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
+                    .at(place.clone(), "again here")
+                    .at(first.clone(), "first here")
+                    .help("give each plot a name of its own; it becomes a file name"),
+            );
+        }
+        let variants = selected_variants(table, variants, context, &what, out);
+        let mut kinds = Vec::new();
+        let drawn: Vec<String> = read_names(table, "signals").iter().map(|word| word.value.clone()).collect();
+        for word in read_names(table, "signals") {
+            kinds.extend(resolve_signal(&word.value, &word.place, context, &what, out).map(|found| found.physical));
+        }
+        let mut drawn_beside = |word: &Placed<String>| {
+            let reference = reference(&word.value, context);
+            resolve_signal(&reference.signal, &word.place, context, &what, out);
+            reference
+        };
+        let references: Vec<PlottedReference> = read_names(table, "references").iter().map(&mut drawn_beside).collect();
+        let labels: Vec<String> = read_names(table, "labels").iter().map(|word| word.value.clone()).collect();
+        let curves = drawn.len() + references.len();
+        if labels.len() > curves && !table.unread.contains(&"signals") && !table.unread.contains(&"references") {
+            let message = format!("{what}: {} labels for {curves} signals and references", labels.len());
+            out.push(
+                Diagnostic::error("list::length", message)
+                    .at(TableReader::place(table, "labels"), "too many")
+                    .help("write one for each of `signals`, then one for each of `references`"),
+            );
+        }
+        if drawn.is_empty() && table.values.contains_key("signals") {
+            out.push(
+                Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
+                    .at(TableReader::place(table, "signals"), "no signal")
+                    .help("list one or more signals: `signals = [\"rk.phi\"]`"),
+            );
+        }
+        let over = read_word(table, "over").and_then(|text| {
+            let found = resolve_signal(text, &TableReader::place(table, "over"), context, &what, out)?;
+            kinds.push(found.physical);
+            Some(found.name)
+        });
+        let (display, window) = (display(table, &kinds, &what, out), window(table, context, &what, out));
+        let spectrum = read_word(table, "kind") == Some("spectrum");
+        if spectrum {
+            check_spectrum(table, context, (window, &what), out);
+        }
+        let log = |key: &str| read_word(table, key) == Some("log");
+        places.entry(id.to_ascii_lowercase()).or_insert(place);
+        plots.push(Plot {
+            id,
+            title: read_word(table, "title").unwrap_or_default().into(),
+            caption: read_word(table, "caption").unwrap_or_default().into(),
+            signals: drawn,
+            references,
+            labels,
+            variants,
+            display,
+            window,
+            over,
+            log_x: log("x_scale"),
+            log_y: log("y_scale"),
+            spectrum,
+        });
+    }
+    plots
+}
+
+/// Reports a spectrum over a signal other than the frequency, and a spectrum of too few rows.
+fn check_spectrum(
+    table: &Table,
+    context: &SignalContext<'_>,
+    (window, what): (Option<Span>, &str),
+    out: &mut Vec<Diagnostic>,
+) {
+    if table.values.contains_key("over") {
+        let message = format!("{what}: a spectrum has the frequency on its horizontal axis, not a signal");
+        let place = TableReader::place(table, "over");
+        out.push(
+            Diagnostic::error("plot::spectrum", message)
+                .at(place, "not the frequency")
+                .help("remove `over`, or draw values: `kind = \"values\"`"),
+        );
+    }
+    let reader = &TableReader::new(context.document, &[]);
+    let scenario = &context.document.scenario;
+    let [duration, step] = ["duration", "output_step"]
+        .map(|key| quantity(reader, scenario, key, TIME, "", &mut Vec::new()).map(|value| value.to_f64()));
+    let (Some(duration), Some(step)) = (duration, step.filter(|step| *step > 0.0)) else { return };
+    let Span { start: from, end: until } = window.unwrap_or(Span { start: 0.0, end: f64::INFINITY });
+    let rows = ((until.min(duration) - from) / step).max(0.0).floor();
+    if rows < LEAST_ROWS as f64 {
+        let message = format!(
+            "{what}: a spectrum takes more than {LEAST_ROWS} rows, and {rows} steps of {step} s lie in the time that is drawn"
+        );
+        out.push(
+            Diagnostic::error("plot::spectrum", message)
+                .at(TableReader::place(table, "kind"), "too few rows")
+                .help("draw a longer time, or shorten `output_step` of `[scenario]`"),
+        );
+    }
+}

@@ -1,0 +1,46 @@
+//! The variants that a table of a study applies to.
+
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::schema::{Placed, Table};
+use crate::study::prepare::read_values::read_names;
+use crate::study::prepare::signal_table::SignalContext;
+
+pub(in crate::study) fn selected_variants(
+    table: &Table,
+    names: &[String],
+    context: &SignalContext<'_>,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<String> {
+    let chosen = read_names(table, "variants");
+    let suppressed = &context.document.suppressed;
+    let named = |word: &str| context.document.named_variants.iter().any(|variant| variant.name.value == word);
+    let declared = |word: &str| names.iter().any(|name| name == word) || named(word);
+    for word in chosen.iter().filter(|word| !declared(&word.value) && !suppressed.variants && !suppressed.all) {
+        let declared: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
+        let help = match nearest(&word.value, declared.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if declared.is_empty() => "the model has no `[variants]`; leave this key out".to_string(),
+            None => format!("there are {}", quoted(declared)),
+        };
+        let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
+        out.push(Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such variant").help(help));
+    }
+    // A `[[variant]]` stands for its runs with all values of `[variants]`.
+    let runs = |word: &Placed<String>| -> Vec<String> {
+        let begins = |name: &str, of: &str| name.strip_prefix(of).is_some_and(|rest| rest.starts_with('_'));
+        // `step_wet_v-10mps` is one of `step_wet`, not of `step`.
+        let longer = |name: &str| {
+            let variant_names = context.document.named_variants.iter().map(|variant| variant.name.value.as_str());
+            variant_names
+                .into_iter()
+                .any(|candidate| begins(candidate, &word.value) && (begins(name, candidate) || name == candidate))
+        };
+        let own = |name: &&String| begins(name, &word.value) && !longer(name);
+        match names.contains(&word.value) || !named(&word.value) {
+            true => vec![word.value.clone()],
+            false => names.iter().filter(own).cloned().collect(),
+        }
+    };
+    chosen.iter().flat_map(runs).collect()
+}

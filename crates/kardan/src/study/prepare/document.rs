@@ -1,0 +1,182 @@
+//! Preparation of all variants of a model file: all errors at once, and the runs ready to start.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::assemble::assemble;
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::equations::{Direction, Measured, NamedTerm, Term};
+use crate::model::{Document, Model, VariantSettings};
+use crate::reduce::Reduced;
+use crate::simulate::signal_names;
+use crate::study::Prepared;
+use crate::study::analyze::analysis_spec::analysis_spec;
+use crate::study::check::debounce::late_monitors;
+use crate::study::measure::figure_spec::figures_and_requirements;
+use crate::study::measure::plot_spec::plots;
+use crate::study::prepare::scenario::scenario;
+use crate::study::prepare::signal_table::SignalContext;
+use crate::study::prepare::tolerance::tolerance;
+use crate::study::run::progress::Progress;
+use crate::study::safety::{check_rows, safety_spec};
+use crate::study::sweep::sweep_spec;
+
+use super::variant_diagnostics::{add_new, is_error};
+use super::variants::{Purpose, Steps, prepare_variant};
+
+/// The runs of a document, ready to start; errors are added to the diagnostics.
+pub(in crate::study) fn prepare_document(
+    purpose: Purpose,
+    document: &Document,
+    progress: &dyn Progress,
+    out: &mut Vec<Diagnostic>,
+) -> Prepared {
+    let mut prepared = Prepared { named: !document.named_variants.is_empty(), ..Prepared::default() };
+    let unread = out.iter().any(is_error);
+    let all_settings = document.variant_settings();
+    let mut first = None;
+    let steps = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
+    // The preparation of one variant does not depend on the others; its diagnostics do.
+    let one = |variant: &VariantSettings| {
+        let VariantSettings { name: label, settings, controls, faults } = variant;
+        let (model, mut reported) = document.model_with(settings, controls.as_deref());
+        let is_complete = !document.suppressed.equations && !model.programs.broken && !reported.iter().any(is_error);
+        let ready = is_complete.then(|| {
+            let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
+            prepare_variant((purpose, &steps, None), document, name, model.clone(), (settings, faults), &mut reported)
+        });
+        document.check_tolerances(settings, &mut reported);
+        (model, ready.flatten(), reported)
+    };
+    let all: Vec<_> = all_settings.par_iter().map(one).collect();
+    progress.preparing(1.0);
+    for (k, (model, variant, diagnostics)) in all.into_iter().enumerate() {
+        prepared.variants.extend(variant.map(Arc::new));
+        add_new(out, diagnostics, (k > 0).then_some(&all_settings[k].name));
+        prepared.name.clone_from(&model.name);
+        prepared.description.clone_from(&model.description);
+        if k == 0 {
+            first = Some(model);
+        }
+    }
+    let mut diagnostics = Vec::new();
+    let all_settings_of_first = all_settings.first().map(|first| first.settings.clone()).unwrap_or_default();
+    let context = match (prepared.variants.first(), first) {
+        (Some(variant), _) => {
+            let signals = signal_names(&variant.reduced, &variant.scenario);
+            SignalContext { document, signals, doubtful: BTreeSet::new() }
+        }
+        (None, Some(mut model)) => {
+            let reduced = unreduced(&mut model);
+            let settings = &all_settings[0].settings;
+            let (scenario, _) = scenario(document, &model, (&reduced.equations, None), settings, &mut diagnostics);
+            let signals = signal_names(&reduced, &scenario);
+            let context = SignalContext { document, signals, doubtful: model.doubtful };
+            analysis_spec(&context, &reduced.equations, None, settings, &mut diagnostics);
+            context
+        }
+        (None, None) => SignalContext { document, signals: Vec::new(), doubtful: BTreeSet::new() },
+    };
+    (prepared.figures, prepared.requirements) = figures_and_requirements(&context, &all_settings, &mut diagnostics);
+    let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
+    prepared.plots = plots(&context, &names, &mut diagnostics);
+    let faults = prepared.variants.first().map(|variant| variant.faults.clone()).unwrap_or_default();
+    let ends: Vec<(String, f64)> =
+        prepared.all().map(|variant| (variant.name.clone(), variant.scenario.duration)).collect();
+    late_monitors(document, &ends, &mut diagnostics);
+    prepared.safety = safety_spec(&context, &names, (&faults, &ends), &mut diagnostics);
+    check_rows(document, &prepared, &mut diagnostics);
+    prepared.sweep = Some(sweep_spec(&context, &names, &mut diagnostics));
+    prepared.tolerance = tolerance(document, &mut diagnostics);
+    if !document.suppressed.equations {
+        crate::study::bench::check(document, &all_settings_of_first, &mut diagnostics);
+    }
+    add_new(out, diagnostics, None);
+    // Unreadable parts may be what connects them.
+    if unread {
+        out.retain(|diagnostic| diagnostic.code != "model::disconnected");
+    }
+    out.sort_by_key(|d| {
+        (d.labels.first().map_or(usize::MAX, |label| label.place.start()), d.severity == Severity::Warning)
+    });
+    prepared
+}
+
+/// The part of a model that can be numbered, as if there were no constraints: enough to determine its signals. Elements that name
+/// missing parts are left out and marked as doubtful.
+fn unreduced(model: &mut Model) -> Reduced {
+    let shafts = model.all_coordinates.clone();
+    // Only the element that introduces a charge knows it.
+    let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
+    let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
+    let of_element = |named: &NamedTerm, direction: &Direction| {
+        let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
+        direction.entries.iter().all(|(name, _)| has_coordinate(name) || own(name))
+    };
+    let (constraints, free_terms): (Vec<_>, Vec<_>) =
+        std::mem::take(&mut model.terms).into_iter().partition(|named| !matches!(named.term, Term::Output(_)));
+    let (mut good, mut bad): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|named| match &named.term {
+        Term::Inertia { direction, .. }
+        | Term::Spring { direction, .. }
+        | Term::Damper { direction, .. }
+        | Term::Friction { direction, .. }
+        | Term::Constraint { direction, .. }
+        | Term::Compliance { direction, .. }
+        | Term::Balance { direction, .. }
+        | Term::Input { direction, .. } => of_element(named, direction),
+        Term::UnilateralConstraint { direction, unilateral } => {
+            let named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
+            of_element(named, direction) && named_by_it.map(String::from).all(|name| has_coordinate(&name))
+        }
+        Term::Torque { direction, law } => {
+            of_element(named, direction) && law.coordinates().all(|name| has_coordinate(&name.into()))
+        }
+        Term::Transmission { driven, driving, .. } => has_coordinate(driven) && has_coordinate(driving),
+        Term::MultiplierLaw(row) => row.coordinates().into_iter().all(|name| has_coordinate(&name.into())),
+        Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
+        Term::Position { .. } | Term::State { .. } | Term::Measure(_) | Term::Moving(_) => true,
+    });
+    let constrains = |element: &String| {
+        let is_row =
+            |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
+        good.iter().any(|named| named.element == *element && is_row(&named.term))
+    };
+    let (sensors, lost): (Vec<_>, Vec<_>) = free_terms.into_iter().partition(|named| match &named.term {
+        Term::Output(sensor) => match &sensor.measured {
+            Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => has_coordinate(shaft),
+            Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
+                has_coordinate(shaft) && constrains(element)
+            }
+            Measured::SpringTorque(_) | Measured::Signal(_) => true,
+        },
+        _ => true,
+    });
+    good.extend(sensors);
+    bad.extend(lost);
+    model.doubtful.extend(bad.into_iter().map(|named| named.element));
+    let equations = assemble(&model.all_coordinates, &good);
+    model.terms = good;
+    let coordinates = (0..equations.coordinates.len()).collect();
+    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), relaxation: None }
+}
+
+/// A charge and the element that introduces it.
+fn charge_of(named: &NamedTerm) -> Option<(String, String)> {
+    match &named.term {
+        Term::Charge { name } => Some((name.clone(), named.element.clone())),
+        _ => None,
+    }
+}
+
+pub(in crate::study) fn file_stem(name: &str) -> String {
+    let stem: String =
+        name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' }).collect();
+    if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }
+}
+
+/// Steps of the preparation of a variant: its equations, each law in its loop, the sampled loop, its margins.
+fn steps_of(document: &Document, variant: &VariantSettings) -> usize {
+    variant.controls.as_ref().map_or(document.controls.len(), Vec::len) + 3
+}

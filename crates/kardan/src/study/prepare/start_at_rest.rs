@@ -1,0 +1,93 @@
+//! Runs that begin at an equilibrium or at the operating point of their controllers.
+
+use std::sync::Arc;
+
+use crate::diagnostics::Diagnostic;
+use crate::model::{Document, TableReader};
+use crate::reduce::{OperatingPoint, Reduced};
+use crate::schema::Value;
+use crate::simulate::{Scenario, SignalEvent};
+use crate::study::check::multiplier_constraints::prescribed_note;
+use crate::study::prepare::equilibrium::{Rest, format_position};
+use crate::synthesis::Law;
+
+/// Equilibrium currents flow from the first instant on if no inductance of their own limits them; other speeds are those of `initial`.
+fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
+    let follows = |k: usize| reduced.relaxation.iter().any(|relaxation| relaxation.states().any(|state| state == k));
+    let flowing = scenario.speed.iter_mut().zip(rates).enumerate();
+    let flowing = flowing.filter(|(k, (_, rate))| **rate != 0.0 && !follows(*k));
+    flowing.for_each(|(_, (speed, rate))| *speed = *rate);
+}
+
+/// Starts a run at an equilibrium on request; notes which one.
+pub(super) fn start_at_rest(
+    document: &Document,
+    (reduced, point): (&Reduced, Option<&OperatingPoint>),
+    scenario: &mut Scenario,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<String> {
+    let start_value = document.scenario.values.get("start");
+    if start_value.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
+        let Some(point) = point else {
+            return vec!["without controllers there is no operating point: the run begins at `initial`".into()];
+        };
+        let has_angles = scenario.position.iter().any(|angle| *angle != 0.0);
+        let instead = if has_angles { ", in place of the angles of `initial`" } else { "" };
+        scenario.position.clone_from(&point.position);
+        begin_currents(reduced, scenario, &point.rates);
+        return vec![format!(
+            "the run begins at the operating point of its controllers{instead}: {}",
+            format_position(reduced, &point.position)
+        )];
+    }
+    if !start_value.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
+        return Vec::new();
+    }
+    let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
+    let rest = match slips {
+        true => {
+            Err("friction balances motions without inertia, and kardan searches no equilibrium without friction".into())
+        }
+        false => Rest::near(reduced, &scenario.position),
+    };
+    match rest {
+        Ok(Rest { position, rates, found, more, .. }) => {
+            scenario.position = position;
+            begin_currents(reduced, scenario, &rates);
+            let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
+            std::iter::once(format!("the run begins at {found}")).chain(more).chain(prescribed_note(reduced)).collect()
+        }
+        Err(message) => {
+            out.push(
+                Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
+                    .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
+                    .help("give the initial angles by `initial`, or add an element that holds the model"),
+            );
+            Vec::new()
+        }
+    }
+}
+
+/// In a run that begins at the operating point, references begin at their equilibrium values, unless the scenario sets them then; notes which ones.
+pub(super) fn references_at_rest(
+    document: &Document,
+    implemented: &[Arc<dyn Law>],
+    scenario: &mut Scenario,
+) -> Option<String> {
+    document.scenario.values.get("start").filter(|found| found.value == Value::Word("operating_point".into()))?;
+    let mut begin = Vec::new();
+    for law in implemented {
+        for (reference, rest) in law.references().iter().zip(law.references_at_rest()) {
+            let Some(source) = scenario.sources.iter().position(|source| source.name == reference.name) else {
+                continue;
+            };
+            let is_set = scenario.events.iter().any(|event| event.source == source && event.at <= 0.0)
+                || scenario.signals.iter().any(|signal| signal.source == source);
+            if rest != 0.0 && !is_set {
+                scenario.events.insert(0, SignalEvent { source, at: 0.0, to: rest, over: 0.0 });
+                begin.push(format!("`{}` at {rest:.6} {}", reference.name, reference.physical.unit()));
+            }
+        }
+    }
+    (!begin.is_empty()).then(|| format!("references begin at their equilibrium values: {}", begin.join(", ")))
+}
