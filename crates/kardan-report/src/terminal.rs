@@ -21,7 +21,7 @@ const LEAST: usize = 8;
 /// Digits of rounded entries of a matrix: enough to type them in.
 const DIGITS: usize = 9;
 
-/// See [`Page::text_within`].
+/// See [`Page::text_of_width`].
 pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
     let width = columns.clamp(NARROWEST, WIDTH);
     let mut out = page.name.clone() + &if origin.is_empty() { String::new() } else { format!(" ({origin})") } + "\n";

@@ -132,7 +132,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
             structure.controllable_rank, structure.observable_rank
         ),
     };
-    let lost = phrases::within_last_digit(analysis.matrix_distance.as_ref());
+    let lost = phrases::lost_in_last_digit(analysis.matrix_distance.as_ref());
     let sound = counts_only && analysis.unfinished.is_none() && lost.is_none();
     let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
     Some(Verdict { sound, text })

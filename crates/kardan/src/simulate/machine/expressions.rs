@@ -679,7 +679,7 @@ fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], fri
     }
     for k in 0..all.motion.multiplier_constraints.len() {
         let (speed, rate) = (
-            all.motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]),
+            all.motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]),
             all.motion.multiplier_constraints[k].rate,
         );
         holding.push(all.motion.graph.subtract(speed, rate));

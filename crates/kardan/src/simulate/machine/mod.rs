@@ -37,7 +37,7 @@ pub use expansion::Prospect;
 pub use expressions::Found;
 pub(super) use simd_taylor::{Lane, SimdTaylor};
 pub(super) use time_discontinuities::Discontinuity;
-pub(super) use unilateral_kinds::Unfit;
+pub(super) use unilateral_kinds::InvalidBound;
 
 use std::ops::Range;
 

@@ -488,7 +488,7 @@ impl Rating {
         let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
         let slow = |(w, limit): (&f64, &f64)| w.abs() <= limit * (1.0 + 1e-9);
         let fits = driven
-            && self.inverse.within_limits(&torques, TORQUE)
+            && self.inverse.meets_limits(&torques, TORQUE)
             && self.inverse.work.kinematics.speeds.iter().zip(limits).all(slow);
         self.torques = torques;
         fits

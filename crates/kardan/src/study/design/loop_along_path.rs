@@ -285,8 +285,8 @@ fn place(coordinates: &str, at: f64) -> String {
     if coordinates.is_empty() {
         return String::new();
     }
-    let stand = if coordinates.contains([' ', ',']) { "are" } else { "is" };
-    format!(" where {coordinates} {stand} at {:.1} deg", at.to_degrees())
+    let verb = if coordinates.contains([' ', ',']) { "are" } else { "is" };
+    format!(" where {coordinates} {verb} at {:.1} deg", at.to_degrees())
 }
 
 /// Important warnings for a design.

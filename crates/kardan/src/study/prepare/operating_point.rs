@@ -54,10 +54,10 @@ impl NamedPoint {
             let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
             let what = format!("control `{}`", control.name);
             let place = TableReader::place(&own.table, "at");
-            let (at, given) =
+            let (at, conditions) =
                 operating_point((&own.table, &what), (document, &reduced.equations), Some(&names), &reader, out);
-            if given.moves() {
-                add_motion(control, MotionRequest { at, given, place }, &mut motion, out);
+            if conditions.moves() {
+                add_motion(control, MotionRequest { at, conditions, place }, &mut motion, out);
                 continue;
             }
             for (shaft, angle) in at {
@@ -280,7 +280,7 @@ fn add_motion(
         return;
     }
     match motion {
-        Some(first) if (&first.at, &first.given) != (&request.at, &request.given) => out.push(
+        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => out.push(
             Diagnostic::error(
                 "control::operating-point",
                 format!("`at` of control `{name}`: another controller names another motion"),

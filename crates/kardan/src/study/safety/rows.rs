@@ -19,9 +19,10 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
         let place = place.map(|table| TableReader::place(table, "window")).unwrap_or_default();
         (format!("effect `{}`: its window", effect.definition.name), effect.window, place)
     };
-    let within = spec.within.map(|time| (format!("`within` of {SAFETY}"), time, TableReader::place(table, "within")));
+    let detection_time =
+        spec.within.map(|time| (format!("`within` of {SAFETY}"), time, TableReader::place(table, "within")));
     let tried = |variant: &&PreparedVariant| spec.variants.is_empty() || spec.variants.contains(&variant.name);
-    for (what, length, place) in spec.effects.iter().map(window).chain(within) {
+    for (what, length, place) in spec.effects.iter().map(window).chain(detection_time) {
         let next = |variant: &PreparedVariant, fault: &NamedFault| {
             let (begins, times) = (fault.begins(), &variant.scenario.times);
             let next = times.get(times.partition_point(|time| *time <= begins * (1.0 + 1e-12)))?;
