@@ -32,7 +32,7 @@ pub(super) struct Expansion {
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
     /// Two for each unilateral constraint: see
-    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
+    /// [`UnilateralTerms::mode_inputs`](super::contact_expressions::UnilateralTerms::mode_inputs).
     pub(super) unilaterals: Vec<usize>,
     /// The coefficients of the power of prescribed speeds for each acceleration, and for the torque of each sticking
     /// friction.

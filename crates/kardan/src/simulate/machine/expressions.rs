@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::connected_law::{Computer, ConnectedLaw};
+use super::contact_expressions::UnilateralTerms;
 use super::flow::{Flow, task_outputs};
 use super::gear_loss_terms::GearLossTerms;
-use super::unilateral_terms::UnilateralTerms;
 use crate::assemble::{DirectionalTerm, Equations, FrictionLaw};
 use crate::equations::InputKind;
 use crate::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};

@@ -2,6 +2,8 @@
 
 mod connected_law;
 mod construction;
+mod contact_expressions;
+mod contact_modes;
 mod derivatives;
 mod expansion;
 mod expressions;
@@ -28,8 +30,6 @@ mod time_discontinuities;
 mod timed;
 mod torque_distribution;
 mod unilateral_kinds;
-mod unilateral_terms;
-mod unilaterals;
 mod watched;
 
 pub use connected_law::Setup;

@@ -5,7 +5,7 @@ use crate::num::LastDigits;
 use crate::reduce::laws_are_linear;
 use crate::results::{Analysis, StabilityVerdict};
 use crate::study::PreparedVariant;
-use crate::study::check::massless::Mechanical;
+use crate::study::check::massless_elimination::Mechanical;
 use crate::study::measure::signals::WorkingPoint;
 
 /// Number of trials with other numbers within the last digits of rounded ones.

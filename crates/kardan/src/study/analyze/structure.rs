@@ -27,7 +27,7 @@ use crate::study::analyze::placement::Places;
 use crate::study::analyze::sensitivity::sensitivity;
 use crate::study::analyze::stability_at_point::judge_stability;
 use crate::study::check::kinks::Kinks;
-use crate::study::check::massless::{Mechanical, not_eliminated};
+use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
 use crate::study::measure::signals::{WorkingPoint, named};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};

@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-12;
 
 impl Machine {
     /// The mode inputs at the point last evaluated: see
-    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
+    /// [`UnilateralTerms::mode_inputs`](super::contact_expressions::UnilateralTerms::mode_inputs).
     fn mode_inputs(&self, unilateral: usize) -> [f64; 2] {
         let first = self.places.unilaterals.start + 2 * unilateral;
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
