@@ -1,3 +1,5 @@
+//! A regulator with gains scheduled by a coordinate of its estimate.
+
 use crate::dense::{all_finite, at, copy, sum};
 use crate::mechanism::take;
 use crate::regulator::NonlinearTerms;

@@ -1,3 +1,5 @@
+//! A linear constrained mechanical system as terms along directions.
+
 use std::collections::BTreeSet;
 
 use crate::assemble::DirectionalTerm;

@@ -1,3 +1,5 @@
+//! Least squares over any number of rows, stored as a triangular factor.
+
 use faer::{Mat, MatRef};
 use kardan_rt::functions::powi;
 

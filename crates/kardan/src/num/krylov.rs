@@ -1,3 +1,5 @@
+//! Matrices over a prime field as operators, and the recurrences of their Krylov sequences.
+
 use super::{ModularMatrix, PrimeField, Residue};
 
 /// A square matrix over a prime field for many products with vectors: rows with few entries are stored without their zeros.

@@ -1,3 +1,5 @@
+//! Arithmetic modulo a prime.
+
 use super::StateArchive;
 use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};

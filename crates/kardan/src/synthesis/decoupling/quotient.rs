@@ -1,3 +1,5 @@
+//! Removes the unobservable part of a system.
+
 use std::collections::BTreeSet;
 
 use super::annihilator::annihilator;

@@ -1,3 +1,5 @@
+//! State feedback by pole placement.
+
 use faer::Mat;
 use kardan_rt::functions::{exp2, hypot, log2};
 

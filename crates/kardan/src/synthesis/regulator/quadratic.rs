@@ -1,3 +1,5 @@
+//! The continuous linear quadratic regulator.
+
 use faer::Mat;
 
 use super::floating::{finite, from_faer, to_faer};

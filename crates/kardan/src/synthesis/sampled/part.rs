@@ -1,3 +1,5 @@
+//! Parts of a sampled loop: a law with its clock, and the delays of its commands.
+
 use std::sync::Arc;
 
 use super::{LoopPlant, SlowSensor};
