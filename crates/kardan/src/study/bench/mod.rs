@@ -610,7 +610,7 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
             format!("the speeds of all coordinates have {looked} combinations"),
             "choose fewer levels, or sines or steps".to_string(),
         ),
-        Refusal::TooFew { candidates, looked, count } => (
+        Refusal::NotEnough { candidates, looked, count } => (
             "points",
             format!(
                 "of {looked} set points only {candidates} satisfy the limits of speeds and torques, and the plan needs {count}"

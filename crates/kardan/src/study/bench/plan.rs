@@ -124,7 +124,7 @@ pub(super) enum Refusal {
     /// There are too many combinations to evaluate.
     TooMany(usize),
     /// Too few candidates satisfy the limits.
-    TooFew { candidates: usize, looked: usize, count: usize },
+    NotEnough { candidates: usize, looked: usize, count: usize },
     /// This motion cannot distinguish the requested parameters.
     Undetermined(Vec<String>),
     /// The choice does not determine everything.
@@ -236,7 +236,7 @@ impl Planner<'_> {
             candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
         let count = self.count(candidates.len());
         if candidates.len() < count {
-            return Err(Refusal::TooFew { candidates: candidates.len(), looked, count });
+            return Err(Refusal::NotEnough { candidates: candidates.len(), looked, count });
         }
         let selection = d_optimal(&blocks, count).ok_or(Refusal::Singular)?;
         let found = information(&blocks, selection.chosen.iter().copied());

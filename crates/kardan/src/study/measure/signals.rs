@@ -115,7 +115,7 @@ impl WorkingPoint {
         notes.extend(describe_clutches(reduced, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::at_point(reduced, &variant.point, &stuck, &inputs),
-            None => ConstrainedSystem::at_point(reduced, &variant.relaxed_at(&position), &stuck, &inputs),
+            None => ConstrainedSystem::at_point(reduced, &variant.unloaded_at(&position), &stuck, &inputs),
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
@@ -244,7 +244,7 @@ fn working_position(
     } else {
         (position, 0.0)
     };
-    let kinks = check_slopes(variant, law_slopes_at(reduced, &variant.relaxed_at(&position)), notes)?;
+    let kinks = check_slopes(variant, law_slopes_at(reduced, &variant.unloaded_at(&position)), notes)?;
     Ok((position, off, kinks))
 }
 

@@ -119,7 +119,7 @@ impl NamedPoint {
     /// Why the motors do not balance the model at the named point.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
         let multiplier_constraints = &reduced.equations.multiplier_constraints;
-        let default = OperatingPoint::relaxed(&self.start);
+        let default = OperatingPoint::unloaded(&self.start);
         let nothing = |point_note, no_equilibrium| Found {
             point: default.clone(),
             multipliers: vec![0.0; multiplier_constraints.len()],
