@@ -17,21 +17,21 @@ pub struct Folder {
     path: PathBuf,
     used_names: HashSet<String>,
     /// The files written there: names with sums of their bytes.
-    written: Vec<(String, u32)>,
+    saved_files: Vec<(String, u32)>,
 }
 
 impl Folder {
     /// Creates the folder if missing, and checks that it is writable; removes leftovers of killed runs.
     pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
         prepare_folder(path)?;
-        Ok(Self { path: path.to_owned(), used_names: HashSet::new(), written: Vec::new() })
+        Ok(Self { path: path.to_owned(), used_names: HashSet::new(), saved_files: Vec::new() })
     }
 
     /// Writes a file with a name made from `stem`, and returns its path.
     pub fn write(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
         let name = self.name(stem, extension);
         let path = save_in(&self.path, &name, bytes)?;
-        self.written.push((name, sum(bytes)));
+        self.saved_files.push((name, sum(bytes)));
         Ok(path.display().to_string())
     }
 
@@ -58,8 +58,8 @@ impl Folder {
         let (own, foreign_lines): (Vec<Line<'_>>, Vec<Line<'_>>) =
             before.lines().filter_map(Line::read).partition(|line| line.command == command);
         let mut gone = Vec::new();
-        let written = |name: &str| self.written.iter().any(|(candidate, _)| candidate.eq_ignore_ascii_case(name));
-        for line in own.iter().filter(|line| !written(line.name)) {
+        let is_saved = |name: &str| self.saved_files.iter().any(|(candidate, _)| candidate.eq_ignore_ascii_case(name));
+        for line in own.iter().filter(|line| !is_saved(line.name)) {
             let path = self.path.join(line.name);
             let unchanged = files::read(&path).is_ok_and(|bytes| sum(&bytes) == line.sum);
             if unchanged && is_plain(&path) {
@@ -67,8 +67,8 @@ impl Folder {
                 gone.push(path.display().to_string());
             }
         }
-        let own = self.written.iter().map(|(name, sum)| Line { command, sum: *sum, name });
-        let now: String = foreign_lines.into_iter().chain(own).map(|line| line.written()).collect();
+        let own = self.saved_files.iter().map(|(name, sum)| Line { command, sum: *sum, name });
+        let now: String = foreign_lines.into_iter().chain(own).map(|line| line.render()).collect();
         if now != before {
             save_in(&self.path, LIST, now.as_bytes())?;
         }
@@ -118,7 +118,7 @@ impl<'a> Line<'a> {
         Some(Self { command, sum: u32::from_str_radix(sum, 16).ok()?, name }).filter(|_| plain)
     }
 
-    fn written(&self) -> String {
+    fn render(&self) -> String {
         format!("{} {:08x} {}\n", self.command, self.sum, self.name)
     }
 }

@@ -122,7 +122,7 @@ pub fn builtin_names() -> String {
 
 /// A hint for a name that is not that of a built-in model.
 pub fn builtin_hint(name: &str) -> String {
-    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|known| known.starts_with(name));
+    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|builtin_name| builtin_name.starts_with(name));
     if name.chars().count() > 1 && begin_so().next().is_some() {
         let list = begin_so().collect::<Vec<_>>().join(", ");
         return format!("built-in models that start with `{name}`: {list}");

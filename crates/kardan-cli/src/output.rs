@@ -31,7 +31,7 @@ pub fn print(text: &str) -> Result<(), Diagnostic> {
 /// A page for standard output: as wide as its terminal, of 100 columns elsewhere.
 pub fn render_text(page: &Page, origin: &str) -> String {
     let terminal = terminal_size::terminal_size_of(io::stdout());
-    page.text_within(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
+    page.text_of_width(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
 }
 
 /// The same in so many lines at most.
@@ -325,7 +325,7 @@ pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
 }
 
 /// Reports that a file was written, and how to open it if it is a page.
-pub fn note_written(path: &Path) {
+pub fn note_saved_file(path: &Path) {
     let path = path.display().to_string();
     note(&format!("wrote {path}"));
     stderr(&where_to_look(&path));

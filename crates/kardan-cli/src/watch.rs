@@ -40,7 +40,7 @@ pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnM
         paths.sort();
         paths.dedup();
         paths.retain(|path| *path != model[0]);
-        let others_before = before(&paths);
+        let paths_before = before(&paths);
         if !quiet {
             note(&format!("waiting until `{name}` changes; Ctrl-C ends"));
         }
@@ -49,11 +49,11 @@ pub fn again_and_again(model: &Path, quiet: bool, json: bool, mut work: impl FnM
                 return code;
             }
             thread::sleep(PAUSE);
-            if before(&model) != model_before || before(&paths) != others_before {
+            if before(&model) != model_before || before(&paths) != paths_before {
                 break;
             }
         }
-        settle(&model, &paths);
+        wait_until_unchanged(&model, &paths);
         stop::computing(true);
     }
 }
@@ -65,7 +65,7 @@ fn state(path: &Path) -> Option<(u64, SystemTime)> {
 }
 
 /// Waits until the files stop changing: editors write in steps.
-fn settle(model: &[PathBuf], paths: &[PathBuf]) {
+fn wait_until_unchanged(model: &[PathBuf], paths: &[PathBuf]) {
     let now = || model.iter().chain(paths).map(|path| state(path)).collect::<Vec<_>>();
     for _ in 0..20 {
         let before = now();

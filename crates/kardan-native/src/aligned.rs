@@ -1,3 +1,5 @@
+//! Memory for values that begins at a multiple of 64 bytes.
+
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 

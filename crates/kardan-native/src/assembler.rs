@@ -241,8 +241,8 @@ impl Assembler {
     }
 
     /// Emits code for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from
-    /// `second` bytes above those of the current order; `stride` bytes are between two orders.
-    pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], stride: u32, term: impl FnOnce(&mut Self)) {
+    /// `second` bytes above those of the current order; `order_bytes` bytes are between two orders.
+    pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], order_bytes: u32, term: impl FnOnce(&mut Self)) {
         self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + first]
         self.bytes(&first.to_le_bytes());
         self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + second]
@@ -259,10 +259,10 @@ impl Assembler {
         }
         let again = self.code.len();
         term(self);
-        self.bytes(&[0x48, 0x81, 0xc7]); // add rdi, stride
-        self.bytes(&stride.to_le_bytes());
-        self.bytes(&[0x48, 0x81, 0xee]); // sub rsi, stride
-        self.bytes(&stride.to_le_bytes());
+        self.bytes(&[0x48, 0x81, 0xc7]); // add rdi, order_bytes
+        self.bytes(&order_bytes.to_le_bytes());
+        self.bytes(&[0x48, 0x81, 0xee]); // sub rsi, order_bytes
+        self.bytes(&order_bytes.to_le_bytes());
         self.bytes(&[0x48, 0xff, 0xc8]); // dec rax
         let back = again as i64 - (self.code.len() as i64 + 2);
         self.bytes(&[0x75, back as i8 as u8]); // jnz again

@@ -85,7 +85,7 @@ pub fn sums(step: &Step) -> usize {
 pub fn write(assembler: &mut Assembler, steps: &[Step], values: u32, width: Width, order: Option<u32>) {
     assembler.begin_series(SIGN, PER);
     let bytes = width.bytes();
-    let mut writer = Writer { assembler, registers: Registers::new(width), bytes, stride: bytes * values, order };
+    let mut writer = Writer { assembler, registers: Registers::new(width), bytes, order_bytes: bytes * values, order };
     for step in steps {
         writer.step(step);
         writer.registers.release();
@@ -99,7 +99,7 @@ struct Writer<'a> {
     registers: Registers,
     /// From one value to the next, and from one order to the next.
     bytes: u32,
-    stride: u32,
+    order_bytes: u32,
     order: Option<u32>,
 }
 
@@ -116,7 +116,7 @@ impl Writer<'_> {
 
     /// The coefficient of order j, where k is sought.
     fn at(&self, place: u32, j: u32, k: u32) -> Operand {
-        if j == k { self.now(place) } else { Operand::Constant(self.stride * j + self.bytes * place) }
+        if j == k { self.now(place) } else { Operand::Constant(self.order_bytes * j + self.bytes * place) }
     }
 
     /// `target = opcode(target, last)`
@@ -191,9 +191,9 @@ impl Writer<'_> {
             self.assembler.spread(weight, Operand::Number(8));
             self.assembler.spread(one, Operand::Number(8));
         }
-        let (skipped, at) = ((self.stride * from) as i32, |place: u32| (self.bytes * place) as i32);
+        let (skipped, at) = ((self.order_bytes * from) as i32, |place: u32| (self.bytes * place) as i32);
         let begin = [at(a) + skipped, at(b) - skipped];
-        self.assembler.repeat(terms, begin, self.stride, |assembler| {
+        self.assembler.repeat(terms, begin, self.order_bytes, |assembler| {
             match weight {
                 Some([weight, _]) => assembler.operation(MULTIPLY, PRODUCT, weight, Operand::First),
                 None => assembler.load(PRODUCT, Operand::First),

@@ -1,3 +1,5 @@
+//! Machine code for the Taylor coefficients of a list of steps, one order after the other.
+
 use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 

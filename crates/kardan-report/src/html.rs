@@ -36,7 +36,7 @@ pub(super) fn html(page: &Page) -> String {
         format!(
             "<script type=\"application/json\" id=\"data\">{data}</script>\n\
              <script>\n/* uPlot 1.6.32\n{UPLOT_LICENSE}*/\n{}</script>\n<script>\n{SCRIPT}</script>\n",
-            without_banner(UPLOT),
+            strip_banner(UPLOT),
         )
     });
     let samples = page.samples.as_ref().map_or(String::new(), |data| {
@@ -290,7 +290,7 @@ fn chart(chart: &Chart, level: usize) -> String {
 
 /// The library without the first comment, whose address the page must not contain; the licence is
 /// before it instead.
-fn without_banner(library: &str) -> &str {
+fn strip_banner(library: &str) -> &str {
     match library.strip_prefix("/*!").and_then(|rest| rest.split_once("*/")) {
         Some((_, code)) => code,
         None => library,

@@ -76,17 +76,17 @@ impl Page {
 
     /// Text in 100 columns for a terminal, without pictures and details; `origin` is its source, if known.
     pub fn text(&self, origin: &str) -> String {
-        self.text_within(origin, terminal::WIDTH)
+        self.text_of_width(origin, terminal::WIDTH)
     }
 
     /// The same in so many columns, at most 100: tables that do not fit are written row by row.
-    pub fn text_within(&self, origin: &str, columns: usize) -> String {
+    pub fn text_of_width(&self, origin: &str, columns: usize) -> String {
         terminal::text(self, origin, columns)
     }
 
     /// The same in so many lines at most; those left out are counted.
     pub fn text_on_screen(&self, origin: &str, columns: usize, lines: usize) -> String {
-        terminal::on_screen(&self.text_within(origin, columns), lines)
+        terminal::on_screen(&self.text_of_width(origin, columns), lines)
     }
 
     /// Markdown with tables, without pictures. Every text is escaped.

@@ -45,7 +45,7 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
             continue;
         }
         // Equal poles are counted, close ones are not.
-        match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
+        match out.iter_mut().find(|(counted, _)| *counted == value || *counted == mirrored) {
             Some((_, times)) => *times += 1,
             None => out.push((value, 1)),
         }
@@ -116,7 +116,7 @@ pub fn class(class: &Class) -> String {
 pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
     let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
     for Breach { element, reason: why } in &assumption.violations {
-        match out.iter_mut().find(|(_, known)| known == why) {
+        match out.iter_mut().find(|(_, listed)| listed == why) {
             Some((elements, _)) => elements.push(element),
             None => out.push((vec![element], why)),
         }
@@ -350,7 +350,7 @@ pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A
 units of the states. The smaller number is a proven lower bound (0 where rounding hides it), the larger one belongs to an exactly known change.";
 
 /// A warning if the data do not distinguish the system from one that has lost a mode.
-pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
+pub fn lost_in_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
     let distances = distances?;
     let both = [("controllable", &distances.controllability), ("observable", &distances.observability)];
     let lost: Vec<&str> = both

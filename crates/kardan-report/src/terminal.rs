@@ -21,7 +21,7 @@ const LEAST: usize = 8;
 /// Digits of rounded entries of a matrix: enough to type them in.
 const DIGITS: usize = 9;
 
-/// See [`Page::text_within`].
+/// See [`Page::text_of_width`].
 pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
     let width = columns.clamp(NARROWEST, WIDTH);
     let mut out = page.name.clone() + &if origin.is_empty() { String::new() } else { format!(" ({origin})") } + "\n";
@@ -142,7 +142,8 @@ fn table(out: &mut String, table: &Table, width: usize) {
     let widest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| count(cell)).max().unwrap_or(0);
     let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
-    let longest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
+    let longest =
+        |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).fold(word(&titles[k]), usize::max);
     let longest: Vec<usize> = (0..titles.len()).map(longest).collect();
     let name = |text: &str| text.split(' ').filter(|word| is_name(word)).map(count).max().unwrap_or(0);
     let names = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| name(cell)).max().unwrap_or(0);

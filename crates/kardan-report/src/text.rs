@@ -33,9 +33,9 @@ pub(super) fn figure(value: f64, digits: usize) -> String {
         "0".into()
     } else if (-4..6).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        without_trailing_zeros(&format!("{value:.decimals$}")).to_owned()
+        strip_trailing_zeros(&format!("{value:.decimals$}")).to_owned()
     } else {
-        format!("{}e{exponent}", without_trailing_zeros(mantissa))
+        format!("{}e{exponent}", strip_trailing_zeros(mantissa))
     };
     text.replace('-', "−")
 }
@@ -70,7 +70,7 @@ impl Clock {
             return "–".into();
         }
         let number = format!("{:.4}", time * self.per_second);
-        format!("{} {}", without_trailing_zeros(&number).replace('-', "−"), self.unit)
+        format!("{} {}", strip_trailing_zeros(&number).replace('-', "−"), self.unit)
     }
 }
 
@@ -99,7 +99,7 @@ pub(super) fn powers(text: &str) -> String {
     out
 }
 
-fn without_trailing_zeros(number: &str) -> &str {
+fn strip_trailing_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
 

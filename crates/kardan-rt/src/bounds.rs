@@ -1,3 +1,5 @@
+//! Limits of the torque of a motor and of its change per sample.
+
 use crate::Real;
 
 /// The limits of a motor: torques within ± `torque`, changes within ± `change` from one sample to the next, N m.

@@ -1,3 +1,5 @@
+//! How a channel of a decoupling law uses its reference.
+
 use crate::dense::finite;
 use crate::{PositionLoop, Real};
 

@@ -1,3 +1,5 @@
+//! The computed-torque law on the nonlinear mechanism.
+
 use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored, sum};
 use crate::mechanism::{modelled_forces, take};
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};

@@ -1,3 +1,5 @@
+//! Constant gain matrices and sums of their products with signals.
+
 use crate::Real;
 use crate::dense::{all_finite, at, copy, dot, row};
 

@@ -1,3 +1,5 @@
+//! A reference governor that keeps predicted commands within their bounds.
+
 use crate::{Gain, Real};
 
 /// A reference governor: each reference moves towards its request only as far as the commands, predicted for a constant

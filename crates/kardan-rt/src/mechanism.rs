@@ -1,3 +1,5 @@
+//! A mechanism in explicit form, evaluated from a plan.
+
 use crate::dense::{add_scaled, at, copy, row, sum};
 use crate::{Plan, Real};
 

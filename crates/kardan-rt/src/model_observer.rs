@@ -1,3 +1,5 @@
+//! An observer with the nonlinear model of a mechanism as its prediction.
+
 use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored, sum};
 use crate::mechanism::{modelled_forces, take};
 use crate::{Mechanism, Real};

@@ -1,3 +1,5 @@
+//! The noninteracting law: partial feedback linearisation of one output per input.
+
 use crate::feedback::combine;
 use crate::{Channel, Gain, Real};
 

@@ -1,3 +1,5 @@
+//! A position loop on a double integrator with load feed-forward.
+
 use crate::Real;
 use crate::dense::finite;
 

@@ -1,3 +1,5 @@
+//! The floating-point numbers in which the blocks compute.
+
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::format::Format;

@@ -1,3 +1,5 @@
+//! A sampled regulator: observer, state feedback, reference model and bounds.
+
 use crate::dense::{all_finite, copy, sum};
 use crate::{Bounds, Gain, Governor, Real};
 

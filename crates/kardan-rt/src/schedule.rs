@@ -1,3 +1,5 @@
+//! Numbers scheduled over an angle, linear between the rows of a table.
+
 use crate::Real;
 
 /// Numbers over an angle that repeat after a period: rows at equal distances, linear between them.

@@ -1,3 +1,5 @@
+//! A regulator with gains scheduled by a coordinate of its estimate.
+
 use crate::dense::{all_finite, at, copy, sum};
 use crate::mechanism::take;
 use crate::regulator::NonlinearTerms;
@@ -99,7 +101,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         let (prediction, input, output) = (next(n, n)?, next(n, m)?, next(p, n)?);
         let (correction, feedback) = (next(n, p)?, next(m, sum(&[n, k, r]))?);
         let (force_input, on_forces) = (next(n, c)?, next(m, c)?);
-        if looked.is_none() || !self.within_a_sample(memory.estimate, &force_input, forces) {
+        if looked.is_none() || !self.is_predictable(memory.estimate, &force_input, forces) {
             forces.fill(T::ZERO);
         }
         let governor = if g > 0 {
@@ -129,7 +131,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     /// Whether the forces change no speed by more than a sixteenth of the largest one in a sample. Above that the
     /// sample time is too long to predict their effect, and an estimate that one bad reading made huge would grow by
     /// itself.
-    fn within_a_sample(&self, estimate: &[T], force_input: &Gain<'_, T>, forces: &[T]) -> bool {
+    fn is_predictable(&self, estimate: &[T], force_input: &Gain<'_, T>, forces: &[T]) -> bool {
         let c = self.mechanism.coordinates;
         let speeds = estimate.iter().skip(c).take(c);
         let largest = speeds.fold(T::ZERO, |max, x| if x.abs() > max { x.abs() } else { max });

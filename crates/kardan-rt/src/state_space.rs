@@ -1,3 +1,5 @@
+//! A linear block in state space.
+
 use crate::dense::{all_finite, copy};
 use crate::feedback::combine;
 use crate::{Gain, Real};

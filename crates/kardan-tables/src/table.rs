@@ -1,3 +1,5 @@
+//! Tables of signals over time.
+
 /// A signal of a [`Table`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column<'a> {

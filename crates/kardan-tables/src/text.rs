@@ -36,7 +36,7 @@ pub fn csv_cell(text: &str) -> Cow<'_, str> {
 }
 
 /// A text without the apostrophe of [`csv_cell`].
-pub(crate) fn without_guard(text: &str) -> &str {
+pub(crate) fn strip_guard(text: &str) -> &str {
     text.strip_prefix('\'').filter(|rest| is_formula(rest)).unwrap_or(text)
 }
 

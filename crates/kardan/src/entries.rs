@@ -153,7 +153,7 @@ impl Entries {
         self.list.push(entry);
     }
 
-    /// Sets a key, in its place if it exists; the entry comes from a program, and [`Entries::settle`] sets its place.
+    /// Sets a key, in its place if it exists; the entry comes from a program, and [`Entries::assign_places`] sets its place.
     pub fn set(&mut self, key: &str, value: RawValue) {
         let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
         match self.list.get_mut(key) {
@@ -197,8 +197,8 @@ impl Entries {
     }
 
     /// Sets the places of the entries of a program.
-    pub fn settle(&mut self) {
-        settle_table(self, "");
+    pub fn assign_places(&mut self) {
+        assign_table_places(self, "");
     }
 
     /// Whether both are equal, regardless of places and the order of keys.
@@ -208,7 +208,7 @@ impl Entries {
     }
 }
 
-/// The place of an entry of a program before [`Entries::settle`].
+/// The place of an entry of a program before [`Entries::assign_places`].
 fn unsettled() -> Place {
     Place::Path(Arc::from(""))
 }
@@ -223,26 +223,26 @@ fn same_value(a: &RawValue, b: &RawValue) -> bool {
     }
 }
 
-fn settle_table(table: &mut Entries, path: &str) {
+fn assign_table_places(table: &mut Entries, path: &str) {
     for entry in table.list.iter_mut() {
         let key = if entry.key.contains(['.', '"']) { format!("{:?}", entry.key) } else { entry.key.clone() };
         let path = if path.is_empty() { key } else { format!("{path}.{key}") };
         if entry.place.path() == Some("") {
             entry.place = Place::Path(Arc::from(path.as_str()));
         }
-        settle_entry(&mut entry.entry, &path);
+        assign_entry_places(&mut entry.entry, &path);
     }
 }
 
-fn settle_entry(entry: &mut Entry, path: &str) {
+fn assign_entry_places(entry: &mut Entry, path: &str) {
     if entry.place.path() == Some("") {
         entry.place = Place::Path(Arc::from(path));
     }
     match &mut entry.value {
-        RawValue::Table(table) => settle_table(table, path),
+        RawValue::Table(table) => assign_table_places(table, path),
         RawValue::List(list) => {
             for (number, entry) in list.iter_mut().enumerate() {
-                settle_entry(entry, &format!("{path}[{number}]"));
+                assign_entry_places(entry, &format!("{path}[{number}]"));
             }
         }
         _ => {}

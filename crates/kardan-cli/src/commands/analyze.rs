@@ -12,7 +12,7 @@ use super::design::points;
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{note_written, prepare_file, print, render_text, save, save_page};
+use crate::output::{note_saved_file, prepare_file, print, render_text, save, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -51,7 +51,7 @@ fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: b
     let render_text = || render_text(&report::analysis_text(analysis), origin);
     print(&if args.json { export::analysis_json(analysis) + "\n" } else { render_text() })?;
     for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
-        note_written(path);
+        note_saved_file(path);
     }
     Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }

@@ -11,7 +11,7 @@ use kardan_report as report;
 use crate::args::{DesignArgs, number, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{note_written, prepare_files, print, render_text, save, save_page};
+use crate::output::{note_saved_file, prepare_files, print, render_text, save, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure};
 use crate::stop;
@@ -62,7 +62,7 @@ fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) 
     }
     print(&if args.json { export::design_json(design) + "\n" } else { render_text(&page, origin) })?;
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
-        note_written(path);
+        note_saved_file(path);
     }
     Ok(if design.incomplete_reason.is_none() { DONE } else { ERROR })
 }

@@ -15,7 +15,7 @@ use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files::{self, expect_plain};
 use crate::input;
-use crate::output::{note_written, prepare_files, print, protect, reason, render_text, save_over, save_page};
+use crate::output::{note_saved_file, prepare_files, print, protect, reason, render_text, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::source::Source;
@@ -84,7 +84,7 @@ fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, q
     })?;
     let omissions = omissions?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
-        note_written(path);
+        note_saved_file(path);
     }
     if let (Some(path), false) = (&args.write, whole) {
         note(&format!("`{}` is not written: the identification is not complete", path.display()));

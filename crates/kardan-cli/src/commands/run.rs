@@ -27,7 +27,7 @@ use crate::stop;
 /// Lines of what is printed without `--verbose`, the files included.
 const SUMMARY_LINES: usize = 60;
 /// More files of one kind are counted.
-const FEW_FILES: usize = 4;
+const MOST_LISTED_FILES: usize = 4;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
@@ -125,7 +125,7 @@ fn report_result(
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        let mut paths = written_files(&files, args.verbose);
+        let mut paths = format_saved_files(&files, args.verbose);
         files.report.iter().for_each(|report| paths += &where_to_look(report));
         let text = match args.verbose {
             true => render_text(&page, origin),
@@ -142,16 +142,16 @@ fn report_result(
 }
 
 /// The files that were written, one line each; of more tables or plots than a few their number.
-fn written_files(files: &Files, all: bool) -> String {
+fn format_saved_files(files: &Files, all: bool) -> String {
     let list = |paths: Vec<&String>, what: &str| match &paths[..] {
-        [first, .., last] if paths.len() > FEW_FILES && !all => {
+        [first, .., last] if paths.len() > MOST_LISTED_FILES && !all => {
             format!("wrote {} {what}: {first} … {last}\n", paths.len())
         }
         _ => paths.iter().map(|path| format!("wrote {path}\n")).collect(),
     };
     let tables = list(files.runs.iter().flatten().collect(), "tables");
-    let others = list(files.figures.iter().chain(&files.report).collect(), "files");
-    tables + &others + &list(files.plots.iter().collect(), "plots")
+    let other_files = list(files.figures.iter().chain(&files.report).collect(), "files");
+    tables + &other_files + &list(files.plots.iter().collect(), "plots")
 }
 
 /// Writes all files that can be written, tables first; returns those that could not.

@@ -9,7 +9,7 @@ use kardan_report as report;
 use crate::args::SafetyArgs;
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
-use crate::output::{note_written, prepare_files, print, render_text, save, save_page};
+use crate::output::{note_saved_file, prepare_files, print, render_text, save, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 
@@ -51,7 +51,7 @@ fn report_result(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -
     }
     print(&if args.json { export::safety_json(table) + "\n" } else { render_text(&page, origin) })?;
     for path in args.report.iter().chain(&args.csv).filter(|_| !quiet) {
-        note_written(path);
+        note_saved_file(path);
     }
     let failed = table.rows.iter().any(|row| row.verdict == SafetyVerdict::Failed);
     Ok(match (table.missing > 0 || failed, table.passes()) {

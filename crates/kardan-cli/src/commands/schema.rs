@@ -31,7 +31,7 @@ pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     }
     let text = text_of(name).ok_or_else(|| {
         Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
-            .help(unknown_name(name, SCHEMAS.iter().map(|(known, _)| *known).chain([MODEL.0])))
+            .help(unknown_name(name, SCHEMAS.iter().map(|(schema_name, _)| *schema_name).chain([MODEL.0])))
     })?;
     print(&(text + "\n"))?;
     Ok(DONE)

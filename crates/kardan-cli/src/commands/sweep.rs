@@ -22,7 +22,7 @@ use crate::files;
 use crate::input;
 use crate::lock::Lock;
 use crate::output::{
-    note_written, prepare_folder, print, quoted_for_shell, reason, render_text, save_in, shown, stays,
+    note_saved_file, prepare_folder, print, quoted_for_shell, reason, render_text, save_in, shown, stays,
 };
 use crate::progress::Bars;
 use crate::render::{self, Failure};
@@ -414,7 +414,7 @@ fn report_result(
         paths = vec![pages, numbers];
     }
     print(&if json { export::sweep_json(found) + "\n" } else { render_text(&page, origin) })?;
-    paths.iter().filter(|_| !quiet).for_each(|path| note_written(path));
+    paths.iter().filter(|_| !quiet).for_each(|path| note_saved_file(path));
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
     let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());

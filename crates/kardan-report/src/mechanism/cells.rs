@@ -351,8 +351,8 @@ fn weight(part: &MechanismPart, ends: &[End]) -> &'static str {
 }
 
 /// A source rotated so that its poles match its ends.
-fn directed(part: &MechanismPart, drawn: Drawn, backwards: bool) -> Drawn {
-    match matches!(part.symbol, Symbol::Source | Symbol::CurrentSource) && backwards {
+fn directed(part: &MechanismPart, drawn: Drawn, reversed: bool) -> Drawn {
+    match matches!(part.symbol, Symbol::Source | Symbol::CurrentSource) && reversed {
         true => Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn },
         false => drawn,
     }
@@ -363,8 +363,8 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let mut cell = Cell::default();
     let drawn = symbols::between(part);
     let (half, up, down) = (drawn.half, drawn.up, drawn.down);
-    let backwards = ends.first().is_some_and(|one| (one.end == 0) == (one.side == Side::Right));
-    let drawn = directed(part, drawn, backwards);
+    let reversed = ends.first().is_some_and(|one| (one.end == 0) == (one.side == Side::Right));
+    let drawn = directed(part, drawn, reversed);
     let mut marks = heading(part, up);
     marks.push(symbol((0.0, 0.0), drawn));
     cell.groups.push(group(part, marks));

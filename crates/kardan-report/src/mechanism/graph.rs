@@ -85,7 +85,7 @@ impl<'a> Graph<'a> {
         let mut graph = Self::whole(mechanism);
         let hosts = graph.blocks.iter().filter(|block| block.is_host()).count();
         if hosts > HOSTS {
-            graph = graph.without_rows();
+            graph = graph.fold_rows();
         }
         if graph.blocks.iter().filter(|block| block.is_host()).count() > HOSTS {
             graph = graph.near();
@@ -187,7 +187,7 @@ impl<'a> Graph<'a> {
     }
 
     /// Long rows of equally built hosts keep two at each end.
-    fn without_rows(self) -> Self {
+    fn fold_rows(self) -> Self {
         let neighbours = self.neighbours();
         let next = |host: usize, element: usize| -> Option<usize> {
             let [a, b] = neighbours[element][..] else { return None };

@@ -107,7 +107,7 @@ impl<'a> Component<'a> {
         let layer = layers.iter().enumerate().flat_map(|(k, all)| all.iter().map(move |&block| (block, k))).collect();
         let mut out = Self { graph, layers, mirrored, layer, cells: BTreeMap::new(), y: BTreeMap::new() };
         out.make_cells(&neighbours);
-        out.settle();
+        out.arrange();
         out
     }
 
@@ -144,7 +144,7 @@ impl<'a> Component<'a> {
     }
 
     /// Heights: each block as near as there is room to where its lines come from.
-    fn settle(&mut self) {
+    fn arrange(&mut self) {
         let order: Vec<usize> = match self.mirrored {
             true => (0..self.layers.len()).rev().collect(),
             false => (0..self.layers.len()).collect(),

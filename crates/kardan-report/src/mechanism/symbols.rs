@@ -134,7 +134,7 @@ fn parallel(part: &MechanismPart) -> Drawn {
 
 /// An element with one end to the left and one to the right; backlash is two flanks across the end to the right.
 pub(super) fn between(part: &MechanismPart) -> Drawn {
-    let mut drawn = without_play(part);
+    let mut drawn = draw_rigid_element(part);
     if part.laws.iter().any(|law| law == "backlash") {
         let end = drawn.half;
         drawn.svg += &thin(&format!("M{} -6V6M{} -6V6", end - 9.0, end - 4.0));
@@ -142,7 +142,7 @@ pub(super) fn between(part: &MechanismPart) -> Drawn {
     drawn
 }
 
-fn without_play(part: &MechanismPart) -> Drawn {
+fn draw_rigid_element(part: &MechanismPart) -> Drawn {
     match part.symbol {
         Symbol::SpringDamper => parallel(part),
         Symbol::UniversalJoint => {

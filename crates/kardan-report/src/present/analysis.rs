@@ -132,7 +132,7 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
             structure.controllable_rank, structure.observable_rank
         ),
     };
-    let lost = phrases::within_last_digit(analysis.matrix_distance.as_ref());
+    let lost = phrases::lost_in_last_digit(analysis.matrix_distance.as_ref());
     let sound = counts_only && analysis.unfinished.is_none() && lost.is_none();
     let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
     Some(Verdict { sound, text })
@@ -282,7 +282,7 @@ fn modes(analysis: &Analysis, drawn: bool) -> Body {
 }
 
 /// The modes, and whether each is controllable and observable if that is decided.
-fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
+fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option<bool>), eigenvalue: &str) -> Body {
     let energy = modes.iter().any(|mode| !mode.stored.is_empty());
     let row = |(k, mode): (usize, &Mode)| {
         let mut row = row![
@@ -290,7 +290,7 @@ fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
             phrases::pair(mode.eigenvalue),
-            decision(reached, mode.controllable),
+            decision(controllable, mode.controllable),
             decision(observable, mode.observable),
             phrases::together(&phrases::motion(&mode.shape)),
         ];
@@ -302,7 +302,8 @@ fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool
         }
         row
     };
-    let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "reached", "seen", "largest motions"];
+    let mut headers =
+        vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "controllable", "observable", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
     match modes.is_empty() {
         true => Body::default(),

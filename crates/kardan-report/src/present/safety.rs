@@ -63,7 +63,7 @@ fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
     if several {
         cells.extend(row![&row.variant]);
     }
-    cells.extend(row.values.iter().map(|value| Cell::Text(without_breaks(&value.value))));
+    cells.extend(row.values.iter().map(|value| Cell::Text(prevent_line_breaks(&value.value))));
     cells
 }
 
@@ -106,10 +106,9 @@ fn rows(table: &Safety) -> Body {
         cells
     };
     let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
-        let within = table
-            .detection_time_limit
-            .map_or_else(String::new, |within| format!(", within {} ms", number(1e3 * within)));
-        format!("Detected: `{condition}` first becomes true where it is false without the fault{within}.")
+        let limit_text =
+            table.detection_time_limit.map_or_else(String::new, |time| format!(", within {} ms", number(1e3 * time)));
+        format!("Detected: `{condition}` first becomes true where it is false without the fault{limit_text}.")
     });
     Body::default().table_of(usize::MAX, &columns, table.rows.iter().map(one)).hint(detected)
 }
@@ -122,13 +121,13 @@ fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
 
 fn in_unit(value: f64, effect: &SafetyEffect) -> String {
     match &effect.display {
-        Some(unit) => without_breaks(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
-        None => without_breaks(&format!("{} {}", figure(value, DIGITS), effect.unit)),
+        Some(unit) => prevent_line_breaks(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
+        None => prevent_line_breaks(&format!("{} {}", figure(value, DIGITS), effect.unit)),
     }
 }
 
 /// Text without line breaks.
-fn without_breaks(text: &str) -> String {
+fn prevent_line_breaks(text: &str) -> String {
     text.replace(' ', "\u{a0}")
 }
 

@@ -294,12 +294,12 @@ fn figures(found: &Sweep) -> Body {
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
     let values = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
-    let body = body.list(without_a_value(found, values));
+    let body = body.list(list_missing_values(found, values));
     if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
 }
 
 /// How many runs have a number, where some have none.
-fn without_a_value<'a>(
+fn list_missing_values<'a>(
     found: &Sweep,
     all: impl Iterator<Item = (&'a String, &'a String, &'a SweptValues)>,
 ) -> Vec<String> {
@@ -330,7 +330,7 @@ fn measured(found: &Sweep) -> Body {
         cells
     });
     let values = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
-    Body::default().table_of(usize::MAX, &columns, rows).list(without_a_value(found, values))
+    Body::default().table_of(usize::MAX, &columns, rows).list(list_missing_values(found, values))
 }
 
 /// `margin -0.12 N m`

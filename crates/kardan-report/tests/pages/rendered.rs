@@ -496,17 +496,17 @@ fn lines_of_text_fit_and_have_no_control_characters() {
 fn text_fits_a_narrow_terminal() {
     for page in pages() {
         let hostile = page.text("here").contains("alert");
-        let narrow = page.text_within("here", 40);
+        let narrow = page.text_of_width("here", 40);
         for line in narrow.lines().filter(|_| !hostile) {
             let long = line.split_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
             assert!(line.chars().count() <= 40.max(long + 6), "{line}");
             assert_eq!(line, line.trim_end());
         }
-        assert!(page.text_within("here", 0).len() >= narrow.len() / 2);
-        assert_eq!(page.text_within("here", 1000), page.text("here"));
+        assert!(page.text_of_width("here", 0).len() >= narrow.len() / 2);
+        assert_eq!(page.text_of_width("here", 1000), page.text("here"));
     }
     let run = kardan_report::study(&hostile());
-    let narrow = run.text_within("here", 40).split_whitespace().collect::<Vec<_>>().join(" ");
+    let narrow = run.text_of_width("here", 40).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(narrow.contains("Key figures") && narrow.contains("minimum: "), "{narrow}");
 }
 
@@ -541,7 +541,7 @@ fn names_never_break_in_a_table() {
     };
     let page = kardan_report::identification(&found);
     for width in 60..=100 {
-        let text = page.text_within("here", width);
+        let text = page.text_of_width("here", width);
         for name in &names {
             assert!(text.split_whitespace().filter(|word| word == name).count() >= 2, "{width}: {name}\n{text}");
         }

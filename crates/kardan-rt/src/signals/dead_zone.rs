@@ -1,3 +1,5 @@
+//! The block of a dead zone.
+
 use super::{remember, zero};
 use crate::Arithmetic;
 

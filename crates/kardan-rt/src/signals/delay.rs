@@ -1,3 +1,5 @@
+//! The block of a delay by whole samples.
+
 use super::zero;
 use crate::Arithmetic;
 

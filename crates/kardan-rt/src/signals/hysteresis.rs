@@ -1,3 +1,5 @@
+//! The block of a switch with two thresholds.
+
 use super::{half, one, remember};
 use crate::Arithmetic;
 

@@ -1,3 +1,5 @@
+//! The block of an integrator with bounds.
+
 use super::{clamped, half, remember};
 use crate::Arithmetic;
 

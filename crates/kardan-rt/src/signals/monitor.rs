@@ -1,3 +1,5 @@
+//! The block of a monitor of a residual.
+
 use super::{half, one, remember, smaller, zero};
 use crate::Arithmetic;
 

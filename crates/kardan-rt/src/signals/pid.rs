@@ -1,3 +1,5 @@
+//! The block of a PID controller with anti-windup.
+
 use super::{clamped, half, is_on, one, remember, zero};
 use crate::Arithmetic;
 

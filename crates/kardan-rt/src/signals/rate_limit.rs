@@ -1,3 +1,5 @@
+//! The block of a rate limiter.
+
 use super::{clamped, half, one, remember};
 use crate::Arithmetic;
 

@@ -1,3 +1,5 @@
+//! The block of a saturation.
+
 use super::{clamped, remember};
 use crate::Arithmetic;
 

@@ -1,3 +1,5 @@
+//! The block of a state machine and its transitions.
+
 use super::{half, is_on, one, smaller, zero};
 use crate::Arithmetic;
 

@@ -1,3 +1,5 @@
+//! The block of a sampled transfer function.
+
 use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
 

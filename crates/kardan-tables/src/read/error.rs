@@ -1,3 +1,5 @@
+//! Errors of reading a log.
+
 use std::io;
 
 use thiserror::Error;

@@ -199,7 +199,7 @@ struct Column {
     /// The first value.
     first: usize,
     /// From one value to the next.
-    stride: usize,
+    spacing: usize,
 }
 
 /// A channel before it has a group.
@@ -457,9 +457,9 @@ impl Index {
             if !self.afford(name.len() + unit.len() + family.0.len() + family.1.len()) {
                 return;
             }
-            let (first, stride) = if across { (k, columns) } else { (k * rows, 1) };
+            let (first, spacing) = if across { (k, columns) } else { (k * rows, 1) };
             let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
-            let column = Column { variable, run, storage, little, first, stride };
+            let column = Column { variable, run, storage, little, first, spacing };
             let channel = Channel { name, unit: unit.to_owned() };
             self.found.push(PendingChannel { family: family.clone(), rows, channel, is_time, column });
         }
@@ -482,10 +482,10 @@ fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
 impl Cursor {
     /// Appends values; those before an error remain.
     fn read(&mut self, from: usize, count: usize, out: &mut Vec<f64>) -> Result<(), LogError> {
-        let Column { storage, little, first, stride, .. } = self.column;
+        let Column { storage, little, first, spacing, .. } = self.column;
         let width = storage.size();
-        let start = (first + from * stride) * width;
-        let length = ((count - 1) * stride + 1) * width;
+        let start = (first + from * spacing) * width;
+        let length = ((count - 1) * spacing + 1) * width;
         self.bytes.clear();
         let outcome = match &self.column.run {
             Run::Here(bytes) => {
@@ -494,7 +494,7 @@ impl Cursor {
             }
             Run::At(at) => self.stream.append(at + start as u64, length, &mut self.bytes),
         };
-        let values = self.bytes.chunks(stride * width).filter_map(|chunk| chunk.get(..width));
+        let values = self.bytes.chunks(spacing * width).filter_map(|chunk| chunk.get(..width));
         match storage {
             Storage::Double if little => {
                 out.extend(values.map(|bytes| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes)));
@@ -532,7 +532,7 @@ impl Log for MatLog {
         let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
         let reading = &mut self.reading[next];
         let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
-        let widths = || reading.cursors.iter().map(|cursor| cursor.column.stride * cursor.column.storage.size());
+        let widths = || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.storage.size());
         let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
         let count = (rows - reading.delivered).min(BLOCK_ROWS).min(most.max(1));
         block.reset(reading.group, reading.cursors.len());

@@ -71,10 +71,16 @@ impl MdfLog {
         let (_, layout) = self.file.of_group(records.group);
         block.reset(records.group, records.fields.len());
         block.rows = count;
-        let stride = layout.stride();
+        let record_bytes = layout.record_bytes();
         let first = records.delivered;
         let field = |(column, field): (&mut Vec<f64>, &usize)| {
-            layout.fields[*field].decode(&bytes[..count * stride], stride, layout.data_bytes, first, column);
+            layout.fields[*field].decode(
+                &bytes[..count * record_bytes],
+                record_bytes,
+                layout.data_bytes,
+                first,
+                column,
+            );
         };
         if count * records.fields.len() > 20_000 {
             block.columns.par_iter_mut().zip(&records.fields).for_each(field);
@@ -201,7 +207,7 @@ impl MdfLog {
         let data = &self.file.data[reading.data];
         let records = &mut reading.records[0];
         let layout = &data.groups[data.index_of(records.group)];
-        let record = data.id_bytes + layout.stride();
+        let record = data.id_bytes + layout.record_bytes();
         let count = BLOCK_ROWS.min((STEP / record).max(1));
         if reading.ended {
             return Ok(false);
@@ -230,9 +236,9 @@ impl MdfLog {
             };
         }
         if data.id_bytes > 0 {
-            let stride = layout.stride();
+            let record_bytes = layout.record_bytes();
             for k in 0..available {
-                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * stride);
+                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * record_bytes);
             }
         }
         let mut rest = reading.raw.split_off(available * record);
@@ -249,16 +255,16 @@ impl MdfLog {
     fn next_unsorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
         let data = &self.file.data[reading.data];
         loop {
-            let stride = |records: &Records| self.file.of_group(records.group).1.stride();
-            let waiting = |records: &Records| records.waiting.len() / stride(records);
+            let record_bytes = |records: &Records| self.file.of_group(records.group).1.record_bytes();
+            let waiting = |records: &Records| records.waiting.len() / record_bytes(records);
             if let (true, Some(index)) =
                 (reading.flushing, reading.records.iter().position(|records| waiting(records) > 0))
             {
-                let stride = stride(&reading.records[index]);
+                let record_bytes = record_bytes(&reading.records[index]);
                 let mut bytes = std::mem::take(&mut reading.records[index].waiting);
-                let count = (bytes.len() / stride).min(BLOCK_ROWS);
+                let count = (bytes.len() / record_bytes).min(BLOCK_ROWS);
                 self.decode(&reading.records[index], &bytes, count, block);
-                bytes.drain(..count * stride);
+                bytes.drain(..count * record_bytes);
                 reading.records[index].waiting = bytes;
                 reading.records[index].delivered += count as u64;
                 return Ok(true);
@@ -293,7 +299,7 @@ impl MdfLog {
                 reading.stream.cut = !reading.raw.is_empty();
                 let short = reading.records.iter().find_map(|records| {
                     let layout = self.file.of_group(records.group).1;
-                    let available = records.delivered + (records.waiting.len() / layout.stride()) as u64;
+                    let available = records.delivered + (records.waiting.len() / layout.record_bytes()) as u64;
                     layout.rows.filter(|rows| available < *rows).map(|rows| (records.group, available, rows))
                 });
                 if let (Some((group, available, rows)), false) = (short, reading.stream.has_failed()) {
@@ -334,7 +340,7 @@ impl DataGroup {
                 let Some(length) = raw.get(start..start + 4) else { break };
                 4 + blocks::unsigned(length) as usize
             } else {
-                layout.stride()
+                layout.record_bytes()
             };
             let Some(record) = raw.get(start..start + length) else { break };
             if let Some(to) = destination[index] {

@@ -128,8 +128,8 @@ fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str,
     element(out, 5, &[(rows as i32).to_le_bytes(), (columns as i32).to_le_bytes()].concat());
     element(out, 1, name.as_bytes());
     content(out);
-    let length_written = (out.len() - start) as u32;
-    out[length..start].copy_from_slice(&length_written.to_le_bytes());
+    let byte_count = (out.len() - start) as u32;
+    out[length..start].copy_from_slice(&byte_count.to_le_bytes());
 }
 
 fn column(out: &mut Vec<u8>, name: &str, values: &[f64]) {

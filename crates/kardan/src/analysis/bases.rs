@@ -1,3 +1,5 @@
+//! Bases of the motions of a system, and their orthogonalisation.
+
 use faer::{Mat, Side};
 
 use super::reduction::{columns, minus_loads};

@@ -1,3 +1,5 @@
+//! The class of a model and of its constraints.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 

@@ -1,3 +1,5 @@
+//! The projector of the constraint forces.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

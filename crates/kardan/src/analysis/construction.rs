@@ -1,3 +1,5 @@
+//! Constructs an input that reaches every mode of a system.
+
 use super::images::{Image, Images};
 use super::{LinearSystem, spectrum};
 use crate::names::SignalName;

@@ -58,7 +58,7 @@ fn at_point(
     let zero = motion_of.graph.integer(0);
     let mut exprs = Vec::new();
     for k in 0..count {
-        let carried = motion_of.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
+        let carried = motion_of.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
         exprs.push(match reduced.equations.multiplier_constraints[k].law {
             MultiplierLaw::Acceleration(..) => motion_of.graph.integer(1),
             _ => motion_of.graph.subtract(carried, motion_of.multiplier_constraints[k].rate),

@@ -1,3 +1,5 @@
+//! The modes that lose controllability or observability.
+
 use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 

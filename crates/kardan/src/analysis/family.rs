@@ -1,3 +1,5 @@
+//! A system as a function of parameters in intervals.
+
 use std::borrow::Cow;
 
 use faer::Mat;

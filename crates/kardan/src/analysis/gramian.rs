@@ -1,3 +1,5 @@
+//! Gramians over a finite horizon.
+
 use faer::{Mat, MatRef};
 use kardan_rt::functions::{exp2, log2, powi};
 

@@ -1,3 +1,5 @@
+//! Images of a system modulo primes.
+
 use std::sync::{Arc, OnceLock};
 
 use super::LinearSystem;

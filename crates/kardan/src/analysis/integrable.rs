@@ -83,7 +83,7 @@ impl Rows {
         let (mut entries, mut slopes) = (Vec::new(), Vec::new());
         for (k, row) in rows.iter().enumerate() {
             entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
-            let carried = motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]);
+            let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
             let by_time = match reduced.equations.multiplier_constraints[k].law {
                 // An integral of the prescribed function, with any speed at the start.
                 MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
@@ -239,10 +239,10 @@ impl Rows {
         // λ̇ᵀ = −λᵀ M, and λᵀ C = 0.
         let across: Vec<Vec<Series>> = (0..c).map(|k| pivots.iter().map(|i| rest(k, *i)).collect()).collect();
         let m = multiply(field, &across, &solved.transform);
-        let along_open: Vec<Vec<Series>> =
+        let open_form: Vec<Vec<Series>> =
             solved.form.iter().map(|row| open.iter().map(|i| row[*i].clone()).collect()).collect();
         let mut falls: Vec<Vec<Series>> = (0..c).map(|k| open.iter().map(|i| rest(k, *i)).collect()).collect();
-        subtract(field, &mut falls, &multiply(field, &across, &along_open));
+        subtract(field, &mut falls, &multiply(field, &across, &open_form));
         let mut columns: Vec<Vec<Residue>> = Vec::new();
         for _ in 0..c {
             columns.extend((0..open.len()).map(|j| falls.iter().map(|row| row[j][0]).collect()));

@@ -49,15 +49,15 @@ pub struct StaticRelations {
 /// Most sets of signals that are tried one by one.
 const MOST_SETS: usize = 20_000;
 
-/// All minimal relations between outputs and known inputs at one instant; `known` are numbers of inputs, all others are unknown.
+/// All minimal relations between outputs and known inputs at one instant; `commanded` are numbers of inputs, all others are unknown.
 ///
 /// Method: the rows `[C, D]` of outputs and `[0, eᵢ]` of known inputs, modulo the rows `[wᵀA, wᵀB]` with `wᵀE = 0` that are true without a
 /// rate. Minimal dependent sets are the circuits of their matroid: of the relations those whose set of signals is least, found by
 /// demanding zeros until one is left. Exact.
-pub fn static_relations(system: &LinearSystem, known: &[usize]) -> StaticRelations {
+pub fn static_relations(system: &LinearSystem, commanded: &[usize]) -> StaticRelations {
     let signals: Vec<ParitySignal> = (0..system.outputs.len())
         .map(ParitySignal::Output)
-        .chain(known.iter().map(|&j| ParitySignal::Input(j)))
+        .chain(commanded.iter().map(|&j| ParitySignal::Input(j)))
         .collect();
     let rows = stack(&signals.iter().map(|signal| row_of(system, *signal)).collect::<Vec<_>>(), &rateless(system));
     let found = left_null(&rows);
@@ -195,20 +195,25 @@ const MOST_ROWS: usize = 160;
 ///
 /// Method: outputs and equations of motion with their derivatives up to the order; of the rows that cancel all states, rates and unknown
 /// inputs one with few terms that the fault does not leave alone. Exact.
-pub fn relations(system: &LinearSystem, faults: &[Fault], known: &[usize], unknown: &[usize]) -> Vec<Option<Broken>> {
+pub fn relations(
+    system: &LinearSystem,
+    faults: &[Fault],
+    commanded: &[usize],
+    unknown: &[usize],
+) -> Vec<Option<Broken>> {
     let (n, p) = (system.states.len(), system.outputs.len());
     let mut out: Vec<Option<Broken>> = vec![None; faults.len()];
     let open_inputs: Vec<usize> =
-        (0..system.inputs.len()).filter(|j| !known.contains(j) && !unknown.contains(j)).collect();
+        (0..system.inputs.len()).filter(|j| !commanded.contains(j) && !unknown.contains(j)).collect();
     for order in 0..=n {
         let stacked = Stacked { system, order };
         if (order + 1) * (n + p) > MOST_ROWS || out.iter().all(Option::is_some) {
             break;
         }
-        let rows = stacked.reduced(known, unknown);
+        let rows = stacked.reduced(commanded, unknown);
         for (fault, found) in faults.iter().zip(&mut out).filter(|(_, found)| found.is_none()) {
             let seeing = rows.iter().filter(|row| stacked.sees(row, *fault));
-            let seeing = seeing.map(|row| (stacked.relation(row, known), row));
+            let seeing = seeing.map(|row| (stacked.relation(row, commanded), row));
             *found = seeing.min_by_key(|(relation, _)| relation.terms.len()).map(|(relation, row)| {
                 let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
                 Broken { relation, moved_by: moved_by.collect() }
@@ -243,7 +248,7 @@ impl Stacked<'_> {
     }
 
     /// Rows that cancel states and unknown inputs, as simple as elimination makes them.
-    fn reduced(&self, known: &[usize], unknown: &[usize]) -> Vec<Vec<Rational>> {
+    fn reduced(&self, commanded: &[usize], unknown: &[usize]) -> Vec<Vec<Rational>> {
         let (n, p, levels) = (self.system.states.len(), self.system.outputs.len(), self.order + 1);
         let hidden: Vec<Vec<Rational>> =
             unknown.iter().flat_map(|&d| (0..levels).map(move |k| self.input(d, k))).collect();
@@ -266,7 +271,7 @@ impl Stacked<'_> {
         let null = left_null(&matrix);
         // Over the known signals, high derivatives first, so that few have them.
         let driven: Vec<Vec<Rational>> =
-            (0..levels).rev().flat_map(|k| known.iter().map(move |&u| self.input(u, k))).collect();
+            (0..levels).rev().flat_map(|k| commanded.iter().map(move |&u| self.input(u, k))).collect();
         let width = self.outputs() + driven.len();
         let signal_rows = Matrix::from_fn(null.rows(), width + null.columns(), |i, j| {
             let dot = |column: &[Rational]| {
@@ -296,10 +301,10 @@ impl Stacked<'_> {
         products.fold(Rational::ZERO, |sum, (w, x)| sum.plus(&w.times(x)))
     }
 
-    fn relation(&self, row: &[Rational], known: &[usize]) -> Relation {
+    fn relation(&self, row: &[Rational], commanded: &[usize]) -> Relation {
         let p = self.system.outputs.len();
         let read = (0..self.outputs()).map(|i| (ParitySignal::Output(i % p), i / p, row[i].clone()));
-        let driven = known.iter().flat_map(|&j| (0..=self.order).map(move |level| (j, level)));
+        let driven = commanded.iter().flat_map(|&j| (0..=self.order).map(move |level| (j, level)));
         let driven = driven.map(|(j, level)| {
             (ParitySignal::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level))))
         });

@@ -1,3 +1,5 @@
+//! The pencil of a linear system with named outputs.
+
 use super::reduction::reduced_load;
 use super::system::minus_loads;
 use super::{ConstrainedSystem, LinearSystem};

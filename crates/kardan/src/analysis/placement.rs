@@ -1,3 +1,5 @@
+//! Placement of motors and sensors.
+
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 

@@ -1,3 +1,5 @@
+//! A linear system in chosen coordinates.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

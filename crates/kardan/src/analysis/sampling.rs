@@ -1,3 +1,5 @@
+//! Samples of a system within the tolerances of its parameters.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use kardan_rt::functions::{cos, exp, ln};

@@ -1,3 +1,5 @@
+//! The spectrum of a system by square-free factors, with multiplicities.
+
 use crate::num::modular_polynomial::{divide, gcd, monic, product, square_free};
 use crate::num::{ModularMatrix, Polynomial, PrimeField, Rational, Residue, Span, invariant_factors, quotient_action};
 use crate::results::{Complex, Factor};

@@ -1,3 +1,5 @@
+//! A linear constrained mechanical system as terms along directions.
+
 use std::collections::BTreeSet;
 
 use crate::assemble::DirectionalTerm;
@@ -50,7 +52,7 @@ impl ConstrainedSystem {
     /// # Panics
     /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
-        Self::at_point(reduced, &OperatingPoint::relaxed(position), stuck, inputs)
+        Self::at_point(reduced, &OperatingPoint::unloaded(position), stuck, inputs)
     }
 
     /// Cushions that are pressed there act with their stiffness and their damping.

@@ -1,3 +1,5 @@
+//! The search for the nearest uncontrollable values of the parameters.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan_rt::functions::{exp2, hypot, log2};

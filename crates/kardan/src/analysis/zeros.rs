@@ -1,3 +1,5 @@
+//! Invariant zeros of a system.
+
 use super::images::Image;
 use crate::num::{ModularMatrix, Polynomial, PrimeField, Random, Residue, invariant_factors};
 use crate::results::{Complex, Zeros};

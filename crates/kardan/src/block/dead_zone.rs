@@ -1,3 +1,5 @@
+//! The block `dead_zone`.
+
 use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

@@ -1,3 +1,5 @@
+//! The block `delay` by whole samples.
+
 use super::builder::{BlockBuilder, BlockKind, key_error};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, Sign, keys};

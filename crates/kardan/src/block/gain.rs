@@ -1,3 +1,5 @@
+//! The block `gain`.
+
 use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

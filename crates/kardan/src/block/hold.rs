@@ -1,3 +1,5 @@
+//! The block `hold`: a zero-order hold that converts sample times.
+
 use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

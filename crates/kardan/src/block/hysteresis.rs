@@ -1,3 +1,5 @@
+//! The block `hysteresis`: a switch with two thresholds.
+
 use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

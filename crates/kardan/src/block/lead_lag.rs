@@ -1,3 +1,5 @@
+//! The block `lead_lag`: a lead or lag of first order.
+
 use super::builder::{BlockBuilder, BlockKind};
 use super::rational::filtered;
 use crate::element::KeyError;

@@ -1,3 +1,5 @@
+//! The block `low_pass`: a filter of first or second order.
+
 use super::builder::{BlockBuilder, BlockKind};
 use super::rational::filtered;
 use crate::element::KeyError;

@@ -1,3 +1,5 @@
+//! The block `monitor` of a residual.
+
 use super::builder::{BlockBuilder, BlockKind, key_error};
 use crate::element::KeyError;
 use crate::expr::Traced;

@@ -1,3 +1,5 @@
+//! The block `observer`: a linear state observer.
+
 use super::builder::{BlockBuilder, BlockKind, List, key_error, rational};
 use super::estimate::{Plant, of_poles, rounded, settled, staying};
 use crate::element::KeyError;

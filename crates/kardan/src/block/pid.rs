@@ -1,3 +1,5 @@
+//! The block `pid`: a PID controller with filtered derivative.
+
 use kardan_rt::Manual;
 
 use super::builder::{BlockBuilder, BlockKind, key_error};

@@ -1,3 +1,5 @@
+//! The block `rate_limit`.
+
 use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

@@ -1,3 +1,5 @@
+//! The block `saturation`.
+
 use super::builder::{BlockBuilder, BlockKind, key_error};
 use crate::element::KeyError;
 use crate::schema::{BlockKeys, Keys, keys};

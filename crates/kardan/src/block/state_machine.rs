@@ -1,3 +1,5 @@
+//! The block `state_machine`.
+
 use kardan_rt::{Arithmetic, Transition};
 
 use super::builder::{BlockBuilder, BlockKind, List, key_error};

@@ -1,3 +1,5 @@
+//! The block `table`: a lookup table over one or two signals.
+
 use super::builder::{BlockBuilder, BlockKind, key_error};
 use crate::element::KeyError;
 use crate::expr::Traced;

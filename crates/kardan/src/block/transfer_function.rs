@@ -1,3 +1,5 @@
+//! The block `transfer_function`, by zeros, poles and gain.
+
 use kardan_rt::functions::hypot;
 
 use super::builder::{BlockBuilder, BlockKind, key_error, rational};

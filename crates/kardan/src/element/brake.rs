@@ -1,3 +1,5 @@
+//! The element `brake`: friction with a torque from a signal.
+
 use super::clutch::{STATIC_FACTOR, check_static_factor, pressed};
 use super::shared::gear_loss::check_rubs;
 use super::{Element, KeyError, Values};

@@ -1,3 +1,5 @@
+//! The element `clutch`: friction between two shafts with a torque from a signal.
+
 use super::shared::gear_loss::check_rubs;
 use super::{Element, KeyError, Values, gear};
 use crate::equations::{Direction, Term, UnilateralConstraint};

@@ -1,3 +1,5 @@
+//! The element `constraint`: an explicit linear constraint.
+
 use std::sync::Arc;
 
 use super::shared::prescribed::right_side;

@@ -1,3 +1,5 @@
+//! The element `coupled_inductors` of a circuit.
+
 use super::shared::branch::{branch, check_ends};
 use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term};

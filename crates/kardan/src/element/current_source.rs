@@ -1,3 +1,5 @@
+//! The element `current_source` of a circuit.
+
 use std::sync::Arc;
 
 use super::shared::branch::{FROM, branch, check_branch};

@@ -1,3 +1,5 @@
+//! The element `dc_motor`: a machine between a circuit and a shaft.
+
 use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::shared::straight::check_moves;
 use super::{Element, KeyError, Values};

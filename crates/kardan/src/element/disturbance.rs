@@ -1,3 +1,5 @@
+//! The element `disturbance`: an external torque or force.
+
 use super::shared::straight::check_moves;
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Term};

@@ -1,3 +1,5 @@
+//! The element `driver`: a driver model that steers a car.
+
 use super::shared::car_checks::least;
 use super::{Element, KeyError, Values};
 use crate::entries::{Entries, RawValue};

@@ -1,3 +1,5 @@
+//! The element `end_stop`: stops that limit an angle or a distance.
+
 use super::shared::contact::{Side, check_contact, contact};
 use super::{Element, KeyError, Values, gear};
 use crate::equations::{Direction, Term};

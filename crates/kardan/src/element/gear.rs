@@ -1,3 +1,5 @@
+//! The element `gear`: two bodies in a fixed ratio.
+
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::{Element, KeyError, Values};

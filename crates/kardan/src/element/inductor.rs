@@ -1,3 +1,5 @@
+//! The element `inductor` of a circuit.
+
 use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};

@@ -1,3 +1,5 @@
+//! The element `lock`: a form-fit lock that a signal engages.
+
 use super::{Element, KeyError, Values, gear};
 use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::results::Symbol;

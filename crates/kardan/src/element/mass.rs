@@ -1,3 +1,5 @@
+//! The element `mass`: a rigid body in translation.
+
 use super::shared::losses::{check_losses, losses};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};

@@ -1,3 +1,5 @@
+//! The element `motor`: a torque or force that laws and scenarios command.
+
 use super::shared::straight::check_moves;
 use super::{Element, KeyError, Values};
 use crate::equations::{self, Direction, InputKind, Ripple, Term};

@@ -1,3 +1,5 @@
+//! The element `one_way_clutch`: a freewheel.
+
 use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Term, UnilateralConstraint};
 use crate::results::Symbol;

@@ -1,3 +1,5 @@
+//! The element `planetary`: an epicyclic gear with three shafts.
+
 use super::shared::shafts::check_different;
 use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Term};

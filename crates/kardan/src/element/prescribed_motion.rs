@@ -1,3 +1,5 @@
+//! The element `prescribed_motion`: a body that follows a function of time.
+
 use std::sync::Arc;
 
 use super::shared::prescribed::right_side;

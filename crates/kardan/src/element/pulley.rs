@@ -1,3 +1,5 @@
+//! The element `pulley`: a rope or belt on a pulley.
+
 use super::shared::contact::{RESTITUTION, check_play};
 use super::shared::straight::{check_moves, straight};
 use super::{Element, Values};

@@ -1,3 +1,5 @@
+//! The element `rack_and_pinion`: a pinion that moves a rack.
+
 use std::sync::Arc;
 
 use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};

@@ -1,3 +1,5 @@
+//! The element `screw`: a screw that moves a nut.
+
 use super::shared::contact::{RESTITUTION, check_play};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::straight::{check_moves, straight};

@@ -1,3 +1,5 @@
+//! The element `sensor`: a measured angle, speed, torque or signal.
+
 use std::f64::consts::TAU;
 
 use super::shared::straight::check_moves;

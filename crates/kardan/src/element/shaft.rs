@@ -1,3 +1,5 @@
+//! The element `shaft`: a rigid rotating body.
+
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};

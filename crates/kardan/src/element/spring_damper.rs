@@ -1,3 +1,5 @@
+//! The element `spring_damper`: spring, damper and friction in parallel.
+
 use super::shared::contact::{Side, centred_limits, contact, play_of};
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, KeyError, Values, gear};

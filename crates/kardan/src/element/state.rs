@@ -1,3 +1,5 @@
+//! The element `state`: a state of first order.
+
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;

@@ -1,3 +1,5 @@
+//! The element `torque`: a torque or force from an expression.
+
 use super::{Element, KeyError, Values};
 use crate::equations::{Direction, Domain, Term};
 use crate::results::Symbol;

@@ -1,3 +1,5 @@
+//! The element `universal_joint`: one cross-type joint or two in series.
+
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 

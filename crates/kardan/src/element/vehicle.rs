@@ -1,3 +1,5 @@
+//! The element `vehicle`: a car as a single-track model.
+
 use super::shared::car::Car;
 use super::shared::car_checks::{check_tyres, check_wheels, least};
 use super::shared::spline::check_points;

@@ -1,3 +1,5 @@
+//! The element `voltage_source` of a circuit.
+
 use super::shared::branch::{FROM, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};

@@ -128,8 +128,8 @@ pub fn kinked(graph: &mut Graph, exprs: &[Expr], place: &dyn Place, direction: D
     let of = |members: &[usize]| -> Vec<Expr> { members.iter().map(|number| exprs[*number]).collect() };
     let (mut out, mut rest, mut names) = (Vec::new(), Vec::new(), GuardNames::new());
     for (mut guards, members) in groups {
-        let is_few = guards.len() <= MOST_GUARDS;
-        let all = if is_few { graph.sides(&of(&members), place) } else { None };
+        let is_small = guards.len() <= MOST_GUARDS;
+        let all = if is_small { graph.sides(&of(&members), place) } else { None };
         // The simplest are named.
         guards.sort_by_key(|guard| graph.needed(&[*guard]).len());
         let guards = guards.iter().take(NAMED).map(|guard| names.of(graph, *guard)).collect();

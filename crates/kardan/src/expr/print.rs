@@ -95,7 +95,7 @@ struct Printer<'a> {
 }
 
 /// Most nested parts, and most parts, of a printed expression; dots replace the rest.
-const MOST_WITHIN: usize = 100;
+const MOST_DEPTH: usize = 100;
 const MOST_PARTS: usize = 100_000;
 
 impl Printer<'_> {
@@ -128,7 +128,7 @@ impl Printer<'_> {
 
     fn rendered(&self, expr: Expr) -> (String, Strength) {
         let (depth, budget) = (self.depth.get(), self.budget.get());
-        if depth == MOST_WITHIN || budget == 0 {
+        if depth == MOST_DEPTH || budget == 0 {
             return (if self.latex() { r"\dots" } else { "..." }.into(), Strength::Atom);
         }
         self.depth.set(depth + 1);

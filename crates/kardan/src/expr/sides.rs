@@ -342,9 +342,9 @@ impl Graph {
     }
 
     /// Of symbols that represent expressions those that [carry](Self::carried) one of some symbols, directly or through others; these are among them.
-    pub fn carriers(&self, carried: &[Symbol], stand_for: &[(Symbol, Expr)]) -> HashSet<Symbol> {
+    pub fn carriers(&self, carried: &[Symbol], represented: &[(Symbol, Expr)]) -> HashSet<Symbol> {
         let mut above: HashMap<Expr, Vec<Expr>> = HashMap::new();
-        let exprs: Vec<Expr> = stand_for.iter().map(|(_, expr)| *expr).collect();
+        let exprs: Vec<Expr> = represented.iter().map(|(_, expr)| *expr).collect();
         for expr in self.needed(&exprs) {
             match self.node(expr) {
                 Node::Select([.., then, otherwise]) => {
@@ -353,7 +353,7 @@ impl Graph {
                 _ => self.each_part(expr, |part| above.entry(part).or_default().push(expr)),
             }
         }
-        for (symbol, expr) in stand_for {
+        for (symbol, expr) in represented {
             above.entry(*expr).or_default().extend(self.of_symbol(*symbol));
         }
         let (mut open, mut visited): (Vec<Expr>, HashSet<Expr>) =

@@ -12,7 +12,7 @@ const PARTS: i64 = 12;
 /// Units in the last place within which a double is a multiple of such a part.
 const NEAR: f64 = 2.0 * f64::EPSILON;
 /// Numerators and denominators above this are not those of decimals from a file, but of rounded numbers.
-const WRITTEN: f64 = 1e14;
+const LARGEST_DECIMAL_PART: f64 = 1e14;
 /// The squares of 1, √2, √3 and √6.
 const SQUARES: [i64; 4] = [1, 2, 3, 6];
 
@@ -38,7 +38,7 @@ impl Surd {
         let parts = (near / PI * PARTS as f64).round();
         let multiple = parts * PI / PARTS as f64;
         let long = [value.numerator().to_f64().value(), value.denominator().to_f64().value()];
-        let is_long = long.into_iter().any(|part| part.abs() > WRITTEN);
+        let is_long = long.into_iter().any(|part| part.abs() > LARGEST_DECIMAL_PART);
         if parts != 0.0 && parts.abs() < 1e6 && is_long && (near - multiple).abs() <= NEAR * near.abs() {
             let pi = Rational::from(parts as i64) / Rational::from(PARTS);
             return Self { pi, ..Self::rational(Rational::ZERO) };

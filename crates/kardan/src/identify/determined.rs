@@ -1,3 +1,5 @@
+//! Which coefficients a kind of measurement determines.
+
 use super::Coefficient;
 use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon};

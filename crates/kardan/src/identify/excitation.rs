@@ -1,3 +1,5 @@
+//! The choice of motions that excite coefficients most (D-optimal design).
+
 use kardan_rt::functions::ln;
 
 use crate::num::{Cholesky, Matrix};

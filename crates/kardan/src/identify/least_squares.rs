@@ -1,3 +1,5 @@
+//! Least squares over any number of rows, stored as a triangular factor.
+
 use faer::{Mat, MatRef};
 use kardan_rt::functions::powi;
 
@@ -128,13 +130,13 @@ impl LeastSquares {
             // Each pass fixes at least one of the free ones.
             for _ in 0..=p {
                 let Some(solution) = solved(&free) else { return numbers(&free) };
-                let stops = |k: &usize| bounded[*k] && free[*k] && solution[*k] <= 0.0;
+                let is_blocking = |k: &usize| bounded[*k] && free[*k] && solution[*k] <= 0.0;
                 let step = (0..p)
-                    .filter(stops)
+                    .filter(is_blocking)
                     .map(|k| values[k] / (values[k] - solution[k]))
                     .filter(|step| step.is_finite())
                     .fold(1.0, f64::min);
-                let blocked: Vec<usize> = (0..p).filter(stops).collect();
+                let blocked: Vec<usize> = (0..p).filter(is_blocking).collect();
                 for k in 0..p {
                     values[k] += step * (solution[k] - values[k]);
                 }

@@ -1,3 +1,5 @@
+//! The manoeuvre `double_lane_change` of ISO 3888-1.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 

@@ -1,3 +1,5 @@
+//! The manoeuvre `free`, which the model defines itself.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// A custom manoeuvre.

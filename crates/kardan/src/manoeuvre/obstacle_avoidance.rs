@@ -1,3 +1,5 @@
+//! The manoeuvre `obstacle_avoidance` of ISO 3888-2.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 

@@ -1,3 +1,5 @@
+//! The manoeuvre `parking`: steering at standstill.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// Steering at standstill.

@@ -1,3 +1,5 @@
+//! The manoeuvre `sine_steer` of ISO 7401.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The sine of ISO 7401.

@@ -1,3 +1,5 @@
+//! The manoeuvre `sine_with_dwell` of FMVSS 126 and UN R140.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The sine with dwell of FMVSS 126 and UN R140.

@@ -1,3 +1,5 @@
+//! The manoeuvre `split_braking`: braking straight ahead on split friction.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// Braking straight ahead on split friction.

@@ -1,3 +1,5 @@
+//! The manoeuvre `steady_circle` of ISO 4138.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The steady circle of ISO 4138.

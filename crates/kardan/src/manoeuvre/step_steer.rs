@@ -1,3 +1,5 @@
+//! The manoeuvre `step_steer` of ISO 7401.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The step of ISO 7401.

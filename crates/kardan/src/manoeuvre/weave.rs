@@ -1,3 +1,5 @@
+//! The manoeuvre `weave` of ISO 13674-1.
+
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
 /// The weave of ISO 13674-1.

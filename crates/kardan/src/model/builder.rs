@@ -28,7 +28,7 @@ impl Builder {
 
     /// The value.
     pub fn into_entries(mut self) -> Entries {
-        self.entries.settle();
+        self.entries.assign_places();
         self.entries
     }
 
@@ -246,7 +246,7 @@ impl Builder {
 
     /// Without these `signals` of `[scenario]`.
     #[must_use]
-    pub fn without_signals(self, names: &[String]) -> Self {
+    pub fn remove_signals(self, names: &[String]) -> Self {
         names.iter().fold(self, |out, name| out.removing(&["scenario", "signals", name]))
     }
 

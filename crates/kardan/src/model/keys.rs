@@ -80,7 +80,7 @@ fn numbers(document: &Document) -> impl Iterator<Item = (&Instance, &'static Fie
 impl Document {
     /// A value that could have a tolerance but has none, by its name as one that varies (`a.inertia`, `scenario.event.1.at`, `fault.weak.value`): how it
     /// is written, where it is, or else its inputs.
-    pub(crate) fn without_tolerance(&self, name: &str) -> Option<Result<String, String>> {
+    pub(crate) fn untoleranced_value(&self, name: &str) -> Option<Result<String, String>> {
         let of_element = || {
             let named = |(element, field, _): &(&Instance, &Field, Dimension)| {
                 name.strip_prefix(element.name.as_str()).and_then(|rest| rest.strip_prefix('.')) == Some(field.name)

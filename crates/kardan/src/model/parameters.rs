@@ -204,7 +204,7 @@ pub(super) fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Param
 }
 
 /// The same for its named values, in lists of tables, and, on request, for its own keys: `scenario.initial.a.phi`, `scenario.event.1.at`.
-pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec<Parameter> {
+pub(super) fn implicit_nested(prefix: &str, table: &mut Table, own: bool) -> Vec<Parameter> {
     let mut out = if own { implicit_parameters(prefix, table) } else { Vec::new() };
     for (key, entry) in &mut table.values {
         match &mut entry.value {
@@ -219,7 +219,7 @@ pub(super) fn implicit_within(prefix: &str, table: &mut Table, own: bool) -> Vec
             }
             Value::Tables(tables) => {
                 for (k, table) in tables.iter_mut().enumerate() {
-                    out.extend(implicit_within(&format!("{prefix}.{key}.{}", k + 1), table, true));
+                    out.extend(implicit_nested(&format!("{prefix}.{key}.{}", k + 1), table, true));
                 }
             }
             _ => {}

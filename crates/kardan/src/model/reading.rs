@@ -11,7 +11,7 @@ use super::manoeuvres::{
     check_drivers, check_manoeuvres, cones, lanes, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
 };
 use super::parameters::{
-    REMOVE_TOLERANCE, follow, implicit_parameters, implicit_within, read_parameters, refuse_tolerances,
+    REMOVE_TOLERANCE, follow, implicit_nested, implicit_parameters, read_parameters, refuse_tolerances,
 };
 use super::parse::{Node, check_name, table, value};
 use super::tables;
@@ -283,7 +283,7 @@ fn texts(value: &RawValue, out: &mut BTreeSet<String>) {
 /// `[scenario]`, with its values that have a tolerance.
 fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, NamedList<Parameter>) {
     let mut scenario = plain(root, "scenario", tables::Scenario::FIELDS, out);
-    let of_runs = implicit_within("scenario", &mut scenario, false).into_iter().collect();
+    let of_runs = implicit_nested("scenario", &mut scenario, false).into_iter().collect();
     refuse_tolerances(&mut scenario, "`[scenario]`", REMOVE_TOLERANCE, out);
     (scenario, of_runs)
 }
@@ -402,7 +402,7 @@ fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
     for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut SuppressedChecks::default(), out) {
         let what = format!("fault `{}`", shortened(node.name));
         let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
-        document.of_runs.extend(implicit_within(&format!("fault.{}", node.name), &mut table, true));
+        document.of_runs.extend(implicit_nested(&format!("fault.{}", node.name), &mut table, true));
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
         document.faults.push((name, table));

@@ -1,3 +1,5 @@
+//! Separates the eigenvalues of a matrix at zero from the others, in floating point.
+
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 

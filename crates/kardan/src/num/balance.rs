@@ -1,3 +1,5 @@
+//! Balances the rows and columns of a square matrix.
+
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 

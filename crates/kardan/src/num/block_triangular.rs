@@ -1,3 +1,5 @@
+//! Splits the states of a square matrix into isolated ones and the others.
+
 use super::Matrix;
 
 /// The states of a square matrix in two sets: the isolated ones and the others.

@@ -1,3 +1,5 @@
+//! Finds a zero of a function between two points of opposite sign.
+
 use kardan_rt::functions::{log2, powi};
 
 /// Halvings after which no number lies between two.

@@ -1,3 +1,5 @@
+//! The exact characteristic polynomial of a matrix.
+
 use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 

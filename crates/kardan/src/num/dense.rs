@@ -1,3 +1,5 @@
+//! Products of dense matrices in floating point, eight sums in parallel.
+
 use kardan_rt::functions::ln;
 
 use super::Matrix;

@@ -1,3 +1,5 @@
+//! Eigenvalues of a real matrix.
+
 use kardan_rt::functions::hypot;
 
 use super::{Matrix, balance, isolated, square};

@@ -1,3 +1,5 @@
+//! Gaussian elimination: the reduced row echelon form of a matrix.
+
 use std::collections::BTreeMap;
 
 use super::{Matrix, Rational, Scalar, SparseRow, sparse_rows};

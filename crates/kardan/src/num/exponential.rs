@@ -1,3 +1,5 @@
+//! The matrix exponential.
+
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 

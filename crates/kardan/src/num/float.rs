@@ -1,3 +1,5 @@
+//! The floating-point numbers of controllers.
+
 use kardan_rt::Real;
 
 /// A floating-point number in which a controller computes, `f32` or `f64`, with its way from and to `f64`.

@@ -1,3 +1,5 @@
+//! Golden-section search for a minimum.
+
 /// Steps of a line search.
 const LINE: usize = 40;
 

@@ -1,3 +1,5 @@
+//! Matrices over a prime field as operators, and the recurrences of their Krylov sequences.
+
 use super::{ModularMatrix, PrimeField, Residue};
 
 /// A square matrix over a prime field for many products with vectors: rows with few entries are stored without their zeros.
@@ -73,14 +75,14 @@ impl Operator {
 /// length² / 2.
 pub fn recurrence(field: &PrimeField, sequence: &[Residue]) -> Vec<Residue> {
     let count = sequence.len();
-    let backwards: Vec<Residue> = sequence.iter().rev().copied().collect();
+    let reversed: Vec<Residue> = sequence.iter().rev().copied().collect();
     // c_0 s_i + c_1 s_{i−1} + … = 0 for all i so far.
     let mut current = vec![field.one()];
     let mut previous = current.clone();
     let (mut degree, mut gap, mut last) = (0, 1, field.one());
     for i in 0..count {
         let used = current.len().min(degree + 1);
-        let discrepancy = field.dot(&current[..used], &backwards[count - 1 - i..count - 1 - i + used]);
+        let discrepancy = field.dot(&current[..used], &reversed[count - 1 - i..count - 1 - i + used]);
         if discrepancy == 0 {
             gap += 1;
             continue;

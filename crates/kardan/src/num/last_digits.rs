@@ -1,3 +1,5 @@
+//! Draws numbers within the last digits of rounded ones.
+
 use dashu_int::{IBig, UBig};
 
 use super::{Random, Rational, rational_from_f64};

@@ -1,3 +1,5 @@
+//! Dense matrices.
+
 use super::Scalar;
 
 /// A dense matrix stored row by row.

@@ -1,3 +1,5 @@
+//! Matrices over a prime field.
+
 use super::{Matrix, PrimeField, Primes, Random, Rational, Reconstruction, Residue};
 
 /// A matrix over a [`PrimeField`], row by row.

@@ -1,3 +1,5 @@
+//! Vectors of the approximate null space of a matrix.
+
 use faer::{MatRef, c64};
 
 /// Vectors that a matrix sends close to zero.

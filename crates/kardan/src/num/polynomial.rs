@@ -1,3 +1,5 @@
+//! Polynomials with exact coefficients.
+
 use std::fmt;
 
 use dashu_int::ops::BitTest;

@@ -1,3 +1,5 @@
+//! Arithmetic modulo a prime.
+
 use super::StateArchive;
 use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
@@ -26,7 +28,7 @@ pub type Residue = u64;
 /// How many products of two residues can be added in a `u128` before the high half must be reduced.
 const PRODUCTS: usize = 48;
 /// How many products of two residues are below p · 2⁶⁴ together.
-const FEW_PRODUCTS: usize = 8;
+const UNREDUCED_PRODUCTS: usize = 8;
 
 impl PrimeField {
     /// No prime is chosen by [`random_prime`] with a probability above one over this: it is chosen from the numbers of the
@@ -145,7 +147,7 @@ impl PrimeField {
     /// Σ aᵢ bᵢ.
     pub fn dot(&self, a: &[Residue], b: &[Residue]) -> Residue {
         let mut sum = 0u128;
-        if a.len() <= FEW_PRODUCTS {
+        if a.len() <= UNREDUCED_PRODUCTS {
             a.iter().zip(b).for_each(|(x, y)| sum += u128::from(*x) * u128::from(*y));
             return self.reduce(sum);
         }

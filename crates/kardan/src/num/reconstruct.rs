@@ -1,3 +1,5 @@
+//! Reconstructs fractions from their residues modulo several primes.
+
 use dashu_int::{IBig, UBig};
 
 use super::{Rational, Scalar};

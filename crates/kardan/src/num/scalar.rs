@@ -1,3 +1,5 @@
+//! The numbers of matrices: exact fractions and doubles.
+
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 

@@ -1,3 +1,5 @@
+//! Sparse rows and their reduced echelon form.
+
 use std::collections::BTreeMap;
 
 use super::{Matrix, Rational, Scalar};

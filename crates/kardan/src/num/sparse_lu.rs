@@ -70,18 +70,18 @@ impl SparseOrder {
     /// # Panics
     /// If a place is outside.
     pub fn new(n: usize, places: &[(usize, usize)]) -> Option<Self> {
-        let stride = n.div_ceil(64);
+        let row_length = n.div_ceil(64);
         // Which columns each row has, and which rows each column, of those that are left.
-        let (mut rows, mut columns) = (vec![0u64; n * stride], vec![0u64; n * stride]);
+        let (mut rows, mut columns) = (vec![0u64; n * row_length], vec![0u64; n * row_length]);
         for &(i, j) in places {
             assert!(i < n && j < n, "place ({i}, {j}) of a matrix of {n} rows");
-            rows[i * stride + j / 64] |= 1 << (j % 64);
-            columns[j * stride + i / 64] |= 1 << (i % 64);
+            rows[i * row_length + j / 64] |= 1 << (j % 64);
+            columns[j * row_length + i / 64] |= 1 << (i % 64);
         }
-        let row_of = |bits: &[u64], i: usize| bits[i * stride..(i + 1) * stride].to_vec();
+        let row_of = |bits: &[u64], i: usize| bits[i * row_length..(i + 1) * row_length].to_vec();
         let cost = |rows: &[u64], columns: &[u64], i: usize| {
             let count = |bits: &[u64]| {
-                bits[i * stride..(i + 1) * stride].iter().map(|w| u64::from(w.count_ones())).sum::<u64>()
+                bits[i * row_length..(i + 1) * row_length].iter().map(|w| u64::from(w.count_ones())).sum::<u64>()
             };
             (count(rows).max(1) - 1) * (count(columns).max(1) - 1)
         };
@@ -89,14 +89,15 @@ impl SparseOrder {
         let mut left: Vec<usize> = (0..n).collect();
         let (mut pivots, mut upper, mut lower) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
         while !left.is_empty() {
-            let able = left.iter().enumerate().filter(|(_, i)| rows[**i * stride + **i / 64] >> (**i % 64) & 1 == 1);
+            let able =
+                left.iter().enumerate().filter(|(_, i)| rows[**i * row_length + **i / 64] >> (**i % 64) & 1 == 1);
             let (place, &pivot) = able.min_by_key(|(_, i)| (costs[**i], **i))?;
             left.remove(place);
             let (own_row, own_column) = (row_of(&rows, pivot), row_of(&columns, pivot));
             let (right, below) = (set_bits(&own_row, pivot), set_bits(&own_column, pivot));
             for (bits, at, own) in [(&mut rows, &below, &own_row), (&mut columns, &right, &own_column)] {
                 for i in at {
-                    let target = &mut bits[i * stride..(i + 1) * stride];
+                    let target = &mut bits[i * row_length..(i + 1) * row_length];
                     target.iter_mut().zip(own).for_each(|(target, own)| *target |= own);
                     target[pivot / 64] &= !(1 << (pivot % 64));
                 }

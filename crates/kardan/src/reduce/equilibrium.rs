@@ -127,7 +127,7 @@ pub(super) struct Statics {
 impl Statics {
     /// The torques with the unknowns; prescribed motions stay at their start.
     pub(super) fn new(reduced: &Reduced, sought: &Sought<'_>, start: &[f64]) -> Self {
-        let Sought { inputs, fixed, stops, moves, torques: given } = *sought;
+        let Sought { inputs, fixed, stops, moves, torques: specified_torques } = *sought;
         let reduced = &*reduced.unrelaxed();
         let (mut motion, r) = (Motion::at_time_zero(reduced), reduced.degrees_of_freedom());
         let (numbers, rows): (Vec<usize>, Vec<Expr>) =
@@ -156,7 +156,9 @@ impl Statics {
         let mut torques: Vec<Expr> =
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
         let sought = inputs.iter().map(|input| (*input, None));
-        for (input, torque) in sought.chain(given.iter().map(|(input, torque)| (*input, rational_from_f64(*torque)))) {
+        for (input, torque) in
+            sought.chain(specified_torques.iter().map(|(input, torque)| (*input, rational_from_f64(*torque))))
+        {
             let unknown = match torque {
                 Some(torque) => graph.number(torque),
                 None => graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE),
@@ -325,7 +327,7 @@ impl Statics {
     }
 
     /// The unknowns, with multipliers of rounding size set to zero.
-    fn without_rounding(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
+    fn zero_negligible_multipliers(&self, mut found: Vec<f64>, inputs: usize) -> Vec<f64> {
         for k in self.coordinates + self.counters.len() + inputs..found.len() {
             let carries = std::mem::take(&mut found[k]);
             if carries != 0.0 && !self.is_settled(&found) {
@@ -475,7 +477,7 @@ pub fn trim(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     let sought = Sought { inputs, fixed, ..Sought::default() };
     let (statics, r) = (Statics::new(reduced, &sought, start), reduced.degrees_of_freedom());
     let from = statics.start(start);
-    let found = statics.without_rounding(statics.newton(&from).0, inputs.len());
+    let found = statics.zero_negligible_multipliers(statics.newton(&from).0, inputs.len());
     let radius = if statics.is_exact(&found) { Some(0.0) } else { statics.proven(&found) };
     let (position, rest) = found.split_at(r);
     let (currents, rest) = rest.split_at(statics.counters.len());
@@ -595,7 +597,7 @@ fn with_stops(reduced: &Reduced, start: &[f64], stops: &[usize]) -> Equilibria {
                 .for_each(|k| from[*k] += std::f64::consts::TAU * (random.unit() - 0.5));
         }
         let (found, residual) = statics.newton(&from);
-        let found = statics.without_rounding(found, 0);
+        let found = statics.zero_negligible_multipliers(found, 0);
         let (position, rest) = (found[..r].to_vec(), &found[r..]);
         let (currents, unknowns) = rest.split_at(statics.counters.len());
         let (multipliers, pushes) = unknowns.split_at(unknowns.len() - stops.len());

@@ -1,3 +1,5 @@
+//! Errors of bringing constraints to explicit form.
+
 /// Why constraints cannot be brought to explicit form.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReduceError {

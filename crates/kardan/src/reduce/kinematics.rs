@@ -1,3 +1,5 @@
+//! The kinematics of a reduced model in floating point.
+
 use std::sync::Arc;
 
 use super::{Affine, Reduced, Step};

@@ -74,13 +74,13 @@ pub struct OperatingPoint {
 
 impl OperatingPoint {
     /// A position with relaxed springs.
-    pub fn relaxed(position: &[f64]) -> Self {
+    pub fn unloaded(position: &[f64]) -> Self {
         Self { position: position.to_vec(), rates: vec![0.0; position.len()], torques: None, side: Side::default() }
     }
 
     /// All coordinates at zero, springs relaxed.
     pub fn zero(reduced: &Reduced) -> Self {
-        Self::relaxed(&vec![0.0; reduced.degrees_of_freedom()])
+        Self::unloaded(&vec![0.0; reduced.degrees_of_freedom()])
     }
 }
 
@@ -272,7 +272,7 @@ fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
 /// # Panics
 /// If `position` has not one entry per coordinate.
 pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
-    law_slopes_at(reduced, &OperatingPoint::relaxed(position))
+    law_slopes_at(reduced, &OperatingPoint::unloaded(position))
 }
 
 /// The same at an operating point, where currents may flow, on its side of any kink there.

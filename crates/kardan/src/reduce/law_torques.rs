@@ -179,8 +179,8 @@ impl LawTorques {
         self.memory[2 * n..2 * n + 2].copy_from_slice(&load_and_speed);
         let from = 2 * n + 2 + self.waves;
         self.memory[2 * n + 2..from].copy_from_slice(waves);
-        let given = self.memory[from..].iter_mut();
-        given.zip(self.timed.values(time)).for_each(|(place, value)| *place = value);
+        let timed_inputs = self.memory[from..].iter_mut();
+        timed_inputs.zip(self.timed.values(time)).for_each(|(place, value)| *place = value);
         // A value that is not a number is detected where it is used.
         let _ = self.plan.block().evaluate(&mut self.memory);
     }

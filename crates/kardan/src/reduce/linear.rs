@@ -95,7 +95,7 @@ impl LinearModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
-    linear_model(reduced, &OperatingPoint::relaxed(position), &[], None)
+    linear_model(reduced, &OperatingPoint::unloaded(position), &[], None)
 }
 
 /// [`linearise`] at an operating point, under the balancing torques, with the soft stops that are compressed there.
@@ -153,7 +153,7 @@ pub struct SparseModel {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn sparse_model(reduced: &Reduced, position: &[f64]) -> SparseModel {
-    sparse_model_near(reduced, &OperatingPoint::relaxed(position), &[], None)
+    sparse_model_near(reduced, &OperatingPoint::unloaded(position), &[], None)
 }
 
 fn sparse_model_near(

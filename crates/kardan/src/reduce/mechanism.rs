@@ -1,3 +1,5 @@
+//! The data of a mechanism for the runtime.
+
 use kardan_rt::{Mechanism, Real};
 
 use super::motion::SparseRow;

@@ -142,7 +142,7 @@ impl Motion {
     }
 
     /// `Σ a_i x_i` over a multiplier constraint.
-    pub fn along_multiplier(&mut self, constraint: usize, of: impl Fn(&Self, usize) -> Expr) -> Expr {
+    pub fn sum_over_multiplier(&mut self, constraint: usize, of: impl Fn(&Self, usize) -> Expr) -> Expr {
         let row = self.multiplier_constraints[constraint].row.clone();
         let terms: Vec<_> = row.into_iter().map(|(k, a)| (a, of(self, k))).collect();
         let products: Vec<_> = terms.into_iter().map(|(a, x)| (self.graph.multiply(a, x), Rational::ONE)).collect();

@@ -1,3 +1,5 @@
+//! Lagrange multipliers of all constraints.
+
 use super::{Kinematics, Reduced};
 use crate::equations::Curve;
 use crate::num::{Lu, Rational, rational_to_f64};

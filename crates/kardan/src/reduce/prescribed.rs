@@ -16,8 +16,10 @@ impl Motion {
             reduced.equations.set_valued().map(|(_, row)| self.sum(row, |motion, shaft| motion.carried[shaft]));
         let mut speeds: Vec<Expr> = frictions.collect();
         for k in 0..self.multiplier_constraints.len() {
-            let (speed, rate) =
-                (self.along_multiplier(k, |motion, shaft| motion.carried[shaft]), self.multiplier_constraints[k].rate);
+            let (speed, rate) = (
+                self.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]),
+                self.multiplier_constraints[k].rate,
+            );
             speeds.push(self.graph.subtract(speed, rate));
         }
         speeds.into_iter().map(|speed| !self.graph.is_zero(speed)).collect()

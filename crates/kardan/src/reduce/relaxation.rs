@@ -72,7 +72,7 @@ fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: 
 }
 
 /// Frictions on motions of all coordinates, with the dampers there.
-fn not_alone(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
+fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
     let dampers = &reduced.equations.dampers;
     let felt = projected(dampers.iter().map(|term| &term.row), motions);
     let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
@@ -94,7 +94,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     if slots.is_empty() {
         return Ok(None);
     }
-    if let Some(element) = multiplier_along(reduced, &model.basis.multiply(&directions)) {
+    if let Some(element) = multiplier_moved_by(reduced, &model.basis.multiply(&directions)) {
         return Err(NoRelaxation::MultiplierConstraint(element));
     }
     if !reduced.equations.transmissions.is_empty() {
@@ -123,7 +123,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         Matrix::zeros(r, 0)
     } else {
         slips(&model.damping.multiply(&directions), &felt, &directions, damped.columns())
-            .ok_or_else(|| not_alone(reduced, names(), &model.basis.multiply(&directions)))?
+            .ok_or_else(|| friction_error(reduced, names(), &model.basis.multiply(&directions)))?
     };
     if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
         return Err(NoRelaxation::Damping);
@@ -366,7 +366,7 @@ impl Motion {
 
 /// The element of a constraint enforced by a multiplier that depends on motions, columns over all coordinates; the
 /// first one.
-fn multiplier_along(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
+fn multiplier_moved_by(reduced: &Reduced, motions: &Matrix<Rational>) -> Option<String> {
     let equations = &reduced.equations;
     let moves = |shaft: usize| motions.row(shaft).iter().any(|x| !x.is_zero());
     let found = equations

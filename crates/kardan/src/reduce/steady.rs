@@ -138,7 +138,7 @@ impl<'a> Search<'a> {
         };
         let matrix = over(&rows);
         let whole = fixed.len() == r && echelon(&matrix, &(0..r).collect::<Vec<_>>()).rank() == r;
-        let directions = if whole { Matrix::identity(r) } else { steady_directions(&without_laws_at(model, spec)) };
+        let directions = if whole { Matrix::identity(r) } else { steady_directions(&remove_laws_at(model, spec)) };
         let moves = moves(&directions, &matrix, &values)?;
         Ok(Self { base, model, start, fixed, moves, whole })
     }
@@ -251,7 +251,7 @@ pub fn accelerations(model: &Reduced, point: &OperatingPoint) -> Vec<f64> {
 }
 
 /// A model without the laws that are taken at an angle that is given together with its speed.
-fn without_laws_at(model: &Reduced, spec: &MotionSpec) -> Reduced {
+fn remove_laws_at(model: &Reduced, spec: &MotionSpec) -> Reduced {
     let equations = &model.equations;
     let both = spec.positions.iter().filter(|(shaft, _)| spec.speeds.iter().any(|(candidate, _)| candidate == shaft));
     let bodies: Vec<&str> = both.map(|(shaft, _)| equations.coordinates[*shaft].as_str()).collect();

@@ -1,3 +1,5 @@
+//! Results: estimated errors of the signals of a run.
+
 use schemars::JsonSchema;
 use serde::Serialize;
 

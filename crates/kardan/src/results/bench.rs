@@ -1,3 +1,5 @@
+//! Results: the plant of a virtual test bench and its runs.
+
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -1,3 +1,5 @@
+//! Results: the loop linearised at positions along the paths of its joints.
+
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -136,7 +136,7 @@ impl StabilityVerdict {
     /// The verdict on a nonlinear system by its linearisation: not decided with poles on the boundary and none outside.
     #[must_use]
     pub fn of_linearisation(self) -> Self {
-        let controlled = self.without_free();
+        let controlled = self.excluding_free();
         if controlled.border.is_empty() || self.word == Stability::Undecided {
             return self;
         }
@@ -160,7 +160,7 @@ impl StabilityVerdict {
     }
 
     /// The same without the motions of free parts.
-    pub fn without_free(&self) -> Self {
+    pub fn excluding_free(&self) -> Self {
         let border: Vec<BorderMotion> = self.border.iter().copied().filter(|motion| !motion.uncontrolled).collect();
         let word = match self.word {
             Stability::Marginal if border.is_empty() => Stability::Stable,

@@ -1,3 +1,5 @@
+//! The signal `chirp`: a sine with changing frequency.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::{Expr, Function};

@@ -1,3 +1,5 @@
+//! The signal `expression`: an explicit function of time.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;

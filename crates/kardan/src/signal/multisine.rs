@@ -1,3 +1,5 @@
+//! The signal `multisine`: a sum of sines.
+
 use super::writer::key_error;
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::{KeyError, Values};

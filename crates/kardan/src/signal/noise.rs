@@ -1,3 +1,5 @@
+//! The signal `noise`: seeded random numbers.
+
 use super::writer::{key_error, times};
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::{KeyError, Values};

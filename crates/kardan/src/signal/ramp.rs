@@ -1,3 +1,5 @@
+//! The signal `ramp`: from one value to another at a constant rate.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;

@@ -1,3 +1,5 @@
+//! The signal `sine`.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;

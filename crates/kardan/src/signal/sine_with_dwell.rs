@@ -1,3 +1,5 @@
+//! The signal `sine_with_dwell`: one period of a sine that pauses at its second peak.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;

@@ -1,3 +1,5 @@
+//! The signal `smooth_step`: a step with a continuous rate.
+
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::Values;
 use crate::expr::Expr;

@@ -1,3 +1,5 @@
+//! The signal `table`: values over time, from a file or listed.
+
 use super::writer::key_error;
 use super::{Refused, Samples, SignalKind, SignalWriter};
 use crate::element::{KeyError, Values};

@@ -83,7 +83,7 @@ struct Own {
     breakpoint: f64,
     tick: f64,
     /// Whether its rates are computed at the current state.
-    rates_known: bool,
+    rates_valid: bool,
     state: Vec<f64>,
     looked: Vec<f64>,
     rates: Vec<f64>,
@@ -236,10 +236,10 @@ impl<N: Lane> Group<N> {
             if own.time >= own.end {
                 own.cross(common);
             }
-            if !own.rates_known {
-                own.stand();
+            if !own.rates_valid {
+                own.evaluate_rates();
             }
-            own.rates_known = false;
+            own.rates_valid = false;
             if !own.is_fit() {
                 own.run = None;
                 take(number, None);
@@ -329,7 +329,7 @@ impl Own {
             end: 0.0,
             breakpoint: 0.0,
             tick: 0.0,
-            rates_known: false,
+            rates_valid: false,
             state: vec![0.0; size],
             looked: vec![0.0; size],
             rates: vec![0.0; size],
@@ -343,7 +343,7 @@ impl Own {
 
     /// Begins a run.
     fn begin(&mut self, number: usize, run: &LaneRun, common: &Common) {
-        (self.run, self.rates_known) = (Some(number), false);
+        (self.run, self.rates_valid) = (Some(number), false);
         self.machine.begin_anew(&common.coefficients, &run.values, (&common.sampled_laws, run.seed));
         self.state.fill(0.0);
         self.state[..common.start.len()].copy_from_slice(&common.start);
@@ -375,9 +375,9 @@ impl Own {
             self.machine.enter_segment(self.time);
         }
         self.sample();
-        self.stand();
-        self.rates_known = self.machine.keeps_modes();
-        if !self.rates_known {
+        self.evaluate_rates();
+        self.rates_valid = self.machine.keeps_modes();
+        if !self.rates_valid {
             self.settle(common);
         }
         self.open(common);
@@ -397,7 +397,7 @@ impl Own {
     }
 
     /// Evaluates the rates at the current state.
-    fn stand(&mut self) {
+    fn evaluate_rates(&mut self) {
         self.machine.derivative(self.time, &self.state, &mut self.rates);
     }
 

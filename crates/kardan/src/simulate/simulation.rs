@@ -89,7 +89,7 @@ pub enum SimulationError {
     },
     /// A time before the one reached.
     #[error("the loop is at {now} s and cannot go back to {until} s; restore a snapshot from that time instead")]
-    Backwards {
+    PastTime {
         /// The time reached, s.
         now: f64,
         /// The requested time, s.
@@ -262,14 +262,14 @@ impl Simulation {
     /// Advances to a time, s.
     ///
     /// # Errors
-    /// [`SimulationError::Backwards`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration
+    /// [`SimulationError::PastTime`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration
     /// cannot continue: the loop then is at the time it reached.
     pub fn advance(&mut self, until: f64) -> Result<(), SimulationError> {
         if !until.is_finite() {
             return Err(SimulationError::NotFinite { what: "a time".into(), value: until });
         }
         if until < self.now {
-            return Err(SimulationError::Backwards { now: self.now, until });
+            return Err(SimulationError::PastTime { now: self.now, until });
         }
         if let Some(cause) = &self.failed {
             return Err(SimulationError::Failed(cause.clone()));

@@ -112,7 +112,7 @@ impl Derivation<'_> {
                 }
                 Step::Curve { shaft, curve, argument } => {
                     let found = self.transmission(*shaft, argument, &e, &resolved);
-                    let (number, from, backwards) = found.expect("a step by a curve is one of a transmission");
+                    let (number, from, inverted) = found.expect("a step by a curve is one of a transmission");
                     let found = if resolved.contains(&from) {
                         self.resolved[from].clone()
                     } else {
@@ -122,7 +122,7 @@ impl Derivation<'_> {
                     self.numbers[*shaft] = curve.value(start);
                     let slope = self.curve(number, *shaft, curve, found);
                     let entry = Entry { symbol: slope, number: ratio(curve.derivatives(start).0) };
-                    self.slopes.insert(number, (backwards, entry));
+                    self.slopes.insert(number, (inverted, entry));
                     resolved.push(*shaft);
                     e = form(&resolved);
                 }
@@ -360,8 +360,8 @@ impl Derivation<'_> {
         }
         for (k, transmission) in equations.transmissions.iter().enumerate() {
             let one = Entry { symbol: Laurent::number(Rational::ONE), number: Rational::ONE };
-            let Some((backwards, slope)) = self.slopes.get(&k).cloned() else { continue };
-            let slope = match backwards {
+            let Some((inverted, slope)) = self.slopes.get(&k).cloned() else { continue };
+            let slope = match inverted {
                 true => Entry {
                     symbol: self.letters.divide(&one.symbol, &slope.symbol),
                     number: one.number.over(&slope.number),

@@ -1,3 +1,5 @@
+//! The poles of the closed loop.
+
 use std::sync::Arc;
 
 use super::{Counters, Law};

@@ -98,7 +98,7 @@ impl ReducedStates {
 
 /// Charges among these states that act on nothing, as text, whether no output shows them, and the system of all other states. None where there are none,
 /// or where E is singular.
-pub fn without_counting(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
+pub fn remove_counting_charges(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
     let states = system.states.len();
     let matrix = Matrix::from_fn(states, charges.len(), |i, j| system.a[(i, charges[j])].clone());
     let e = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>());

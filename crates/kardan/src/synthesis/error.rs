@@ -1,3 +1,5 @@
+//! Errors of designing a law.
+
 use super::{decoupling, inversion, observer, regulator};
 use crate::results::{Complex, Pole};
 

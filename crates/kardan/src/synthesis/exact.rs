@@ -1,3 +1,5 @@
+//! A designed linear loop over the rationals.
+
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::ExactMatrix;

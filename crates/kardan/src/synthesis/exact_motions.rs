@@ -1,3 +1,5 @@
+//! The continuous loop over the rationals, and its poles at zero.
+
 use std::sync::Arc;
 
 use super::sampled::{FirstOrderPlant, Places};

@@ -1,3 +1,5 @@
+//! The matrices of a linear law.
+
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 

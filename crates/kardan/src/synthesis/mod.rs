@@ -45,7 +45,7 @@ pub use blending::blending_signal;
 pub use clock::Clock;
 use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_excluding};
-pub use counters::{Counters, counting_charges, without_counting};
+pub use counters::{Counters, counting_charges, remove_counting_charges};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;

@@ -1,3 +1,5 @@
+//! Laws on the nonlinear model.
+
 use std::sync::Arc;
 
 use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};

@@ -44,7 +44,7 @@ impl Plant {
     /// # Panics
     /// If `position` has not one entry per coordinate or gives a slope that is not finite.
     pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
-        Self::at(reduced, OperatingPoint::relaxed(&position))
+        Self::at(reduced, OperatingPoint::unloaded(&position))
     }
 
     /// The model at an operating point, under its equilibrium torques.

@@ -1,3 +1,5 @@
+//! The stability of a polynomial in one word.
+
 use crate::analysis::{Plane, stability_of_roots};
 use crate::num::Polynomial;
 use crate::results::Stability;

@@ -1,3 +1,5 @@
+//! Completes a state-feedback gain with prefilter and disturbance compensation.
+
 use std::sync::Arc;
 
 use super::linear_law::{Linear, LinearBlock};

@@ -1,3 +1,5 @@
+//! Rejects designs with unstable zero dynamics.
+
 use super::decoupling::zero_polynomial;
 use super::inversion::flat_parametrisation;
 use super::{Stability, SynthesisError, stability};

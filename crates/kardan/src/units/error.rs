@@ -1,3 +1,5 @@
+//! Errors in the text of a quantity.
+
 use std::ops::Range;
 
 /// An error in the text of a quantity.

@@ -1,3 +1,5 @@
+//! Reads poles from text.
+
 use super::{Exact, UnitError, parse_number};
 use kardan_tables::is_minus;
 

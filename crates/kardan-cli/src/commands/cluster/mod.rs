@@ -206,7 +206,7 @@ impl<'a> Work<'a> {
                     return refusal(why, help);
                 }
             },
-            Err(_) => return self.without_record(plan),
+            Err(_) => return self.check_unrecorded_folder(plan),
         };
         let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
         if self.args.force {
@@ -236,7 +236,7 @@ impl<'a> Work<'a> {
     }
 
     /// A folder without a record: it contains no job files, or those of a job to resume.
-    fn without_record(&mut self, plan: &SweepPlan) -> Result<(), Diagnostic> {
+    fn check_unrecorded_folder(&mut self, plan: &SweepPlan) -> Result<(), Diagnostic> {
         if self.args.resume {
             let parts = fs::read_dir(self.out.join("parts")).into_iter().flatten().filter_map(Result::ok);
             let parts: Vec<PathBuf> = parts.map(|entry| entry.path()).collect();

@@ -11,8 +11,8 @@ pub type Values<'a> = [(&'a str, String)];
 /// An unknown word, or braces that do not close, with their line in `name`.
 pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagnostic> {
     let (mut out, mut rest) = (String::with_capacity(text.len()), text);
-    let known = || values.iter().map(|(word, _)| *word);
-    let all = || known().map(|word| format!("{{{{{word}}}}}")).collect::<Vec<_>>().join(", ");
+    let placeholders = || values.iter().map(|(word, _)| *word);
+    let all = || placeholders().map(|word| format!("{{{{{word}}}}}")).collect::<Vec<_>>().join(", ");
     while let Some(at) = rest.find("{{") {
         let line = text[..text.len() - rest.len() + at].matches('\n').count() + 1;
         let wrong = |message: String, help: String| {
@@ -24,8 +24,9 @@ pub fn fill(name: &str, text: &str, values: &Values<'_>) -> Result<String, Diagn
             return wrong("`{{` without `}}` in the same line".into(), format!("the words are {}", all()));
         };
         let word = inside[..end].trim();
-        let Some((_, value)) = values.iter().find(|(known, _)| *known == word) else {
-            let near = nearest(word, known()).map_or(String::new(), |near| format!("did you mean `{{{{{near}}}}}`? "));
+        let Some((_, value)) = values.iter().find(|(candidate, _)| *candidate == word) else {
+            let near =
+                nearest(word, placeholders()).map_or(String::new(), |near| format!("did you mean `{{{{{near}}}}}`? "));
             return wrong(format!("there is no `{{{{{word}}}}}`"), format!("{near}The words are {}", all()));
         };
         out.push_str(value);

@@ -6,7 +6,7 @@ use std::io::Read;
 use super::super::{Bytes, Channel, CsvOptions, Group, LogError, find_time, make_unique, named_time};
 use super::cell::{self, Cell};
 use super::encoding::{Encoding, text};
-use crate::text::without_guard;
+use crate::text::strip_guard;
 
 /// The name of the format in messages.
 pub(super) const CSV: &str = "CSV";
@@ -304,10 +304,10 @@ fn decoded(bytes: &[u8]) -> String {
     let bytes = cell::unquoted(bytes);
     let text =
         std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|byte| char::from(*byte)).collect(), str::to_owned);
-    without_guard(text.replace("\"\"", "\"").trim()).to_owned()
+    strip_guard(text.replace("\"\"", "\"").trim()).to_owned()
 }
 
-fn without_mark(line: &[u8]) -> &[u8] {
+fn strip_comment_mark(line: &[u8]) -> &[u8] {
     let line = line.trim_ascii_start();
     let marks = line.iter().take_while(|byte| matches!(byte, b'#' | b'%' | b'/')).count();
     if marks > 0 && is_comment(line) { &line[marks..] } else { line }
@@ -318,7 +318,7 @@ impl Header {
         let split = |line: &[u8]| {
             let mut cells = Vec::new();
             // Blanks at the start count if a tab begins the row.
-            cell::split(without_mark(line), form.delimiter, &mut cells);
+            cell::split(strip_comment_mark(line), form.delimiter, &mut cells);
             cells.into_iter().map(decoded).collect::<Vec<_>>()
         };
         let row_cells = |row: Option<usize>| {
@@ -367,7 +367,7 @@ impl Header {
     /// Name and unit of a cell; the unit may follow the name.
     fn of(&self, index: usize) -> (String, String) {
         let name = self.names.get(index).cloned().unwrap_or_default();
-        let unit = self.units.get(index).map_or("", |unit| without_brackets(unit));
+        let unit = self.units.get(index).map_or("", |unit| strip_brackets(unit));
         if is_label(unit) {
             return (name, String::new());
         }
@@ -379,7 +379,7 @@ impl Header {
             Some((front.trim().to_owned(), unit.trim().to_owned())).filter(|(front, _)| !front.is_empty())
         };
         if let Some((quantity, unit)) = quotient(&name).filter(|_| self.quotients) {
-            return (quantity.trim().to_owned(), without_brackets(unit.trim()).to_owned());
+            return (quantity.trim().to_owned(), strip_brackets(unit.trim()).to_owned());
         }
         if let Some(pair) = split('[', ']').filter(|(_, unit)| unit.parse::<i64>().is_err()) {
             return pair;
@@ -396,7 +396,7 @@ impl Header {
     }
 }
 
-fn without_brackets(cell: &str) -> &str {
+fn strip_brackets(cell: &str) -> &str {
     let inside =
         |open: char, close: char| cell.strip_prefix(open)?.strip_suffix(close).filter(|cell| !cell.contains(close));
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
@@ -432,7 +432,7 @@ fn is_label(cell: &str) -> bool {
 fn are_units(cells: &[String]) -> bool {
     // `1` may mean no unit, and decides nothing.
     let cells = || cells.iter().filter(|cell| cell.parse::<f64>().is_err());
-    let units = cells().filter(|cell| is_unit(without_brackets(cell))).count();
+    let units = cells().filter(|cell| is_unit(strip_brackets(cell))).count();
     let texts = cells().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
     let is_time = |cell: &String| {
         (named_time(cell) && cell.len() > 1)
@@ -442,7 +442,7 @@ fn are_units(cells: &[String]) -> bool {
 }
 
 fn is_time_unit(cell: &str) -> bool {
-    matches!(without_brackets(cell), "s" | "sec" | "ms" | "us" | "µs" | "μs" | "ns" | "min" | "h")
+    matches!(strip_brackets(cell), "s" | "sec" | "ms" | "us" | "µs" | "μs" | "ns" | "min" | "h")
 }
 
 /// Whether a cell reads like a unit: a product of powers of known symbols.

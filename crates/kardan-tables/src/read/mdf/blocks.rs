@@ -50,7 +50,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn stride(&self) -> usize {
+    pub fn record_bytes(&self) -> usize {
         self.data_bytes + self.invalid_bytes
     }
 }
@@ -298,7 +298,7 @@ impl Traversal<'_> {
         let mut group = Group { name, channels: Vec::new(), time: None, rows };
         if flags & 8 != 0 {
             self.notes.push(format!("`{}` has its time in another group (MDF 4.2) and is left out", group.name));
-        } else if !variable && layout.stride() > 0 {
+        } else if !variable && layout.record_bytes() > 0 {
             let mut master = None;
             self.channels(block.link(1), "", &mut layout, &mut group, &mut master, DEPTH_LIMIT)?;
             make_unique(&mut group.channels);

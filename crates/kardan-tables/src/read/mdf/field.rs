@@ -53,13 +53,13 @@ impl Field {
         if self.kind == Kind::Index { 0 } else { (self.bit + self.bits).div_ceil(8) as usize }
     }
 
-    /// Appends the values of all records, which have `stride` bytes; `first` is the number of the first one.
-    pub fn decode(&self, records: &[u8], stride: usize, data_bytes: usize, first: u64, out: &mut Vec<f64>) {
+    /// Appends the values of all records, which have `record_bytes` bytes; `first` is the number of the first one.
+    pub fn decode(&self, records: &[u8], record_bytes: usize, data_bytes: usize, first: u64, out: &mut Vec<f64>) {
         let start = out.len();
         let aligned = self.bit == 0 && self.bits == 8 * self.bytes() as u32;
         macro_rules! each {
             ($type:ty, $size:literal) => {{
-                let bytes = records.chunks_exact(stride).map(|record| {
+                let bytes = records.chunks_exact(record_bytes).map(|record| {
                     let mut bytes = [0; $size];
                     bytes.copy_from_slice(&record[self.byte..self.byte + $size]);
                     bytes
@@ -73,13 +73,13 @@ impl Field {
         }
         match (self.kind, aligned, self.bits) {
             (Kind::Index, ..) => {
-                let count = records.len() / stride;
+                let count = records.len() / record_bytes;
                 out.extend((first..first + count as u64).map(|index| index as f64));
             }
             (Kind::Float, true, 64) => each!(f64, 8),
             (Kind::Float, true, 32) => each!(f32, 4),
             (Kind::Float, ..) => {
-                out.extend(records.chunks_exact(stride).map(|record| half(self.word(record) as u16)));
+                out.extend(records.chunks_exact(record_bytes).map(|record| half(self.word(record) as u16)));
             }
             (Kind::Unsigned, true, 8) => each!(u8, 1),
             (Kind::Unsigned, true, 16) => each!(u16, 2),
@@ -89,17 +89,21 @@ impl Field {
             (Kind::Signed, true, 16) => each!(i16, 2),
             (Kind::Signed, true, 32) => each!(i32, 4),
             (Kind::Signed, true, 64) => each!(i64, 8),
-            (Kind::Unsigned, ..) => out.extend(records.chunks_exact(stride).map(|record| self.word(record) as f64)),
+            (Kind::Unsigned, ..) => {
+                out.extend(records.chunks_exact(record_bytes).map(|record| self.word(record) as f64))
+            }
             (Kind::Signed, ..) => {
                 let shift = 64 - self.bits;
                 out.extend(
-                    records.chunks_exact(stride).map(|record| ((self.word(record) << shift) as i64 >> shift) as f64),
+                    records
+                        .chunks_exact(record_bytes)
+                        .map(|record| ((self.word(record) << shift) as i64 >> shift) as f64),
                 );
             }
         }
         self.conversion.apply(&mut out[start..]);
         if let Some(bit) = self.invalid {
-            for (value, record) in out[start..].iter_mut().zip(records.chunks_exact(stride)) {
+            for (value, record) in out[start..].iter_mut().zip(records.chunks_exact(record_bytes)) {
                 if record.get(data_bytes + bit / 8).is_some_and(|byte| byte >> (bit % 8) & 1 == 1) {
                     *value = f64::NAN;
                 }

@@ -1,3 +1,5 @@
+//! Errors of the analysis of structure.
+
 /// Why the structure of a system cannot be decided.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StructureError {

@@ -6,7 +6,7 @@ use kardan_rt::functions::powi;
 const MOST_PRIMES: usize = 700;
 
 /// Least of the numbers of primes that are tried for one number of a large system.
-const FEW_PRIMES: usize = 24;
+const LEAST_PRIMES: usize = 24;
 
 /// Most primes for one number where a proof is requested.
 const PRIMES_FOR_PROOF: usize = 20_000;
@@ -39,5 +39,5 @@ impl Limits {
 
 /// How many primes are tried for one number of a system with n states: as many as take a few seconds.
 pub(super) fn most_primes(n: usize) -> usize {
-    ((2e9 / powi(n as f64, 3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
+    ((2e9 / powi(n as f64, 3)) as usize).clamp(LEAST_PRIMES, MOST_PRIMES)
 }

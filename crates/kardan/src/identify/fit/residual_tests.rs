@@ -67,19 +67,19 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         if bins < 3 {
             continue;
         }
-        let (mut between, mut within) = (0.0, 0.0);
+        let (mut between, mut inside_bins) = (0.0, 0.0);
         for x in &series {
             let all = x.iter().sum::<f64>() / n;
             for bin in 0..bins {
                 let own = &order[bin * order.len() / bins..(bin + 1) * order.len() / bins];
                 let mean = own.iter().map(|&k| x[k]).sum::<f64>() / own.len() as f64;
                 between += own.len() as f64 * powi(mean - all, 2);
-                within += own.iter().map(|&k| powi(x[k] - mean, 2)).sum::<f64>();
+                inside_bins += own.iter().map(|&k| powi(x[k] - mean, 2)).sum::<f64>();
             }
         }
         let rows = series.len() as f64;
         let (a, b) = (rows * (bins as f64 - 1.0), rows * (n - bins as f64));
-        let probability = fisher_tail((a, b), between / a / (within / b)).filter(|_| within > 0.0);
+        let probability = fisher_tail((a, b), between / a / (inside_bins / b)).filter(|_| inside_bins > 0.0);
         out.extend(probability.map(|probability| Test { what: TestKind::Speed(coordinate), probability }));
     }
     out

@@ -17,10 +17,10 @@ pub(super) struct MisnamedBody<'a> {
 pub(super) fn misnamed_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Vec<MisnamedBody<'a>> {
     let Some(model) = node.hints.model else { return Vec::new() };
     let is_key = |field: &Field, key: &str| field.name == key || field.alias().is_some_and(|alias| alias == key);
-    let is_given_key = |field: &&Field| node.table.iter().any(|keyed| is_key(field, &keyed.key));
+    let is_present = |field: &&Field| node.table.iter().any(|keyed| is_key(field, &keyed.key));
     let mut free_fields: Vec<&Field> = fields
         .iter()
-        .filter(|field| field.kind == Kind::Body && field.alias().is_some() && !is_given_key(field))
+        .filter(|field| field.kind == Kind::Body && field.alias().is_some() && !is_present(field))
         .collect();
     let mut out = Vec::new();
     for keyed in node.table.iter().filter(|keyed| !fields.iter().any(|field| is_key(field, &keyed.key))) {

@@ -290,16 +290,16 @@ impl<'a> Blocks<'a, '_, '_> {
         let outside = self.outside.iter().filter(|outside| moves(&outside.read));
         let moving: Vec<Symbol> =
             outside.filter_map(|outside| graph.symbol_of(self.read.get(&outside.name)?.0)).collect();
-        let mut stand_for = Vec::new();
+        let mut represented = Vec::new();
         for (block, made) in self.made.iter().filter_map(|(block, made)| Some((block, made.as_ref()?))) {
             let symbols = made.memory.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
-            stand_for.extend(symbols);
+            represented.extend(symbols);
             for (answer, value, _) in &made.outputs {
                 let symbol = self.outputs.get(&outside_name(block, answer));
-                stand_for.extend(symbol.and_then(|(own, _)| Some((graph.symbol_of(*own)?, *value))));
+                represented.extend(symbol.and_then(|(own, _)| Some((graph.symbol_of(*own)?, *value))));
             }
         }
-        graph.carriers(&moving, &stand_for)
+        graph.carriers(&moving, &represented)
     }
 
     /// External inputs of expressions of a task, sorted.

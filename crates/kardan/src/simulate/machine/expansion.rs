@@ -32,7 +32,7 @@ pub(super) struct Expansion {
     pub(super) friction_speeds: Vec<usize>,
     pub(super) commands: Vec<usize>,
     /// Two for each unilateral constraint: see
-    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
+    /// [`UnilateralTerms::mode_inputs`](super::contact_expressions::UnilateralTerms::mode_inputs).
     pub(super) unilaterals: Vec<usize>,
     /// The coefficients of the power of prescribed speeds for each acceleration, and for the torque of each sticking
     /// friction.
@@ -188,7 +188,7 @@ impl Expansion {
             terms(scratch, kink_free, x, sign, more);
             // An undefined value belongs to no piece that is taken.
             let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
-            if is_nothing { found } else { found.and(first_zero_within(scratch, 0.0, true)) }
+            if is_nothing { found } else { found.and(first_zero_up_to_end(scratch, 0.0, true)) }
         });
         (found, kink_free)
     }
@@ -379,11 +379,11 @@ pub(super) fn margin(
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
 fn first_zero(c: &[f64], clear: f64) -> Prospect {
-    first_zero_within(c, clear, false)
+    first_zero_up_to_end(c, clear, false)
 }
 
 /// The same; `open`: where it is not negative at the end, a value near zero there is accepted.
-fn first_zero_within(c: &[f64], clear: f64, open: bool) -> Prospect {
+fn first_zero_up_to_end(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
     let spare = last + clear;

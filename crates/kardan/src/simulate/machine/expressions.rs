@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::connected_law::{Computer, ConnectedLaw};
+use super::contact_expressions::UnilateralTerms;
 use super::flow::{Flow, task_outputs};
 use super::gear_loss_terms::GearLossTerms;
-use super::unilateral_terms::UnilateralTerms;
 use crate::assemble::{DirectionalTerm, Equations, FrictionLaw};
 use crate::equations::InputKind;
 use crate::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
@@ -679,7 +679,7 @@ fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], fri
     }
     for k in 0..all.motion.multiplier_constraints.len() {
         let (speed, rate) = (
-            all.motion.along_multiplier(k, |motion, shaft| motion.carried[shaft]),
+            all.motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]),
             all.motion.multiplier_constraints[k].rate,
         );
         holding.push(all.motion.graph.subtract(speed, rate));

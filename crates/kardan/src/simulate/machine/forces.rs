@@ -265,7 +265,7 @@ impl Machine {
         for (k, torque) in self.gear_losses.losses() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
-        if let Some(direction) = self.gear_losses.without_motion() {
+        if let Some(direction) = self.gear_losses.jammed_direction() {
             self.gear_losses.lost = Some(direction);
             out.fill(f64::NAN);
         }

@@ -36,7 +36,7 @@ impl Machine {
             }
             found.clone_from(&at);
             let fits = self.try_modes(resting, &at);
-            let locks = self.gear_losses.without_motion().filter(|k| resting.contains(k) && !locked.contains(k));
+            let locks = self.gear_losses.jammed_direction().filter(|k| resting.contains(k) && !locked.contains(k));
             if fits && locks.is_none() {
                 break;
             }
@@ -128,8 +128,8 @@ impl Machine {
             self.bound_gear_losses(&mut gear_losses);
             self.gear_losses = gear_losses;
             let bounds = self.bounds();
-            let within_bounds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
-            if sticking.iter().zip(&torques).all(within_bounds) {
+            let is_bounded = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            if sticking.iter().zip(&torques).all(is_bounded) {
                 return Some((sticking, torques));
             }
         }
@@ -240,14 +240,14 @@ impl Machine {
     /// Whether sticking directions stay within their limits, and leaving ones move as their mode says, in the modes
     /// last evaluated.
     fn fits(&mut self, resting: &[usize]) -> bool {
-        let all_within = if self.following.is_empty() {
+        let all_bounded = if self.following.is_empty() {
             let bounds = self.bounds();
-            let within_bounds = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
-            self.holding.iter().zip(&self.active_torque).all(within_bounds)
+            let is_bounded = |(&k, torque): (&usize, &f64)| torque.abs() <= bounds.of(k, *torque) * (1.0 + ROUNDING);
+            self.holding.iter().zip(&self.active_torque).all(is_bounded)
         } else {
             self.shared_torques().is_some()
         };
-        all_within && resting.iter().all(|k| self.goes(*k))
+        all_bounded && resting.iter().all(|k| self.goes(*k))
     }
 
     /// Whether a direction moves in the sense of its mode, in the modes last evaluated.

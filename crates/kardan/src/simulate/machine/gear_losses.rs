@@ -13,7 +13,7 @@
 use kardan_native::Native;
 
 use super::gear_loss_terms::gear_losses;
-use super::unilateral_kinds::Unfit;
+use super::unilateral_kinds::InvalidBound;
 use crate::expr::{Expr, Symbol};
 use crate::num::Lu;
 use crate::plan::{Plan, compile};
@@ -162,15 +162,15 @@ impl GearLosses {
     }
 
     /// The direction of a gear without a consistent motion at the point last evaluated.
-    pub(super) fn without_motion(&self) -> Option<usize> {
+    pub(super) fn jammed_direction(&self) -> Option<usize> {
         self.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::None).map(|(direction, _)| direction)
     }
 
     /// Gears whose loss is undefined at the point last evaluated, or below minus `least`.
-    pub(super) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
+    pub(super) fn invalid_bound(&self, least: f64) -> Option<(usize, InvalidBound)> {
         let negative = || self.negative.filter(|(_, loss)| *loss < -least);
-        let undefined = self.undefined.map(|direction| (direction, Unfit::Undefined));
-        undefined.or_else(|| Some((negative()?.0, Unfit::Negative)))
+        let undefined = self.undefined.map(|direction| (direction, InvalidBound::Undefined));
+        undefined.or_else(|| Some((negative()?.0, InvalidBound::Negative)))
     }
 
     /// The gear whose loss is undefined at the point last evaluated, with the undefined operation where that is found.

@@ -38,7 +38,7 @@ impl Machine {
 
     fn growth_noise(&self, element: usize) -> f64 {
         let JenkinsElements { directions, stiffness, .. } = &self.jenkins;
-        let [here, within] = self.growth_terms(element);
+        let [here, over_step] = self.growth_terms(element);
         // The slip speeds cancel too in the convex problem.
         let slips = directions.iter().map(|&direction| match self.modes[direction] {
             Mode::Stick => 0.0,
@@ -46,7 +46,7 @@ impl Machine {
         });
         let row = &stiffness[element * directions.len()..][..directions.len()];
         let slip_scale: f64 = row.iter().zip(slips).map(|(s, speed)| (s * speed).abs()).sum();
-        ROUNDING * (here + slip_scale) + NOISE * within
+        ROUNDING * (here + slip_scale) + NOISE * over_step
     }
 
     /// Bound of the cancellation in the rate of a torque, N m/s: at the point last evaluated, and within the step.

@@ -2,6 +2,8 @@
 
 mod connected_law;
 mod construction;
+mod contact_expressions;
+mod contact_modes;
 mod derivatives;
 mod expansion;
 mod expressions;
@@ -31,8 +33,6 @@ mod timed;
 mod torque_distribution;
 mod torque_sharing;
 mod unilateral_kinds;
-mod unilateral_terms;
-mod unilaterals;
 mod watched;
 
 pub use connected_law::Setup;
@@ -40,7 +40,7 @@ pub use expansion::Prospect;
 pub use expressions::Found;
 pub(super) use simd_taylor::{Lane, SimdTaylor};
 pub(super) use time_discontinuities::Discontinuity;
-pub(super) use unilateral_kinds::Unfit;
+pub(super) use unilateral_kinds::InvalidBound;
 
 use std::ops::Range;
 

@@ -205,8 +205,9 @@ impl Machine {
         });
         let still_rows = (0..r).filter(|i| self.still.contains(i));
         let mut rest = rates.iter().enumerate();
-        let within = still_rows.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
-        fits && within
+        let still_fits =
+            still_rows.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
+        fits && still_fits
             && rest.all(|(k, place)| effect(*place) * length <= allowed(2 * r + k))
             && outputs.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
     }

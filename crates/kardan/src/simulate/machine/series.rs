@@ -80,11 +80,11 @@ impl Machine {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };
         let ByPosition { inertia, rows, bias } = self.by_position();
-        let stride = order + 1;
+        let row_length = order + 1;
         let expansion = series.map(|series| Expansion {
             series,
-            accelerations: vec![0.0; r * stride],
-            torques: vec![0.0; m * stride],
+            accelerations: vec![0.0; r * row_length],
+            torques: vec![0.0; m * row_length],
             counts: [r, m],
             rows,
             bias,
@@ -96,7 +96,7 @@ impl Machine {
             unilaterals: found(&self.places.unilaterals),
             power: prescribed.map(found),
             jenkins: self.jenkins.directions.iter().copied().zip(found(&self.places.jenkins_torques)).collect(),
-            scratch: vec![0.0; stride],
+            scratch: vec![0.0; row_length],
             rows_follow,
             friction_bias: vec![0.0; m],
         });

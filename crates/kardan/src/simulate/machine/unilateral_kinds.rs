@@ -30,7 +30,7 @@ pub(super) enum Kind {
 
 /// Why a formula of a friction, gear loss or lock ends the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::simulate) enum Unfit {
+pub(in crate::simulate) enum InvalidBound {
     /// It has no value.
     Undefined,
     /// It is negative: it would drive.

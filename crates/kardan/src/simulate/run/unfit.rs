@@ -2,7 +2,7 @@
 
 use super::undefined_value::{is_undefined, undefined};
 use super::{Outcome, RunLoop, failed};
-use crate::simulate::machine::Unfit;
+use crate::simulate::machine::InvalidBound;
 
 /// Torques and losses above minus this value are rounding, N m.
 const LEAST: f64 = 1e-9;
@@ -21,15 +21,15 @@ impl RunLoop {
             return Ok(());
         }
         self.machine.evaluate(self.time, &self.state);
-        let Some(mut found) = self.machine.unfit(LEAST) else { return Ok(()) };
+        let Some(mut found) = self.machine.invalid_bound(LEAST) else { return Ok(()) };
         let from = self.solver.previous_time();
         let (mut low, mut high) = (from, self.time.min(self.solver.time()));
         while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
             let middle = 0.5 * (low + high);
             self.solver.interpolate(middle, &mut self.looked);
             self.machine.evaluate(middle, &self.looked);
-            match self.machine.unfit(0.0) {
-                Some(unfit) => (found, high) = (unfit, middle),
+            match self.machine.invalid_bound(0.0) {
+                Some(invalid_bound) => (found, high) = (invalid_bound, middle),
                 None => low = middle,
             }
         }
@@ -47,17 +47,17 @@ impl RunLoop {
     }
 
     /// Why the run ends at a time, at the current state.
-    fn describe_failure(&mut self, (direction, unfit): (usize, Unfit), time: f64) -> String {
+    fn describe_failure(&mut self, (direction, invalid_bound): (usize, InvalidBound), time: f64) -> String {
         let (name, is_gear_loss) = (self.names[direction].clone(), self.machine.is_gear_loss(direction));
         let unit = if self.machine.unit_of_direction(direction) == "m" { "N" } else { "N m" };
-        match unfit {
-            Unfit::Negative if is_gear_loss => format!(
+        match invalid_bound {
+            InvalidBound::Negative if is_gear_loss => format!(
                 "the `loss` of `{name}` becomes negative, and a gear loss cannot drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
-            Unfit::Negative => format!(
+            InvalidBound::Negative => format!(
                 "the torque of `{name}` becomes negative, and negative friction would drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
-            Unfit::Undefined => {
+            InvalidBound::Undefined => {
                 let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
                 let what = self.machine.not_finite(time, &self.state, names);
                 undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is not a number")))

@@ -33,7 +33,7 @@ pub struct AnalysisSpec {
     /// Angles of coordinates at the operating point: shaft, rad. The others are at their initial position.
     pub at: Vec<(String, f64)>,
     /// Other given values of the operating point.
-    pub given: OperatingConditions,
+    pub conditions: OperatingConditions,
     /// Elements whose Coulomb friction sticks.
     pub stuck: Vec<String>,
     /// Integration time of the Gramians, s.
@@ -60,7 +60,7 @@ impl Default for AnalysisSpec {
             inputs: None,
             outputs: None,
             at: Vec::new(),
-            given: OperatingConditions::default(),
+            conditions: OperatingConditions::default(),
             stuck: Vec::new(),
             horizon: Exact::one(),
             motion: Vec::new(),
@@ -141,7 +141,7 @@ pub(in crate::study) fn analysis_spec(
         inputs: values.names("inputs").map(<[String]>::to_vec),
         stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
         threshold: values.number("threshold"),
-        places: table.values.iter().map(|(key, given)| (*key, given.place.clone())).collect(),
+        places: table.values.iter().map(|(key, entry)| (*key, entry.place.clone())).collect(),
         laws: equations
             .laws
             .iter()
@@ -155,10 +155,10 @@ pub(in crate::study) fn analysis_spec(
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
     let own = (table, what);
-    (spec.at, spec.given) = operating_point(own, (context.document, equations), targets, &reader, out);
+    (spec.at, spec.conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
     spec.motion = targets_of((what, "motion"), entries_of(table, "motion"), (context.document, targets), &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
-    if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
+    if matches!(table.values.get("motion"), Some(entry) if matches!(&entry.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
         && !moves
     {
@@ -310,7 +310,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
 
 /// The entries of a table from signals to quantities.
 pub(in crate::study) fn entries_of<'a>(table: &'a Table, key: &str) -> &'a [Target] {
-    match table.values.get(key).map(|given| &given.value) {
+    match table.values.get(key).map(|entry| &entry.value) {
         Some(Value::Map(entries)) => entries,
         _ => &[],
     }
@@ -327,7 +327,7 @@ pub(in crate::study) fn operating_point(
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> (Vec<(String, f64)>, OperatingConditions) {
-    let (mut given, mut rest) = (OperatingConditions::default(), Vec::new());
+    let (mut conditions, mut rest) = (OperatingConditions::default(), Vec::new());
     let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
     for entry in entries_of(table, "at") {
         let (name, scalar) = entry;
@@ -340,19 +340,19 @@ pub(in crate::study) fn operating_point(
         let moves = body(signal.element).filter(|domain| signal.is(domain.motion()[1]));
         let is_coordinate = coordinates.is_some_and(|all| all.iter().any(|own| own == signal.element));
         match (input, moves) {
-            _ if name.value == TIME => given.time = read(Dimension::TIME, Sign::NonNegative),
+            _ if name.value == TIME => conditions.time = read(Dimension::TIME, Sign::NonNegative),
             (Some(domain), _) => {
                 let torque = read(domain.effort_dimension(), Sign::Any);
-                given.torques.extend(torque.map(|torque| (signal.element.to_string(), torque)));
+                conditions.torques.extend(torque.map(|torque| (signal.element.to_string(), torque)));
             }
             (None, Some(domain)) if coordinates.is_some() && !is_coordinate => {
                 let speed = read(domain.dimensions()[1], Sign::Any);
-                given.speeds.extend(speed.map(|speed| (signal.element.to_string(), speed)));
+                conditions.speeds.extend(speed.map(|speed| (signal.element.to_string(), speed)));
             }
             _ => rest.push(entry.clone()),
         }
     }
-    if let Some(time) = given.time.filter(|time| *time < 0.0) {
+    if let Some(time) = conditions.time.filter(|time| *time < 0.0) {
         out.push(
             Diagnostic::error(
                 "number::sign",
@@ -370,8 +370,8 @@ pub(in crate::study) fn operating_point(
             .map(|(signal, value)| (SignalName::new(&signal).element.to_string(), value))
             .collect::<Vec<_>>()
     };
-    given.speeds.extend(by_body(speeds));
-    (by_body(positions), given)
+    conditions.speeds.extend(by_body(speeds));
+    (by_body(positions), conditions)
 }
 
 /// The key of `at` that is the time.
@@ -436,12 +436,12 @@ fn places(
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Site> {
-    let Some(given) = table.values.get(key) else { return Vec::new() };
-    let Value::Tables(tables) = &given.value else { return Vec::new() };
+    let Some(entry) = table.values.get(key) else { return Vec::new() };
+    let Value::Tables(tables) = &entry.value else { return Vec::new() };
     if tables.is_empty() && !table.unread.contains(&key) {
         out.push(
             Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
-                .at(given.place.clone(), "no place")
+                .at(entry.place.clone(), "no place")
                 .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
         );
     }

@@ -6,7 +6,7 @@ use crate::equations::Domain;
 use crate::names::{Quantity, SignalName};
 use crate::num::Matrix;
 use crate::results::{Linearised, NamedUnit};
-use crate::study::check::massless::{Mechanical, not_eliminated};
+use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::measure::signals::{AnalyzeSettings, WorkingPoint};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::prepare::variant_diagnostics::is_error;

@@ -30,7 +30,7 @@ struct Subject<'a> {
     sensors: usize,
     /// With all inputs, and last the torques of friction.
     system: ConstrainedSystem,
-    known: Vec<usize>,
+    commanded: Vec<usize>,
     unknown: Vec<usize>,
     frictions: Vec<usize>,
     /// The model at the ends of the tolerances of its parameters, one by one.
@@ -65,7 +65,7 @@ impl ResidualContext<'_> {
 /// Whether two relations have the same derivatives of the same signals.
 fn same_terms(one: &Relation, other: &Relation) -> bool {
     let keys =
-        |relation: &Relation| relation.terms.iter().map(|(known, order, _)| (*known, *order)).collect::<Vec<_>>();
+        |relation: &Relation| relation.terms.iter().map(|(signal, order, _)| (*signal, *order)).collect::<Vec<_>>();
     keys(one) == keys(other)
 }
 
@@ -107,7 +107,7 @@ pub(in crate::study) fn parity(
         ]);
     };
     let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
-    let found = static_relations(&own, &subject.known);
+    let found = static_relations(&own, &subject.commanded);
     let (readings, corners) = (readings(variant, &subject.outputs[..subject.sensors]), subject.corners());
     let tasks = variant.scenario.tasks.iter().filter_map(|task| Some(task.period.as_ref()?.to_f64()));
     let laws = variant.implemented.iter().filter_map(|law| Some(law.clock()?.period));
@@ -126,7 +126,7 @@ pub(in crate::study) fn parity(
     let name = |k: &usize| subject.system.inputs[*k].element.clone();
     Ok(Some(Parity {
         sensors: own.outputs.clone(),
-        commands: subject.known.iter().map(name).collect(),
+        commands: subject.commanded.iter().map(name).collect(),
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
         exhaustive: found.all,
@@ -144,7 +144,7 @@ impl<'a> Subject<'a> {
         if settings.outputs.is_empty() {
             settings.outputs = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
         }
-        let known = WorkingPoint::of(variant, &settings, &mut Vec::new())?.inputs;
+        let commanded_names = WorkingPoint::of(variant, &settings, &mut Vec::new())?.inputs;
         settings.inputs = equations.inputs.iter().map(|input| input.element.clone()).collect();
         let at = WorkingPoint::of(variant, &settings, &mut Vec::new())?;
         let mut outputs = at.outputs.clone();
@@ -157,7 +157,7 @@ impl<'a> Subject<'a> {
             }
         }
         let inputs = at.inputs.len();
-        let (known, unknown) = (0..inputs).partition(|&k| known.contains(&at.inputs[k]));
+        let (commanded, unknown) = (0..inputs).partition(|&k| commanded_names.contains(&at.inputs[k]));
         let mut system = at.system.clone();
         let sliding = equations.frictions.iter().map(|one| (&one.element, &one.row));
         let sliding =
@@ -166,7 +166,7 @@ impl<'a> Subject<'a> {
         let rows = free.map(|(element, row)| DirectionalTerm { element: element.clone(), row: row.clone(), value: () });
         system.inputs.extend(rows);
         let frictions = (inputs..system.inputs.len()).collect();
-        Ok(Self { variant, at, outputs, sensors, system, known, unknown, frictions, ends: Vec::new() })
+        Ok(Self { variant, at, outputs, sensors, system, commanded, unknown, frictions, ends: Vec::new() })
     }
 
     fn pencil(&self, system: &ConstrainedSystem, outputs: &[OutputSignal]) -> LinearSystem {
@@ -212,25 +212,25 @@ impl<'a> Subject<'a> {
         for ends in context.corners {
             let moved = |end: &LinearSystem| {
                 let moved =
-                    (!relation_is_satisfied(end, relation)).then(|| static_relations(end, &self.known).relations);
+                    (!relation_is_satisfied(end, relation)).then(|| static_relations(end, &self.commanded).relations);
                 moved.into_iter().flatten().find(|candidate| same_terms(candidate, relation))
             };
             let moved: Vec<Relation> = ends.iter().flatten().filter_map(moved).collect();
             add_tolerances(&mut terms, relation, &moved);
         }
-        let measured = |known: &ParitySignal| match known {
+        let measured = |signal: &ParitySignal| match signal {
             ParitySignal::Output(k) => Some(&self.outputs[*k].measured),
             ParitySignal::Input(_) => None,
         };
-        let kinds: Vec<Option<&Measured>> = relation.terms.iter().map(|(known, ..)| measured(known)).collect();
+        let kinds: Vec<Option<&Measured>> = relation.terms.iter().map(|(signal, ..)| measured(signal)).collect();
         let up_to_constant =
             kinds.iter().any(|kind| matches!(kind, Some(Measured::Angle(_) | Measured::SpringTorque(_))));
         let broken = conditions.iter().filter(|(_, excluding)| !relation_is_satisfied(excluding, relation));
-        let known = relation.terms.iter().any(|(known, ..)| matches!(known, ParitySignal::Input(_)));
+        let has_command = relation.terms.iter().any(|(signal, ..)| matches!(signal, ParitySignal::Input(_)));
         let parts: Vec<Part<'_>> = relation
             .terms
             .iter()
-            .map(|(known, _, x)| Part { reading: context.reading(*known), pulse: vec![rational_to_f64(x)] })
+            .map(|(signal, _, x)| Part { reading: context.reading(*signal), pulse: vec![rational_to_f64(x)] })
             .collect();
         let all: Vec<usize> = (0..parts.len()).collect();
         Residual {
@@ -242,13 +242,13 @@ impl<'a> Subject<'a> {
             linearised_at: broken.map(|(element, _)| element.clone()).collect::<BTreeSet<_>>().into_iter().collect(),
             up_to_constant,
             constant: self.constant(relation, &kinds),
-            threshold: if known { None } else { threshold(&parts, &all, context.options, None) },
+            threshold: if has_command { None } else { threshold(&parts, &all, context.options, None) },
         }
     }
 
     /// The threshold of a relation in time that a fault breaks, filtered.
     fn filtered(&self, relation: &Relation, fault: Fault, context: &ResidualContext<'_>) -> Option<Threshold> {
-        let mut signals: Vec<ParitySignal> = relation.terms.iter().map(|(known, ..)| *known).collect();
+        let mut signals: Vec<ParitySignal> = relation.terms.iter().map(|(signal, ..)| *signal).collect();
         signals.dedup();
         let own = match fault {
             Fault::Output(k) => ParitySignal::Output(k),
@@ -263,7 +263,7 @@ impl<'a> Subject<'a> {
         }
         let filter = context.options.filter.unwrap_or(FILTER * sample_time);
         let part = |signal: &ParitySignal| {
-            let terms = relation.terms.iter().filter(|(known, ..)| known == signal);
+            let terms = relation.terms.iter().filter(|(candidate, ..)| candidate == signal);
             let terms: Vec<(usize, f64)> = terms.map(|(_, derivative, x)| (*derivative, rational_to_f64(x))).collect();
             Part { reading: context.reading(*signal), pulse: pulse(&terms, relation.order(), filter, sample_time) }
         };
@@ -347,7 +347,7 @@ impl<'a> Subject<'a> {
     }
 
     fn faults(&self) -> Vec<Fault> {
-        (0..self.sensors).map(Fault::Output).chain(self.known.iter().map(|&k| Fault::Input(k))).collect()
+        (0..self.sensors).map(Fault::Output).chain(self.commanded.iter().map(|&k| Fault::Input(k))).collect()
     }
 
     fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, context: &ResidualContext<'_>) -> Vec<FaultVerdict> {
@@ -357,8 +357,8 @@ impl<'a> Subject<'a> {
             Fault::Input(k) => self.system.inputs[*k].element.clone(),
         };
         let (groups, silent) = transfer.groups(&sensors, &faults, &self.unknown);
-        let found = relations(own, &faults, &self.known, &self.unknown);
-        let of_end = |end: &LinearSystem| relations(end, &faults, &self.known, &self.unknown);
+        let found = relations(own, &faults, &self.commanded, &self.unknown);
+        let of_end = |end: &LinearSystem| relations(end, &faults, &self.commanded, &self.unknown);
         let corners: Vec<[Option<Vec<Option<Broken>>>; 2]> =
             context.corners.iter().map(|ends| ends.each_ref().map(|end| end.as_ref().map(of_end))).collect();
         let rubbed: Vec<usize> = self.unknown.iter().chain(&self.frictions).copied().collect();
@@ -401,7 +401,7 @@ impl<'a> Subject<'a> {
     fn sets(&self, transfer: &Transfer) -> Vec<SensorSets> {
         let candidates: Vec<String> = self.outputs.iter().map(|output| output.name.clone()).collect();
         let goals = self
-            .known
+            .commanded
             .iter()
             .map(|&k| (format!("detect a fault of {}", self.system.inputs[k].element), Goal::Shows(k)));
         let every = [
@@ -410,7 +410,7 @@ impl<'a> Subject<'a> {
         ];
         let goals = goals.chain(every.map(|(text, goal)| (text.to_string(), goal)));
         let search = |(goal, goal_kind)| {
-            let found = smallest_sets(transfer, goal_kind, &self.known, &self.unknown);
+            let found = smallest_sets(transfer, goal_kind, &self.commanded, &self.unknown);
             let names = |set: Vec<usize>| set.into_iter().map(|k| candidates[k].clone()).collect();
             let sets = found.sets.into_iter().map(names).collect();
             SensorSets { goal, candidates: candidates.clone(), sets, exhaustive: found.all }

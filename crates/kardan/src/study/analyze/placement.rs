@@ -5,7 +5,7 @@ use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational, rational_to_f64};
 use crate::results::{Placement, PlacementSearch, Structure};
 use crate::study::AnalysisSpec;
-use crate::study::check::massless::Mechanical;
+use crate::study::check::massless_elimination::Mechanical;
 
 /// A state as a combination of angles and speeds.
 type Combination = Vec<(String, Rational)>;

@@ -38,7 +38,7 @@ pub(in crate::study) struct PointRequest<'a> {
     /// Positions of coordinates.
     pub at: &'a [(String, f64)],
     /// Speeds, torques, the time.
-    pub given: &'a OperatingConditions,
+    pub conditions: &'a OperatingConditions,
     /// Names of the inputs that may balance it.
     pub inputs: &'a [String],
     /// Elements that stick or are engaged.
@@ -94,7 +94,7 @@ pub(in crate::study) fn steady_point(
 ) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     let own = &variant.reduced;
-    let time = request.given.time.unwrap_or(0.0);
+    let time = request.conditions.time.unwrap_or(0.0);
     check_time(variant, time)?;
     let instant = Instant { time, ..Instant::default() };
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
@@ -102,7 +102,7 @@ pub(in crate::study) fn steady_point(
     let by_number = |list: &[(String, f64)]| -> Vec<(usize, f64)> {
         list.iter().filter_map(|(name, value)| Some((number(name)?, *value))).collect()
     };
-    let (positions, speeds) = (by_number(request.at), by_number(&request.given.speeds));
+    let (positions, speeds) = (by_number(request.at), by_number(&request.conditions.speeds));
     let rates: Vec<f64> = (own.coordinates.iter())
         .map(|shaft| speeds.iter().find(|(candidate, _)| candidate == shaft).map_or(0.0, |(_, speed)| *speed))
         .collect();
@@ -116,16 +116,17 @@ pub(in crate::study) fn steady_point(
     );
     let input = |name: &String| own.equations.inputs.iter().position(|candidate| candidate.element == *name);
     let torques: Vec<(usize, f64)> =
-        request.given.torques.iter().filter_map(|(name, torque)| Some((input(name)?, *torque))).collect();
+        request.conditions.torques.iter().filter_map(|(name, torque)| Some((input(name)?, *torque))).collect();
     let is_fixed = |k: &usize| torques.iter().any(|(candidate, _)| candidate == k);
     let inputs = request.inputs.iter().filter_map(input).filter(|k| !is_fixed(k)).collect();
-    let given = MotionSpec { positions, speeds, inputs, torques, enforced };
-    let found = steady_motion(&base, &start, &given).map_err(|why| no_steady_motion(&base, request, &given, why))?;
+    let motion_spec = MotionSpec { positions, speeds, inputs, torques, enforced };
+    let found = steady_motion(&base, &start, &motion_spec)
+        .map_err(|why| no_steady_motion(&base, request, &motion_spec, why))?;
     let mut notes = vec![format!("operating point: {}", describe_steady_motion(&base, &found))];
     notes.extend(describe_undetermined(&base, &found));
-    notes.extend(describe_nonsmooth_elements(own, &base, (&given.enforced, &found.sliding), (time, false)));
+    notes.extend(describe_nonsmooth_elements(own, &base, (&motion_spec.enforced, &found.sliding), (time, false)));
     let SteadyMotion { model, point, motion, .. } = found;
-    Ok(MovingPoint { model, point, motion, closed: elements_of(own, &given.enforced), notes })
+    Ok(MovingPoint { model, point, motion, closed: elements_of(own, &motion_spec.enforced), notes })
 }
 
 /// A speed as text: `car.v = 5.555556 m/s`, of a shaft also in turns.
@@ -281,16 +282,21 @@ fn describe_nonsmooth_elements(
 }
 
 /// The error that there is no steady motion.
-fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSpec, why: NoSteadyMotion) -> Diagnostic {
+fn no_steady_motion(
+    base: &Reduced,
+    request: &PointRequest<'_>,
+    motion_spec: &MotionSpec,
+    why: NoSteadyMotion,
+) -> Diagnostic {
     let equations = &base.equations;
     let signal = |k: usize| {
-        let (shaft, speed) = given.speeds[k];
+        let (shaft, speed) = motion_spec.speeds[k];
         format!("`{}`", format_speed(base, shaft, speed))
     };
     let inputs = |list: &[usize]| quoted(list.iter().map(|k| equations.inputs[*k].element.as_str()));
     match why {
         NoSteadyMotion::Turns(k) => {
-            let shaft = given.speeds[k].0;
+            let shaft = motion_spec.speeds[k].0;
             let name = &equations.coordinates[shaft];
             let [angle, _] = equations.domain(shaft).motion();
             let depends = depending(base, shaft);
@@ -325,7 +331,7 @@ fn no_steady_motion(base: &Reduced, request: &PointRequest<'_>, given: &MotionSp
         ),
         NoSteadyMotion::Unbalanced(name, torque, _) => {
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
-            let by = match (given.inputs.as_slice(), request.given.torques.is_empty()) {
+            let by = match (motion_spec.inputs.as_slice(), request.conditions.torques.is_empty()) {
                 ([], true) => "there is no motor that could balance it".to_string(),
                 ([], false) => "with the given torques no input remains to balance it".to_string(),
                 (some, _) => format!("{} cannot balance it", inputs(some)),

@@ -35,7 +35,7 @@ pub(in crate::study) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Des
     }
     design.canonical = canonical(&exact.system);
     design.zero_dynamics = match &exact.behind {
-        Some(polynomial) => zeros_alone(polynomial),
+        Some(polynomial) => zeros_of_polynomial(polynomial),
         None => zeros(&exact.system, plant),
     };
     let closed = &exact.closed;
@@ -206,7 +206,7 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     let Ok(found) = zero_dynamics(system) else {
         // Not for static feedback; the inverse has the same zeros.
         return flat_parametrisation(system)
-            .map_or_else(|_| ZeroDynamics::default(), |found| zeros_alone(&found.zeros));
+            .map_or_else(|_| ZeroDynamics::default(), |found| zeros_of_polynomial(&found.zeros));
     };
     let k = found.matrix.rows();
     let polynomial = found.polynomial.primitive().to_string();
@@ -224,15 +224,15 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
 }
 
 /// Zero dynamics of a known polynomial; without statements about their motions.
-fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
+fn zeros_of_polynomial(polynomial: &Polynomial) -> ZeroDynamics {
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
-        modes: roots(polynomial).iter().filter(|pole| pole.im >= 0.0).map(zero_mode_alone).collect(),
+        modes: roots(polynomial).iter().filter(|pole| pole.im >= 0.0).map(zero_mode_of_pole).collect(),
         stability: stability_of_roots(polynomial, Plane::Continuous),
     }
 }
 
-fn zero_mode_alone(pole: &Pole) -> ZeroMode {
+fn zero_mode_of_pole(pole: &Pole) -> ZeroMode {
     let natural_frequency = pole.abs();
     let damping_ratio = if natural_frequency > 0.0 { -pole.re / natural_frequency } else { 1.0 };
     let warning = warning(*pole, natural_frequency, damping_ratio);

@@ -5,7 +5,7 @@ use crate::num::LastDigits;
 use crate::reduce::laws_are_linear;
 use crate::results::{Analysis, StabilityVerdict};
 use crate::study::PreparedVariant;
-use crate::study::check::massless::Mechanical;
+use crate::study::check::massless_elimination::Mechanical;
 use crate::study::measure::signals::WorkingPoint;
 
 /// Number of trials with other numbers within the last digits of rounded ones.
@@ -43,7 +43,7 @@ fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) ->
     let reduced = &variant.reduced;
     let mut point = match variant.unfrozen {
         Some(_) => variant.point.clone(),
-        None => variant.relaxed_at(&at.position),
+        None => variant.unloaded_at(&at.position),
     };
     // Next to a kink the slopes are those of its side, whatever the exact position.
     if at.kinks.count() == 0 {

@@ -27,13 +27,13 @@ use crate::study::analyze::placement::Places;
 use crate::study::analyze::sensitivity::sensitivity;
 use crate::study::analyze::stability_at_point::judge_stability;
 use crate::study::check::kinks::Kinks;
-use crate::study::check::massless::{Mechanical, not_eliminated};
+use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
 use crate::study::measure::signals::{WorkingPoint, named};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
-use crate::synthesis::without_counting;
+use crate::synthesis::remove_counting_charges;
 
 /// The results that follow after the structure of a model.
 const REST: &str = "modes, the construction of inputs, bases and placement";
@@ -235,7 +235,7 @@ fn counting(found: &Structure, linear: &LinearSystem, non_angle_domains: &NonAng
     if found.minimal() || charges.is_empty() {
         return None;
     }
-    let (charges, hidden, rest) = without_counting(linear, &charges)?;
+    let (charges, hidden, rest) = remove_counting_charges(linear, &charges)?;
     let rest = structure(&rest).ok()?;
     let rest_controllable = !found.controllable() && rest.controllable();
     let rest_observable = !found.observable() && hidden && rest.observable();

@@ -63,7 +63,7 @@ pub(in crate::study) fn readings(variant: &PreparedVariant, outputs: &[OutputSig
 const DETECTION_PROBABILITY: f64 = 0.999;
 
 /// The least probability that one sample is within the threshold.
-const WITHIN: f64 = 0.7;
+const LEAST_INSIDE: f64 = 0.7;
 
 /// The number of samples of a filter, in time constants and orders, after which a pulse has decayed to 12 digits.
 const FORGOTTEN: usize = 15;
@@ -179,7 +179,7 @@ pub(in crate::study) fn threshold(
     let debounce = options.debounce.max(1);
     let rate = options.false_alarms_per_hour * sample_time / 3600.0;
     let independent = if filter.is_none() { debounce } else { 1 };
-    let beyond = if noise > 0.0 { exp(ln(rate) / independent as f64).min(1.0 - WITHIN) } else { 0.0 };
+    let beyond = if noise > 0.0 { exp(ln(rate) / independent as f64).min(1.0 - LEAST_INSIDE) } else { 0.0 };
     let quantile = if noise > 0.0 { two_sided_normal(beyond) } else { 0.0 };
     let threshold = steps + quantile * noise;
     // All samples of the debounce are beyond it, each with its part of the failure probability.

@@ -88,7 +88,7 @@ impl Inverse {
     }
 
     /// Whether torques stay within a fraction of the limits.
-    pub fn within_limits(&self, torques: &[f64], part: f64) -> bool {
+    pub fn meets_limits(&self, torques: &[f64], part: f64) -> bool {
         let fits = |(torque, limit): (&f64, &Option<f64>)| limit.is_none_or(|limit| torque.abs() <= part * limit);
         torques.iter().zip(&self.limits).all(fits)
     }

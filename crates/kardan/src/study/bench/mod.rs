@@ -332,7 +332,7 @@ fn prepare_excluding(
 fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
     if let Some(name) = &settings.variant {
         let names = || variants.iter().map(|variant| variant.name.as_str());
-        return names().position(|known| known == name).ok_or_else(|| {
+        return names().position(|candidate| candidate == name).ok_or_else(|| {
             let help = unknown_name(name, names());
             Box::new(
                 Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help),
@@ -365,9 +365,9 @@ fn true_values(
     notes: &mut Vec<String>,
     out: &mut Vec<Diagnostic>,
 ) -> Truth {
-    let Some(given) = &settings.truth else {
+    let Some(requested_truth) = &settings.truth else {
         return match &spec.truth {
-            Some(entries) => truth.given(document, own, entries, out),
+            Some(entries) => truth.with_values(document, own, entries, out),
             None => {
                 notes.push(format!(
                     "The file has no true values: kardan drew each inertia, damping and friction within {} % of its value.",
@@ -378,12 +378,12 @@ fn true_values(
         };
     };
     let mut diagnostics = Vec::new();
-    let read = value(&Kind::Overrides, "the true values", &Entry::from(given.raw()), &mut diagnostics);
+    let read = value(&Kind::Overrides, "the true values", &Entry::from(requested_truth.raw()), &mut diagnostics);
     let entries = match read.map(|read| read.value) {
         Some(Value::Map(entries)) => entries,
         _ => Vec::new(),
     };
-    let truth = truth.given(document, own, &entries, &mut diagnostics);
+    let truth = truth.with_values(document, own, &entries, &mut diagnostics);
     out.extend(diagnostics.into_iter().map(|diagnostic| Diagnostic {
         message: format!("the given true values: {}", diagnostic.message),
         labels: Vec::new(),
@@ -611,7 +611,7 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -
             format!("the speeds of all coordinates have {looked} combinations"),
             "choose fewer levels, or sines or steps".to_string(),
         ),
-        Refusal::TooFew { candidates, looked, count } => (
+        Refusal::NotEnough { candidates, looked, count } => (
             "points",
             format!(
                 "of {looked} set points only {candidates} satisfy the limits of speeds and torques, and the plan needs {count}"

@@ -124,7 +124,7 @@ pub(super) enum Refusal {
     /// There are too many combinations to evaluate.
     TooMany(usize),
     /// Too few candidates satisfy the limits.
-    TooFew { candidates: usize, looked: usize, count: usize },
+    NotEnough { candidates: usize, looked: usize, count: usize },
     /// This motion cannot distinguish the requested parameters.
     Undetermined(Vec<String>),
     /// The choice does not determine everything.
@@ -236,7 +236,7 @@ impl Planner<'_> {
             candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
         let count = self.count(candidates.len());
         if candidates.len() < count {
-            return Err(Refusal::TooFew { candidates: candidates.len(), looked, count });
+            return Err(Refusal::NotEnough { candidates: candidates.len(), looked, count });
         }
         let selection = d_optimal(&blocks, count).ok_or(Refusal::Singular)?;
         let found = information(&blocks, selection.chosen.iter().copied());
@@ -488,7 +488,7 @@ impl Rating {
         let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
         let slow = |(w, limit): (&f64, &f64)| w.abs() <= limit * (1.0 + 1e-9);
         let fits = driven
-            && self.inverse.within_limits(&torques, TORQUE)
+            && self.inverse.meets_limits(&torques, TORQUE)
             && self.inverse.work.kinematics.speeds.iter().zip(limits).all(slow);
         self.torques = torques;
         fits

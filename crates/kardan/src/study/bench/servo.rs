@@ -207,7 +207,7 @@ impl Block for Servo {
                 + w * w * w * self.integral[i];
         }
         self.inverse.torques(&self.planned, rates, &self.commanded, out);
-        let free = self.inverse.within_limits(out, 1.0);
+        let free = self.inverse.meets_limits(out, 1.0);
         for i in 0..r {
             if free {
                 self.integral[i] += self.period * (self.planned[i] - self.position[i]);

@@ -197,7 +197,7 @@ pub(in crate::study) fn check(document: &Document, settings: &[Setting], out: &m
     if !document.bench.values.is_empty() {
         let spec = Spec::read(document, settings, out);
         if let Some(entries) = &spec.truth {
-            Truth::new(document, &[]).given(document, settings, entries, out);
+            Truth::new(document, &[]).with_values(document, settings, entries, out);
         }
     }
 }

@@ -29,7 +29,7 @@ impl Truth {
     }
 
     /// The explicit values.
-    pub fn given(
+    pub fn with_values(
         mut self,
         document: &Document,
         settings: &[Setting],

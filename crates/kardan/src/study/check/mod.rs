@@ -4,7 +4,7 @@ pub(super) mod debounce;
 pub(super) mod effort;
 pub(super) mod extrapolation_warnings;
 pub(super) mod kinks;
-pub(super) mod massless;
+pub(super) mod massless_elimination;
 pub(super) mod massless_motions;
 pub(super) mod model_checks;
 pub(super) mod multiplier_constraints;

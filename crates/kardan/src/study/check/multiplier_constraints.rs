@@ -354,7 +354,7 @@ impl RestPoint {
             point_notes.push(format!("operating point: satisfies the constraints, {}", format_position(own, &start)));
         }
         if own.equations.laws.is_empty() {
-            return Ok(Self { point: OperatingPoint::relaxed(&start), multipliers: vec![0.0; count], point_notes });
+            return Ok(Self { point: OperatingPoint::unloaded(&start), multipliers: vec![0.0; count], point_notes });
         }
         if spec.at.is_empty() {
             let Rest { position, rates, multipliers, found, more, .. } = Rest::near(own, &start)?;

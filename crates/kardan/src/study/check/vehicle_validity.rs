@@ -19,7 +19,7 @@ const PAIRS: [(&str, [&str; 2], &str); 4] = [
 
 /// Warnings about cars that drive backwards, slide sideways, have a road without friction, or have both wheels of a side or an axle off the
 /// ground, where the tyre model is not valid. Evaluated in the rows of the run.
-pub(in crate::study) fn backwards(model: &Model, series: &Series) -> Vec<String> {
+pub(in crate::study) fn vehicle_warnings(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
     let sentence = |car: &str| {
         let speed = series.signal(&format!("{car}.v_x"))?;

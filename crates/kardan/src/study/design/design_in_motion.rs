@@ -17,7 +17,7 @@ pub(in crate::study) struct MotionRequest {
     /// Positions of coordinates by name, rad.
     pub at: Vec<(String, f64)>,
     /// Speeds, torques, the time.
-    pub given: OperatingConditions,
+    pub conditions: OperatingConditions,
     /// Its span in the file.
     pub place: Place,
 }
@@ -67,15 +67,15 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
 
 fn found(variant: &PreparedVariant, request: &MotionRequest) -> Result<MovingPoint, Diagnostic> {
     let spec = &variant.analysis;
-    let time_only = OperatingConditions { time: request.given.time, ..OperatingConditions::default() };
-    if let Some(time) = request.given.time.filter(|_| request.at.is_empty() && request.given == time_only) {
+    let time_only = OperatingConditions { time: request.conditions.time, ..OperatingConditions::default() };
+    if let Some(time) = request.conditions.time.filter(|_| request.at.is_empty() && request.conditions == time_only) {
         return point_of_run(variant, time);
     }
     let commanded = variant.model.controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
     let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
     let request = PointRequest {
         at: &request.at,
-        given: &request.given,
+        conditions: &request.conditions,
         inputs: &balancing(variant, &commanded.collect::<Vec<_>>()),
         stuck: &stuck,
         start: &variant.scenario.position,

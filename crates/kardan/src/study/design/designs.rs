@@ -179,7 +179,7 @@ fn design_own(
         ));
     }
     let mut changed =
-        project.changed(|model| model.control_of(&own, keyword, keys).only_control(&own).without_signals(&reserved));
+        project.changed(|model| model.control_of(&own, keyword, keys).only_control(&own).remove_signals(&reserved));
     if let Some(feedback) = &settings.feedback {
         changed = with_feedback(&changed, &own, feedback)?;
     }
@@ -516,7 +516,7 @@ fn add_margins(
         _ => {}
     }
     if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
-        design.closed_loop_poles = without_counters(poles, design.integrals_without_effect.len());
+        design.closed_loop_poles = remove_counter_poles(poles, design.integrals_without_effect.len());
         design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));
@@ -546,7 +546,7 @@ fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks
 }
 
 /// Poles without as many at zero as there are integrators without effect (charges).
-fn without_counters(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
+fn remove_counter_poles(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
     for _ in 0..counters {
         let at_zero = poles.iter().position(|pole| *pole == Pole::default());
         at_zero.map(|place| poles.remove(place));

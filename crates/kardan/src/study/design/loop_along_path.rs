@@ -21,7 +21,7 @@ const MOST_HALF_TURNS: f64 = 4.0;
 /// Steps for relaxing springs at a position.
 const RELAXATIONS: usize = 20;
 /// Twist below which a spring counts as relaxed, rad.
-const RELAXED: f64 = 1e-10;
+const LARGEST_TWIST: f64 = 1e-10;
 
 /// Positions along one motion of the joints.
 pub(in crate::study) struct Path {
@@ -183,7 +183,7 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
         let position = |k: usize| {
             let by = length * k as f64 / count as f64;
             let guess: Vec<f64> = direction.iter().map(|x| by * x).collect();
-            let position = relaxed(reduced, guess)?;
+            let position = unloaded_position(reduced, guess)?;
             Some((position[first], position))
         };
         let coordinates = names.iter().zip(&direction).filter(|(_, x)| **x != 0.0).map(|(name, _)| name.clone());
@@ -193,7 +193,7 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
 }
 
 /// The position next to this one with the same spring twists as at zero; `None` if none is found.
-fn relaxed(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
+fn unloaded_position(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
     let rows: Vec<Vec<(usize, f64)>> = reduced.equations.springs.iter().map(|spring| spring.row_f64()).collect();
     let r = position.len();
     let mut kinematics = Kinematics::new(reduced);
@@ -206,7 +206,7 @@ fn relaxed(reduced: &Reduced, mut position: Vec<f64>) -> Option<Vec<f64>> {
     for _ in 0..RELAXATIONS {
         kinematics.update(&position, &still);
         let twist: Vec<f64> = twists(&kinematics).iter().zip(&rest).map(|(now, rest)| now - rest).collect();
-        if twist.iter().all(|twist| twist.abs() < RELAXED) {
+        if twist.iter().all(|twist| twist.abs() < LARGEST_TWIST) {
             return Some(position);
         }
         let slopes = Matrix::from_fn(rows.len(), r, |i, j| {
@@ -285,8 +285,8 @@ fn place(coordinates: &str, at: f64) -> String {
     if coordinates.is_empty() {
         return String::new();
     }
-    let stand = if coordinates.contains([' ', ',']) { "are" } else { "is" };
-    format!(" where {coordinates} {stand} at {:.1} deg", at.to_degrees())
+    let verb = if coordinates.contains([' ', ',']) { "are" } else { "is" };
+    format!(" where {coordinates} {verb} at {:.1} deg", at.to_degrees())
 }
 
 /// Important warnings for a design.

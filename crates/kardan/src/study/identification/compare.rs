@@ -5,7 +5,7 @@ use kardan_rt::functions::powi;
 use super::extra::{ExtraTerm, Law, law_parameters};
 use super::fitting::{Chosen, cross_validated, fit_options};
 use super::laws::silence_law;
-use super::plant::{Plant, columns, plant_without};
+use super::plant::{Plant, columns, plant_excluding};
 use super::request::{CandidateSpec, FitRequest, Method, request};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;
@@ -116,7 +116,7 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Re
     // Terms that are not among its parameters are removed from the model, not taken from the file.
     let silent: Vec<&UnknownParameter> =
         whole.request.unknowns.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
-    let mut trial = plant_without(whole.plant, &silent);
+    let mut trial = plant_excluding(whole.plant, &silent);
     for name in law_parameters(&whole.request.extras).iter().filter(|name| !spec.parameters.contains(name)) {
         silence_law(&mut trial.reduced.equations, name);
     }

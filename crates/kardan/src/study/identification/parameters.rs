@@ -418,8 +418,8 @@ fn own_value(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>
     let number = columns.coefficients.iter().position(|one| one.name == name)?;
     let with =
         columns.identifiable.iter().find(|(identifiable, _)| *identifiable == number).map_or(&[][..], |(_, with)| with);
-    let known_part: f64 =
+    let fixed_part: f64 =
         with.iter().map(|(other, factor)| factor * fitted.request.unknowns[*other].before.unwrap_or(0.0)).sum();
-    let value = found.value? - known_part;
+    let value = found.value? - fixed_part;
     value.is_finite().then_some(value)
 }

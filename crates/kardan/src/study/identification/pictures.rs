@@ -11,15 +11,15 @@ use crate::results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
 /// Points of a picture.
 const POINTS: usize = 2000;
 
-/// A subset of a list at a constant stride, of limited length.
-fn stride(count: usize) -> usize {
+/// A subset of a list at a constant step, of limited length.
+fn picture_step(count: usize) -> usize {
     count.div_ceil(POINTS).max(1)
 }
 
 /// Measured and predicted torques.
 pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
     let Fitted { samples, fit, cross_validated, .. } = fitted;
-    let step = stride(samples.len());
+    let step = picture_step(samples.len());
     let point = |k: usize, row: usize| {
         let place = samples.places[k];
         let predicted = cross_validated
@@ -93,7 +93,7 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
         }
     }
     let (mut points, mut line) = (Vec::new(), Vec::new());
-    for k in (0..samples.len()).step_by(stride(samples.len())) {
+    for k in (0..samples.len()).step_by(picture_step(samples.len())) {
         let speed = dot(direction, samples.motion(k, 1));
         let model = own_fit.prediction(samples, k, row) / share;
         let residual = (samples.y(k)[row] - fit.prediction(samples, k, row)) / share;

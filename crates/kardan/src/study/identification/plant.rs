@@ -299,7 +299,7 @@ pub(super) fn columns(plant: &Plant, request: &FitRequest, method: Method) -> Co
 }
 
 /// A plant in which some parameters are zero.
-pub(super) fn plant_without(plant: &Plant, silent: &[&UnknownParameter]) -> Plant {
+pub(super) fn plant_excluding(plant: &Plant, silent: &[&UnknownParameter]) -> Plant {
     let mut out = plant.clone();
     for one in silent {
         for coefficient in coefficients(&out.reduced.equations, &[(*one).clone()]) {

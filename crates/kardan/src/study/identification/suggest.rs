@@ -171,20 +171,20 @@ fn not_tried(whole: &Whole<'_>) -> Vec<String> {
 }
 
 /// A number with few digits for the file.
-fn few_digits(x: f64) -> f64 {
+fn round_to_two_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(0.0)
 }
 
 /// A twist that certainly exceeds the backlash of a spring: more than half the width identified with it. None if that is nearly the
 /// largest twist.
 fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f64) -> Option<f64> {
-    let mut clear = few_digits(CLEAR * largest);
+    let mut clear = round_to_two_digits(CLEAR * largest);
     for _ in 0..CLEARINGS {
         let half = half_width(whole, material, spring, clear)?;
         if half * JUST_BEYOND < clear {
             return Some(clear);
         }
-        clear = few_digits(BEYOND * half);
+        clear = round_to_two_digits(BEYOND * half);
         if clear > CLEAREST * largest {
             return None;
         }

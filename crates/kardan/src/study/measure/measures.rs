@@ -164,7 +164,7 @@ fn overshoot(window: Window<'_>, target: Option<f64>) -> Result<Measured, &'stat
 }
 
 /// The target and the half width of the band around it.
-fn band_around(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (f64, f64) {
+fn target_band(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (f64, f64) {
     let values = window.values;
     let target = target.unwrap_or(values[values.len() - 1]);
     let band = match band.unwrap_or(Band::Part(0.02)) {
@@ -176,7 +176,7 @@ fn band_around(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (
 
 /// The time of the first entry of a signal into the band around its target, from the begin of the window.
 fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
-    let (target, band) = band_around(window, target, band);
+    let (target, band) = target_band(window, target, band);
     let values = window.values;
     // A straight line through the band between two rows counts as inside too.
     let inside = |k: &usize| {
@@ -192,7 +192,7 @@ fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Res
 
 /// The time of the last entry of a signal into the band around its target, from the begin of the window.
 fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
-    let (target, band) = band_around(window, target, band);
+    let (target, band) = target_band(window, target, band);
     let values = window.values;
     let last = values.len() - 1;
     let outside = |k: &usize| (values[*k] - target).abs() > band;

@@ -43,7 +43,7 @@ struct Crossing {
 }
 
 /// The zero crossings, rising or falling.
-fn passages(over: &[f64], rising: bool) -> Vec<Crossing> {
+fn zero_crossings(over: &[f64], rising: bool) -> Vec<Crossing> {
     let mut out = Vec::new();
     let mut last: Option<usize> = None;
     for (k, y) in over.iter().enumerate().filter(|(_, y)| **y != 0.0) {
@@ -64,7 +64,7 @@ fn mean_of(found: &[f64]) -> f64 {
 /// The slope where the other signal has a rising zero crossing.
 fn gradient(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     let slope = |p: &Crossing| (values[p.behind] - values[p.before]) / (over[p.behind] - over[p.before]);
-    let found: Vec<f64> = passages(over, true).iter().map(slope).collect();
+    let found: Vec<f64> = zero_crossings(over, true).iter().map(slope).collect();
     if found.is_empty() {
         return Err("the signal `over` never passes zero rising in its window");
     }
@@ -89,7 +89,7 @@ fn slope(window: Window<'_>, over: &[f64]) -> Result<f64, &'static str> {
 fn hysteresis(values: &[f64], over: &[f64]) -> Result<f64, &'static str> {
     let branch = |rising: bool| -> Vec<f64> {
         let at = |p: &Crossing| values[p.before] + p.part * (values[p.behind] - values[p.before]);
-        passages(over, rising).iter().map(at).collect()
+        zero_crossings(over, rising).iter().map(at).collect()
     };
     let (rising, falling) = (branch(true), branch(false));
     if rising.is_empty() || falling.is_empty() {

@@ -93,12 +93,12 @@ impl WorkingPoint {
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
         let request = PointRequest {
             at: &spec.at,
-            given: &spec.given,
+            conditions: &spec.conditions,
             inputs: &balancing(variant, &inputs),
             stuck: &stuck,
             start: &position,
         };
-        if spec.given.moves() {
+        if spec.conditions.moves() {
             return Self::in_motion(variant, &request, (inputs, outputs), notes);
         }
         let mut own = notes.clone();
@@ -115,7 +115,7 @@ impl WorkingPoint {
         notes.extend(describe_clutches(reduced, &stuck));
         let system = match variant.unfrozen {
             Some(_) => ConstrainedSystem::at_point(reduced, &variant.point, &stuck, &inputs),
-            None => ConstrainedSystem::at_point(reduced, &variant.relaxed_at(&position), &stuck, &inputs),
+            None => ConstrainedSystem::at_point(reduced, &variant.unloaded_at(&position), &stuck, &inputs),
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
@@ -146,9 +146,9 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let of_run = request.given.time.filter(|time| {
+        let of_run = request.conditions.time.filter(|time| {
             request.at.is_empty()
-                && *request.given == OperatingConditions { time: Some(*time), ..OperatingConditions::default() }
+                && *request.conditions == OperatingConditions { time: Some(*time), ..OperatingConditions::default() }
         });
         let found = match of_run {
             Some(time) => point_of_run(variant, time),
@@ -198,7 +198,7 @@ fn at_initial_speeds(
     if speeds.is_empty() || !request.at.is_empty() {
         return None;
     }
-    let given = OperatingConditions { speeds, ..OperatingConditions::default() };
+    let conditions = OperatingConditions { speeds, ..OperatingConditions::default() };
     let mut own = notes.clone();
     own.push(
         "there is no equilibrium at rest: the analysis uses steady motion at the speeds of `initial`; `at` of \
@@ -206,7 +206,8 @@ fn at_initial_speeds(
             .into(),
     );
     let found =
-        WorkingPoint::in_motion(variant, &PointRequest { given: &given, ..*request }, signals, &mut own).ok()?;
+        WorkingPoint::in_motion(variant, &PointRequest { conditions: &conditions, ..*request }, signals, &mut own)
+            .ok()?;
     *notes = own;
     Some(Ok(found))
 }
@@ -243,7 +244,7 @@ fn working_position(
     } else {
         (position, 0.0)
     };
-    let kinks = check_slopes(variant, law_slopes_at(reduced, &variant.relaxed_at(&position)), notes)?;
+    let kinks = check_slopes(variant, law_slopes_at(reduced, &variant.unloaded_at(&position)), notes)?;
     Ok((position, off, kinks))
 }
 

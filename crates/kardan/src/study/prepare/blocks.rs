@@ -124,7 +124,7 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
     }
     let found = blocks(variant, &variant.loop_plant());
     let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
-    let where_they_stand = if found.nonlinear { ", linearised at rest" } else { "" };
+    let linearisation_note = if found.nonlinear { ", linearised at rest" } else { "" };
     let names = quoted(names.iter().map(String::as_str));
     let margins = match searches(&found.of_loop, law.clock()) {
         true => "map and margins include the blocks that the loop closes through",
@@ -133,7 +133,8 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
              blocks as independent inputs, as they are many with other sample times"
         }
     };
-    let note = format!("the design treats its references as independent inputs; {margins}{where_they_stand}: {names}");
+    let note =
+        format!("the design treats its references as independent inputs; {margins}{linearisation_note}: {names}");
     let open = format!(
         "stability and margins are those with {} open, which blocks engage at the start of the run",
         quoted(found.engaged.iter().map(String::as_str))

@@ -54,10 +54,10 @@ impl NamedPoint {
             let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
             let what = format!("control `{}`", control.name);
             let place = TableReader::place(&own.table, "at");
-            let (at, given) =
+            let (at, conditions) =
                 operating_point((&own.table, &what), (document, &reduced.equations), Some(&names), &reader, out);
-            if given.moves() {
-                add_motion(control, MotionRequest { at, given, place }, &mut motion, out);
+            if conditions.moves() {
+                add_motion(control, MotionRequest { at, conditions, place }, &mut motion, out);
                 continue;
             }
             for (shaft, angle) in at {
@@ -119,7 +119,7 @@ impl NamedPoint {
     /// Why the motors do not balance the model at the named point.
     pub fn find(&self, reduced: &Reduced) -> Result<Found, String> {
         let multiplier_constraints = &reduced.equations.multiplier_constraints;
-        let default = OperatingPoint::relaxed(&self.start);
+        let default = OperatingPoint::unloaded(&self.start);
         let nothing = |point_note, no_equilibrium| Found {
             point: default.clone(),
             multipliers: vec![0.0; multiplier_constraints.len()],
@@ -280,7 +280,7 @@ fn add_motion(
         return;
     }
     match motion {
-        Some(first) if (&first.at, &first.given) != (&request.at, &request.given) => out.push(
+        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => out.push(
             Diagnostic::error(
                 "control::operating-point",
                 format!("`at` of control `{name}`: another controller names another motion"),

@@ -189,8 +189,8 @@ impl PreparedVariant {
     }
 
     /// A position with relaxed springs, on the analysed side of the kinks of the variant.
-    pub(in crate::study) fn relaxed_at(&self, position: &[f64]) -> OperatingPoint {
-        OperatingPoint { side: self.point.side.clone(), ..OperatingPoint::relaxed(position) }
+    pub(in crate::study) fn unloaded_at(&self, position: &[f64]) -> OperatingPoint {
+        OperatingPoint { side: self.point.side.clone(), ..OperatingPoint::unloaded(position) }
     }
 
     /// The linear model at the operating point.

@@ -144,7 +144,7 @@ impl Project {
         for value in values {
             remarks.extend(assign(&mut entries, value.as_ref())?);
         }
-        entries.settle();
+        entries.assign_places();
         Ok((self.again(entries), remarks))
     }
 

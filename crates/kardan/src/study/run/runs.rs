@@ -17,7 +17,7 @@ use crate::study::check::extrapolation_warnings::{broken_rules, extrapolation_wa
 use crate::study::check::multiplier_constraints::frozen_variant;
 use crate::study::check::quantisation_ambiguity::UndecidedReadings;
 use crate::study::check::redundant_torques::redundancy_notes;
-use crate::study::check::vehicle_validity::backwards;
+use crate::study::check::vehicle_validity::vehicle_warnings;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
@@ -432,7 +432,7 @@ pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, m
     notes.extend(redundancy_notes(&variant.reduced));
     notes.extend(extrapolation_warnings(&variant.reduced, &variant.model.programs, &result.series));
     notes.extend(broken_rules(&variant.model.programs, &result.series));
-    notes.extend(backwards(&variant.model, &result.series));
+    notes.extend(vehicle_warnings(&variant.model, &result.series));
     notes.extend(of_figures);
     for Judged { result, note } in judged {
         requirements.push(result);

@@ -107,8 +107,8 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
         .zip(&found)
         .map(|(effect, found)| measured_effect(effect, found.as_ref().ok().copied()))
         .collect();
-    let in_time = detected_after
-        .is_some_and(|after| spec.detection_time_limit.is_none_or(|within| after <= within * (1.0 + 1e-9)));
+    let in_time =
+        detected_after.is_some_and(|after| spec.detection_time_limit.is_none_or(|limit| after <= limit * (1.0 + 1e-9)));
     let verdict = match run.failed.as_ref().or(free.failed.as_ref()) {
         Some(_) => SafetyVerdict::Failed,
         None => verdict(&effects, in_time, detected_after.is_some()),

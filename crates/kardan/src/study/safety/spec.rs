@@ -84,7 +84,7 @@ pub(in crate::study) fn safety_spec<'a>(
         effects: Vec::new(),
         monitors: monitors(document),
     };
-    check_alone(document, &spec, out);
+    check_missing_keys(document, &spec, out);
     let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
     let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
     let Some(Value::Tables(tables)) = table.values.get("effect").map(|found| &found.value) else {
@@ -260,7 +260,7 @@ fn monitors(document: &Document) -> Vec<String> {
 }
 
 /// Reports keys without effect because another one is missing.
-fn check_alone(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
+fn check_missing_keys(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
     let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     if spec.detection_time_limit.is_some() && !here("detected") {
@@ -302,9 +302,9 @@ fn effect<'a>(
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
     let difference = read_word(table, "baseline") != Some("zero");
     let display = measuring.unit_of_bounds(table, found.dimension);
-    let within = if window.is_finite() { format!(" within {window} s") } else { String::new() };
+    let window_text = if window.is_finite() { format!(" within {window} s") } else { String::new() };
     let against = if difference { ", against no fault" } else { "" };
-    let text = format!("{} {signal}{within}{against}", measure.word());
+    let text = format!("{} {signal}{window_text}{against}", measure.word());
     let (unit, [below, above]) = (found.physical.unit().to_string(), bounds);
     let definition = SafetyEffect { name, text, unit, display, below, above };
     Some(Effect { definition, signal: found.name, measure, window, difference })

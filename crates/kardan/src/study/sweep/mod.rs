@@ -298,11 +298,11 @@ impl Project {
             (found.iter_mut().collect(), Vec::new());
         for (number, lanes) in batch.iter().enumerate() {
             let Some(lanes) = lanes else { continue };
-            let (mut own, others): (Vec<_>, Vec<_>) = remaining.into_iter().partition(|row| row.variant == number);
+            let (mut own, other_rows): (Vec<_>, Vec<_>) = remaining.into_iter().partition(|row| row.variant == number);
             let filled = lanes.fill(prepared, &mut own, &|| counted.count(1));
             let (done, open): (Vec<_>, Vec<_>) = own.into_iter().zip(filled).partition(|(_, filled)| *filled);
             all_compared.extend(done.into_iter().map(|(row, _)| row).filter(|row| row.sample % apart == 0));
-            remaining = open.into_iter().map(|(row, _)| row).chain(others).collect();
+            remaining = open.into_iter().map(|(row, _)| row).chain(other_rows).collect();
         }
         let compare = |row: &mut SweepRow| {
             let mut rerun = SweepRow { reason: String::new(), ..row.clone() };

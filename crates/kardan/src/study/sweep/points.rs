@@ -99,7 +99,7 @@ pub(super) enum Axis {
         shift: f64,
     },
     Levels {
-        stride: u64,
+        samples_per_level: u64,
         count: u64,
     },
     /// With the same axis of the other sample, and the number of its factor.
@@ -139,7 +139,7 @@ pub(super) fn axes<'d>(
     let default_factors: Vec<usize> = (0..spread.len()).collect();
     let factors = if factors.is_empty() { &default_factors } else { factors };
     let group = sampling.group(moved(factors));
-    let (mut stride, mut base) = (1u64, 1u64);
+    let (mut samples_per_level, mut base) = (1u64, 1u64);
     let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
         let mut random = Random::named(seed, name);
         match sampling {
@@ -156,9 +156,9 @@ pub(super) fn axes<'d>(
             }
             SamplingMethod::Levels(levels) => {
                 let count = distribution.levels(levels);
-                let own = stride;
-                stride = stride.saturating_mul(count);
-                Axis::Levels { stride: own, count }
+                let own = samples_per_level;
+                samples_per_level = samples_per_level.saturating_mul(count);
+                Axis::Levels { samples_per_level: own, count }
             }
             SamplingMethod::Saltelli => {
                 let mut sobol = |k: usize| {
@@ -226,7 +226,9 @@ impl Axis {
             }
             // From the one end to the other, exactly.
             Self::Levels { count: 1, .. } => return 0.5,
-            Self::Levels { stride, count } => return (number / stride % count) as f64 / (count - 1) as f64,
+            Self::Levels { samples_per_level, count } => {
+                return (number / samples_per_level % count) as f64 / (count - 1) as f64;
+            }
         };
         place.clamp(f64::MIN_POSITIVE, 1.0 - 0.5 * f64::EPSILON)
     }

@@ -44,7 +44,7 @@ pub(super) fn parameter<'d>(
     out: &mut Vec<Diagnostic>,
 ) -> Option<&'d Parameter> {
     let Some(parameter) = document.declared(name) else {
-        if let Some(found) = document.without_tolerance(name) {
+        if let Some(found) = document.untoleranced_value(name) {
             out.push(no_tolerance(&found, name, label).at(place.clone(), "no tolerance"));
         } else if !document.suppressed.has_key(name) {
             let names = || document.all_parameters().map(|parameter| parameter.name.as_str());

@@ -1,3 +1,5 @@
+//! Rows that annihilate the reachable space, from several primes.
+
 use super::rows::columns;
 use crate::num::{Matrix, ModularMatrix, PrimeField, Rational, Reconstruction, Scalar, prime_below, reachable};
 

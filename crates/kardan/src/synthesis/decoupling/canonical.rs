@@ -1,3 +1,5 @@
+//! The canonical form of a decoupled system.
+
 use super::annihilator::annihilator;
 use super::relative_degree::{chain, relative_degrees};
 use super::rows::{RowSpan, primitive, row_times, stack, unit, unit_place};

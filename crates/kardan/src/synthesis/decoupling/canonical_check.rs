@@ -1,3 +1,5 @@
+//! Checks the definition of a canonically decoupled system.
+
 use super::annihilator::annihilator;
 use super::canonical::CanonicalForm;
 use crate::num::{Matrix, Rational, Scalar};

@@ -1,3 +1,5 @@
+//! The required dynamics of decoupled channels, and their feedback.
+
 use crate::num::{Polynomial, Rational, Scalar};
 
 /// The required dynamics of a channel: its output follows the reference with the poles of a polynomial p_i,

@@ -1,3 +1,5 @@
+//! Decides whether static state feedback can decouple outputs.
+
 use super::relative_degree::{RelativeDegrees, relative_degrees};
 use super::rows::{difference, primitive, stack};
 use crate::analysis::{LinearSystem, combination};

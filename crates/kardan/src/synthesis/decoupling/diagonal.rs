@@ -1,3 +1,5 @@
+//! Which entries of a transfer matrix couple channels.
+
 use super::relative_degree::assert_explicit;
 use super::rows::{RowSpan, row_times};
 use crate::analysis::LinearSystem;

@@ -1,3 +1,5 @@
+//! The exact gains of a static decoupling.
+
 use super::decouplable::{NotDecouplable, closed, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
 use super::rows::{row_times, stack};

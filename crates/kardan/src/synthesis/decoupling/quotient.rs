@@ -1,3 +1,5 @@
+//! Removes the unobservable part of a system.
+
 use std::collections::BTreeSet;
 
 use super::annihilator::annihilator;
@@ -129,8 +131,8 @@ fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<
 /// A basis of the rows that vanish on the subspace, in whole numbers.
 fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
     let n = subspace.columns();
-    let backwards: Vec<usize> = (0..n).rev().collect();
-    let e = echelon(subspace, &backwards);
+    let descending: Vec<usize> = (0..n).rev().collect();
+    let e = echelon(subspace, &descending);
     let free = (0..n).filter(|j| !e.pivots.contains(j));
     free.map(|j| {
         let mut row = unit(j, n);

@@ -1,3 +1,5 @@
+//! Relative degrees of outputs.
+
 use super::rows::row_times;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar};

@@ -1,3 +1,5 @@
+//! The transfer matrix of a system over one denominator.
+
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 

@@ -1,3 +1,5 @@
+//! Products and matrices of exact rows.
+
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, UBig};
 

@@ -1,3 +1,5 @@
+//! Exact rational transfer functions.
+
 use std::fmt;
 
 use super::relative_degree::assert_explicit;

@@ -1,3 +1,5 @@
+//! The matrix of the zero dynamics.
+
 use super::decouplable::{NotDecouplable, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
 use super::resolvent::characteristic_polynomial;

@@ -1,3 +1,5 @@
+//! Static feedback that decouples blocks of outputs.
+
 use super::PolynomialMatrix;
 use super::polynomial_matrix::{constant, plus, scaled, times};
 use super::row_span::add;

@@ -1,3 +1,5 @@
+//! Dynamic extension: integrators before inputs that make outputs decouplable.
+
 use std::collections::BTreeSet;
 
 use super::notation::combination;

@@ -1,3 +1,5 @@
+//! Flat outputs: states and inputs as functions of them and their derivatives.
+
 use super::row_span::RowSpan;
 use super::{Obstruction, PolynomialMatrix, obstruction, structure_algorithm};
 use crate::analysis::LinearSystem;

@@ -1,3 +1,5 @@
+//! Writes combinations of signals and their derivatives as text.
+
 use super::polynomial_matrix::{is_zero, scaled};
 use crate::num::{Polynomial, Rational, Scalar, rational_to_f64};
 

@@ -1,3 +1,5 @@
+//! What obstructs independent control of outputs.
+
 use super::notation;
 use super::polynomial_matrix::{constant, derivative, is_zero, plus, scaled};
 use super::row_span::RowSpan;

@@ -1,3 +1,5 @@
+//! The finest partition of outputs into blocks that can be decoupled.
+
 use std::collections::BTreeMap;
 
 use super::silverman::structure_of_rows;

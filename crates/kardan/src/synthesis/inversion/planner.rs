@@ -1,3 +1,5 @@
+//! The planner that inverts a model for its references, as a linear block.
+
 use super::FlatParametrisation;
 use super::polynomial_matrix::is_zero;
 use crate::analysis::LinearSystem;

@@ -1,3 +1,5 @@
+//! Matrices of polynomials.
+
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
 
 /// A matrix of polynomials in s, stored row by row.

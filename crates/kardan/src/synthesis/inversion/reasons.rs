@@ -1,3 +1,5 @@
+//! Explains why outputs cannot be controlled independently.
+
 use super::Obstruction;
 use super::polynomial_matrix::{constant, derivative, is_zero, plus, times, value};
 use crate::analysis::{ConstrainedSystem, OutputSignal};

@@ -1,3 +1,5 @@
+//! The span of exact rows, built one row at a time.
+
 use crate::num::{Rational, Scalar};
 
 /// Independent rows, one added after the other, and how any row in their span is made of them. Exact.

@@ -1,3 +1,5 @@
+//! The structure algorithm of Silverman: inversion by differentiating outputs.
+
 use super::polynomial_matrix::{PolynomialMatrix, constant, derivative, plus, scaled};
 use super::row_span::{RowSpan, subtract};
 use crate::analysis::LinearSystem;

@@ -1,3 +1,5 @@
+//! The law `computed_torque`.
+
 use std::sync::Arc;
 
 use kardan_rt::{PositionLoop, Task};

@@ -1,3 +1,5 @@
+//! The law `decoupling`: decoupling by state feedback.
+
 use std::cell::RefCell;
 use std::sync::Arc;
 

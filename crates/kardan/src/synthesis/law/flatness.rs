@@ -1,3 +1,5 @@
+//! The law `flatness`: trajectories by inversion of the model.
+
 use std::sync::Arc;
 
 use crate::analysis::LinearSystem;

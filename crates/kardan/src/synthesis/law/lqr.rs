@@ -1,3 +1,5 @@
+//! The law `lqr`: a linear quadratic regulator.
+
 use std::sync::Arc;
 
 use kardan_rt::functions::powi;

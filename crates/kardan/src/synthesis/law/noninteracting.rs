@@ -1,3 +1,5 @@
+//! The law `noninteracting`: partial feedback linearisation.
+
 use std::sync::Arc;
 
 use kardan_rt::functions::powi;

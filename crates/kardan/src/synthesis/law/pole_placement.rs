@@ -1,3 +1,5 @@
+//! The law `pole_placement`.
+
 use std::sync::Arc;
 
 use crate::num::rational_to_f64;

@@ -1,3 +1,5 @@
+//! The law `position_loop` on one input.
+
 use std::sync::Arc;
 
 use crate::element::Values;

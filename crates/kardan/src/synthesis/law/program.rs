@@ -1,3 +1,5 @@
+//! The law `program`, written as expressions.
+
 use std::sync::Arc;
 
 use crate::element::Values;

@@ -1,3 +1,5 @@
+//! Margins of one channel of a loop.
+
 use std::f64::consts::TAU;
 
 use kardan_rt::functions::{atan, atan2};

@@ -1,3 +1,5 @@
+//! Frequency responses of a loop.
+
 use std::sync::Arc;
 
 use faer::linalg::solvers::DenseSolveCore;

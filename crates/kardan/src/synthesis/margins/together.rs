@@ -1,3 +1,5 @@
+//! Margins for simultaneous errors in several channels.
+
 use faer::{Mat, c64};
 use kardan_rt::functions::{exp, hypot, ln, powi};
 

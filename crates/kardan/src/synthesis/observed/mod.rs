@@ -69,8 +69,8 @@ impl Observed {
         let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
         let reduction = needed(&*law, plant, &system);
-        let needed_alone = extend(&reduction.system(&system), &reduction.columns(&torques), &states);
-        let (gain, poles, notes) = gain(values, &needed_alone)?;
+        let reduced_system = extend(&reduction.system(&system), &reduction.columns(&torques), &states);
+        let (gain, poles, notes) = gain(values, &reduced_system)?;
         let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
         let all = system.states.len();
         let (reduction, extended, floating) = match nonlinear && reduction.retained.len() < all {
@@ -79,7 +79,7 @@ impl Observed {
                 extend(&system, &torques, &states),
                 over_all(&floating, &reduction.retained, all),
             ),
-            false => (reduction, needed_alone, floating),
+            false => (reduction, reduced_system, floating),
         };
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);

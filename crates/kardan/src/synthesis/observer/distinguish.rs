@@ -1,3 +1,5 @@
+//! Which disturbances the sensors distinguish.
+
 use super::distinguishable::{in_proportion, sentences};
 use super::{Distinguishable, ObserverError, extend};
 use crate::analysis::LinearSystem;

@@ -1,3 +1,5 @@
+//! Errors of designing an observer.
+
 use crate::results::Pole;
 use crate::synthesis::notation::{format_poles, listed};
 use crate::synthesis::regulator::RiccatiError;

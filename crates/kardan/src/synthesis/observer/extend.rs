@@ -1,3 +1,5 @@
+//! Extends a system by constant disturbances as states.
+
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational};
 

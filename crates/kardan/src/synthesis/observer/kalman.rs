@@ -1,3 +1,5 @@
+//! The continuous Kalman filter.
+
 use super::ObserverError;
 use super::distinguish::hidden_states;
 use super::distinguishable::in_proportion;

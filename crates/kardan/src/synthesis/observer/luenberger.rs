@@ -1,3 +1,5 @@
+//! The gain of a Luenberger observer by pole placement.
+
 use super::ObserverError;
 use super::distinguish::{hidden_states, observable_constants};
 use super::distinguishable::in_proportion;

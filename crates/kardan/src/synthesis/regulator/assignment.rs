@@ -1,3 +1,5 @@
+//! Robust pole placement by a choice of eigenvectors.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use kardan_rt::functions::ln;

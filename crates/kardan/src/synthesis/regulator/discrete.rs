@@ -1,3 +1,5 @@
+//! The discrete linear quadratic regulator.
+
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 

@@ -1,3 +1,5 @@
+//! Exact poles and their polynomial.
+
 use crate::num::{Polynomial, Rational, Scalar, rational_to_f64};
 use crate::results::Pole;
 

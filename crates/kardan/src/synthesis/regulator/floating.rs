@@ -1,3 +1,5 @@
+//! Converts matrices for floating-point decompositions.
+
 use faer::Mat;
 
 use crate::num::Matrix;

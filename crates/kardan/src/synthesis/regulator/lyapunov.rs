@@ -1,3 +1,5 @@
+//! Solves Lyapunov equations.
+
 use faer::{Mat, c64};
 
 use super::floating::{finite, from_faer, scaled, to_faer};

@@ -1,3 +1,5 @@
+//! Lists of target poles: real poles and conjugate pairs.
+
 use kardan_rt::functions::hypot;
 
 use crate::results::{Complex, Pole};

@@ -1,3 +1,5 @@
+//! State feedback by pole placement.
+
 use faer::Mat;
 use kardan_rt::functions::{exp2, hypot, log2};
 
@@ -193,12 +195,12 @@ fn eigenvectors(
 }
 
 /// Largest distance of an achieved pole from the requested one, relative to that.
-fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
+fn mismatch(achieved: &[Pole], requested: &[Pole]) -> f64 {
     let size = |p: &Pole| hypot(p.re, p.im);
-    let largest = wishes.iter().map(size).fold(0.0, f64::max);
-    let distances = take_nearest(&mut achieved.to_vec(), wishes);
+    let largest = requested.iter().map(size).fold(0.0, f64::max);
+    let distances = take_nearest(&mut achieved.to_vec(), requested);
     let relative = |(d, target): (f64, &Pole)| if d > 0.0 { d / size(target).max(1e-3 * largest) } else { 0.0 };
-    distances.into_iter().zip(wishes).map(relative).fold(0.0, f64::max)
+    distances.into_iter().zip(requested).map(relative).fold(0.0, f64::max)
 }
 
 /// The exact rank of B; repeated poles must be possible with independent eigenvectors.

@@ -1,3 +1,5 @@
+//! The continuous linear quadratic regulator.
+
 use faer::Mat;
 
 use super::floating::{finite, from_faer, to_faer};
@@ -153,7 +155,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
         return Err(RiccatiError::NotFinite("system"));
     }
     if n == 0 || m == 0 {
-        return without_input(&a, &q, m);
+        return uncontrolled_regulator(&a, &q, m);
     }
     let found = riccati(&to_faer(&a), &to_faer(&b), &to_faer(&q), &to_faer(&r), &to_faer(&cross));
     let found = found.filter(|found| found.residual < 1e-6).ok_or(RiccatiError::NotSolved)?;
@@ -167,7 +169,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
 }
 
 /// Without inputs the cost of a stable system follows from a Lyapunov equation.
-fn without_input(a: &Matrix<f64>, q: &Matrix<f64>, inputs: usize) -> Result<Regulator, RiccatiError> {
+fn uncontrolled_regulator(a: &Matrix<f64>, q: &Matrix<f64>, inputs: usize) -> Result<Regulator, RiccatiError> {
     let found = lyapunov(&a.transpose(), q).map_err(|_| RiccatiError::NotSolved)?;
     Ok(Regulator {
         gain: Matrix::zeros(inputs, a.rows()),

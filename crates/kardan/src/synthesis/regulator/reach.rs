@@ -1,3 +1,5 @@
+//! Controllability chains of a system.
+
 use crate::analysis::{LinearSystem, controllable_rank};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use crate::results::Pole;

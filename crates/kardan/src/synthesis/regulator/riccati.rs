@@ -1,3 +1,5 @@
+//! Solves continuous Riccati equations.
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan_rt::functions::{exp2, log2};

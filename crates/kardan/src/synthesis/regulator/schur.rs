@@ -1,3 +1,5 @@
+//! The complex Schur form of a real matrix.
+
 use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 

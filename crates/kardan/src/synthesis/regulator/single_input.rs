@@ -1,3 +1,5 @@
+//! Pole placement for a single input (Ackermann).
+
 use super::exact_poles::product;
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::results::{Complex, Pole};

@@ -1,3 +1,5 @@
+//! States and inputs at which outputs rest at required values.
+
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::synthesis::notation::linear_combination;

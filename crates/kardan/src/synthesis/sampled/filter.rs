@@ -1,3 +1,5 @@
+//! The stationary Kalman filter of a sampled system.
+
 use super::hold::integrated;
 use crate::num::Matrix;
 use crate::results::Pole;

@@ -1,3 +1,5 @@
+//! The plant with zero-order hold and delay of its inputs.
+
 use kardan_rt::functions::{log2, powi};
 
 use crate::num::{Matrix, exponential};

@@ -1,3 +1,5 @@
+//! The design of a channel that leaves the least interaction with the others.
+
 use super::hold::{ZohPlant, plant_flow};
 use crate::num::{Matrix, discretise};
 use crate::synthesis::Clock;

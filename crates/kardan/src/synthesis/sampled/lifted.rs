@@ -1,3 +1,5 @@
+//! The sampled loop lifted over its common period, with a search of its disk margin.
+
 use std::f64::consts::PI;
 
 use faer::{Mat, c64};

@@ -1,3 +1,5 @@
+//! Variances of the readings of sensors.
+
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::names::SignalName;

@@ -1,3 +1,5 @@
+//! Parts of a sampled loop: a law with its clock, and the delays of its commands.
+
 use std::sync::Arc;
 
 use super::{LoopPlant, SlowSensor};
@@ -78,7 +80,7 @@ impl SampledPart {
         let number =
             |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         let inputs = law.inputs().iter().map(number).collect();
-        let linear = if is_off(&linear) { without_states(&linear) } else { linear };
+        let linear = if is_off(&linear) { remove_states(&linear) } else { linear };
         Self::reading(law.sensors(), plant, clock, (linear, inputs))
     }
 
@@ -159,7 +161,7 @@ fn is_off(law: &LinearLaw) -> bool {
 }
 
 /// A law without its states, which act on nothing.
-fn without_states(law: &LinearLaw) -> LinearLaw {
+fn remove_states(law: &LinearLaw) -> LinearLaw {
     let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
     LinearLaw {
         states: Matrix::zeros(0, 0),

@@ -1,3 +1,5 @@
+//! The plant and the laws of a sampled loop, and the positions of their parts in its state.
+
 use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};

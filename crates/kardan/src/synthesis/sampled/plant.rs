@@ -1,3 +1,5 @@
+//! The linear plant of a sampled loop with its motors.
+
 use std::sync::Arc;
 
 use crate::assemble::{CoefficientKind as Kind, TermCoefficient};

@@ -1,3 +1,5 @@
+//! A regulator of the runtime with its memory.
+
 use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
 use super::{RegulatorData, ScheduleData, Scheduled, archive_health, entries};

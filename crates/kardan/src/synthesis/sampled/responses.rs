@@ -49,7 +49,7 @@ impl ControlLoop<'_> {
             let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
             let sizes = Places::sizes(self.plant, self.parts);
-            let found = response_without_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
+            let found = response_excluding_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
             return Some(match self.motors_before_rounding() {
                 Some(exact) => found.before_rounding(exact),
                 None => found,
@@ -61,7 +61,7 @@ impl ControlLoop<'_> {
         let map = found.between_commands(self.number)?;
         let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
-        response_without_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
+        response_excluding_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
     /// The same in continuous time before rounding, where it is known: A, B, C, D.
@@ -128,13 +128,14 @@ impl ControlLoop<'_> {
         let exact_c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).unwrap_or(&zero).clone());
         let c = exact_c.to_f64();
         let sizes = if period.is_none() { Places::sizes(self.plant, &parts) } else { None };
-        let mut loops = response_without_free(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let mut loops =
+            response_excluding_free(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
         if let Some(places) = self.exact_places(&parts) {
             let (flow, _) = places.flow();
             let b = Matrix::from_fn(n, errors, |i, j| flow[(i, first + j)].clone());
             loops = loops.before_rounding(only_between(&flow, [&b, &exact_c, &Matrix::zeros(errors, errors)]));
         }
-        let commands = response_without_free(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
+        let commands = response_excluding_free(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
         Some(Readings { names, loops, commands })
     }
 
@@ -205,7 +206,7 @@ const NEGLIGIBLE: f64 = 1e-12;
 
 /// The loop for errors that enter by B and signals `C z + D w`, without the uncontrolled rigid-body modes that are not driven or not observed: those that
 /// are stay as integrators. `entries`: sizes to whose rounding the entries of the matrix are known.
-fn response_without_free(
+fn response_excluding_free(
     matrix: &Matrix<f64>,
     entries: Option<&Matrix<f64>>,
     [b, c, d]: [&Matrix<f64>; 3],

@@ -95,7 +95,7 @@ impl StabilityProblem<'_> {
         if exact.zeros() != found.excluded && !exact.before_rounding && found.word == Stability::Stable {
             return rounded(found);
         }
-        let verdict = self.within_rounding(verdict, exact, found);
+        let verdict = self.confirm_despite_rounding(verdict, exact, found);
         if verdict.word == Stability::Undecided {
             let because = verdict.why;
             let decided = rounded(found);
@@ -111,7 +111,7 @@ impl StabilityProblem<'_> {
         let more = found.excluded.saturating_sub(zeros);
         let beside_zero = poles.iter().filter(|pole| (pole.re, pole.im) != (0.0, 0.0)).take(more);
         LoopStability {
-            controlled: verdict.without_free().word,
+            controlled: verdict.excluding_free().word,
             zeros,
             how: if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded },
             next_to_zero: beside_zero.map(|pole| pole.re).collect(),
@@ -121,7 +121,12 @@ impl StabilityProblem<'_> {
     }
 
     /// The verdict on the loop with its given numbers, if it is the same within the last digits of rounded ones.
-    fn within_rounding(&self, verdict: StabilityVerdict, exact: &ExactMotions, found: &Slowest) -> StabilityVerdict {
+    fn confirm_despite_rounding(
+        &self,
+        verdict: StabilityVerdict,
+        exact: &ExactMotions,
+        found: &Slowest,
+    ) -> StabilityVerdict {
         let model = self.variant.linear_model();
         let is_rounded = model.is_rounded();
         if exact.before_rounding && !is_rounded {
@@ -146,7 +151,7 @@ impl StabilityProblem<'_> {
             true => None,
             false => ExactMap::stability_of(self.plant, self.parts, at_one),
         };
-        let verdict = verdict.map(|verdict| self.sampled_within_rounding(verdict, &model, at_one, found));
+        let verdict = verdict.map(|verdict| self.confirm_sampled_despite_rounding(verdict, &model, at_one, found));
         let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
             let decided = rounded(found);
             let how = match exact {
@@ -162,7 +167,7 @@ impl StabilityProblem<'_> {
             return LoopStability { verdict, how, ..decided };
         };
         LoopStability {
-            controlled: verdict.without_free().word,
+            controlled: verdict.excluding_free().word,
             zeros: exact.map_or(found.excluded, |exact| exact.sampled),
             how: match exact {
                 Some(exact) => evidence(exact),
@@ -178,7 +183,7 @@ impl StabilityProblem<'_> {
 
 impl StabilityProblem<'_> {
     /// The same for a sampled loop.
-    fn sampled_within_rounding(
+    fn confirm_sampled_despite_rounding(
         &self,
         verdict: StabilityVerdict,
         model: &LinearModel,
@@ -186,7 +191,7 @@ impl StabilityProblem<'_> {
         found: &Slowest,
     ) -> StabilityVerdict {
         let is_rounded = model.is_rounded();
-        let agrees = found.excluded == at_one && found.word == verdict.without_free().word;
+        let agrees = found.excluded == at_one && found.word == verdict.excluding_free().word;
         let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;

@@ -66,7 +66,7 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
         let own = unilaterals.iter().filter(|unilateral| unilateral.element == *element);
         let own = own.filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == *rubs);
         let texts: Vec<String> =
-            own.map(|unilateral| describe_hold(&unilateral.value, element, &angle, &speed)).collect();
+            own.map(|unilateral| describe_force_law(&unilateral.value, element, &angle, &speed)).collect();
         SymbolicMode {
             symbol: SymbolicText {
                 text: names.unilateral(element, *rubs, Form::Text),
@@ -83,7 +83,7 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
 const DIGITS: f64 = 1e6;
 
 /// The force law, over the angle and the speed along its element.
-fn describe_hold(unilateral: &UnilateralConstraint, element: &str, angle: &str, speed: &str) -> String {
+fn describe_force_law(unilateral: &UnilateralConstraint, element: &str, angle: &str, speed: &str) -> String {
     let signed = |value: f64| if value == 0.0 { 0.0 } else { value };
     let side = |upper: bool, offset: f64| match upper {
         false => (format!("{angle} > {}", signed(offset)), "below"),

@@ -46,10 +46,10 @@ fn the_hysteresis_of_friction_beside_a_spring() {
 #[test]
 fn a_start_at_zero_is_no_crossing() {
     let y = [0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 2.0];
-    let rising = passages(&y, true);
+    let rising = zero_crossings(&y, true);
     assert_eq!(rising.len(), 1);
     assert_eq!((rising[0].before, rising[0].behind), (5, 6));
-    let falling = passages(&y, false);
+    let falling = zero_crossings(&y, false);
     assert_eq!((falling.len(), falling[0].before, falling[0].behind), (1, 2, 5));
 }
 

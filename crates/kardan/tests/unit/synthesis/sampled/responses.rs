@@ -21,7 +21,7 @@ fn states_without_a_part_change_no_answer() {
             let states = between(&a, &b, &c);
             excluded += n - states.len();
             let whole = Response::state_space([&a, &b, &c, &d], period).expect("finite");
-            let found = response_without_free(&a, None, [&b, &c, &d], period).expect("finite");
+            let found = response_excluding_free(&a, None, [&b, &c, &d], period).expect("finite");
             for frequency in [0.0, 0.7, 3.0, 20.0] {
                 let (whole, found) = (whole.at_frequency(frequency), found.at_frequency(frequency));
                 let error = (&whole - &found).norm_l2();

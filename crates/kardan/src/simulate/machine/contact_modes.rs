@@ -9,7 +9,7 @@
 //! problem over impulses.
 
 use super::Machine;
-use super::unilateral_kinds::{Kind, RestEvents, Unfit};
+use super::unilateral_kinds::{InvalidBound, Kind, RestEvents};
 use crate::simulate::friction::{Bounds, Mode, NOISE};
 use crate::simulate::impact::{Contacts, Impact};
 
@@ -25,25 +25,25 @@ const ROUNDING: f64 = 1e-12;
 
 impl Machine {
     /// The mode inputs at the point last evaluated: see
-    /// [`UnilateralTerms::mode_inputs`](super::unilateral_terms::UnilateralTerms::mode_inputs).
+    /// [`UnilateralTerms::mode_inputs`](super::contact_expressions::UnilateralTerms::mode_inputs).
     fn mode_inputs(&self, unilateral: usize) -> [f64; 2] {
         let first = self.places.unilaterals.start + 2 * unilateral;
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
     }
 
     /// A direction whose formula is undefined at the point last evaluated, or below minus `least`.
-    pub(in crate::simulate) fn unfit(&self, least: f64) -> Option<(usize, Unfit)> {
+    pub(in crate::simulate) fn invalid_bound(&self, least: f64) -> Option<(usize, InvalidBound)> {
         let of_unilateral =
             |unilateral: usize| match (self.unilaterals.kinds[unilateral], self.mode_inputs(unilateral)[0]) {
-                (Kind::Friction { .. }, torque) if !torque.is_finite() => Some(Unfit::Undefined),
-                (Kind::Friction { .. }, torque) if torque < -least => Some(Unfit::Negative),
-                (Kind::Lock, engaged) if engaged.is_nan() => Some(Unfit::Undefined),
+                (Kind::Friction { .. }, torque) if !torque.is_finite() => Some(InvalidBound::Undefined),
+                (Kind::Friction { .. }, torque) if torque < -least => Some(InvalidBound::Negative),
+                (Kind::Lock, engaged) if engaged.is_nan() => Some(InvalidBound::Undefined),
                 _ => None,
             };
         let mut unilaterals = 0..self.unilaterals.kinds.len();
         unilaterals
             .find_map(|unilateral| Some((self.unilaterals.first + unilateral, of_unilateral(unilateral)?)))
-            .or_else(|| self.gear_losses.unfit(least))
+            .or_else(|| self.gear_losses.invalid_bound(least))
     }
 
     /// Whether frictions, gear losses or locks have formulas.

@@ -64,8 +64,8 @@ impl UnilateralTerms {
                 let torque = graph.multiply(presses, pull);
                 // While it is compressed the damper takes power; after separation the spring relaxes by itself.
                 let damped = graph.product(&[(presses, 1), (damper, 1), (speed, 1)]);
-                let relaxed = graph.product(&[(separated, 1), (spring, 1), (speed, 1)]);
-                let loss = graph.subtract(damped, relaxed);
+                let released = graph.product(&[(separated, 1), (spring, 1), (speed, 1)]);
+                let loss = graph.subtract(damped, released);
                 let push = graph.negate(pull);
                 Self { torque, speed, loss, mode_inputs: [gap, push] }
             }
