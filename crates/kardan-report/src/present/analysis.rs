@@ -302,7 +302,8 @@ fn modes_table(modes: &[Mode], (reached, observable): (Option<bool>, Option<bool
         }
         row
     };
-    let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "reached", "seen", "largest motions"];
+    let mut headers =
+        vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "controllable", "observable", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
     match modes.is_empty() {
         true => Body::default(),

@@ -602,8 +602,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
     let mut sentences = distinguishable_torques(plant, &system, &ReducedStates::all(system.states.len()))?;
-    sentences
-        .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
+    sentences.push(format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
     let result = ObserverResult {
         sensors: extended.outputs.clone(),
@@ -830,8 +829,8 @@ fn notes(
     let Designed { problem, solution, observed, .. } = straight;
     let clock = problem.clock;
     let mut notes = vec![format!(
-        "designed for a sample time of {} s and a delay of {} s; the Riccati equation of the feedback holds with the \
-         relative residual {:.1e}",
+        "designed for a sample time of {} s and a delay of {} s; the relative residual of the \
+         Riccati equation of the feedback is {:.1e}",
         clock.period, clock.delay, solution.regulator.residual
     )];
     for (output, target) in outputs.iter().zip(&problem.targets) {
