@@ -54,8 +54,8 @@ pub struct RunArgs {
     /// Only simulate: no structure analysis, no controller designs, no error estimate. Faster.
     #[arg(long)]
     pub runs_only: bool,
-    /// End with exit code 1 if the numbers of a run are doubtful: an estimated error as large as a signal, or a second run with other
-    /// events.
+    /// End with exit code 1 if the numbers of a run are doubtful: an estimated error of a tenth of a signal or more, or a
+    /// second run with other events.
     #[arg(long, conflicts_with = "runs_only")]
     pub strict: bool,
     /// How the runs are integrated.

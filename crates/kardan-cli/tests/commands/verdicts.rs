@@ -120,7 +120,7 @@ fn errors_as_large_as_signals_are_reported_first() {
     assert!(unreliable["error"].as_f64().unwrap() >= 0.1 * unreliable["size"].as_f64().unwrap(), "{unreliable}");
     assert!(run["warnings"][0].as_str().unwrap().contains("the estimated error of"), "{}", run["warnings"]);
     assert_eq!(with(&["long.toml", "--json", "--strict"]).status.code(), Some(1));
-    let said = "The run completed, but its numbers are in doubt; accuracy: the estimated error of a.phi reaches its first digit; no requirements are stated.";
+    let said = "The run completed, but its numbers are doubtful; accuracy: the estimated error of a.phi is a tenth of the signal or more; no requirements are stated.";
     let got = with(&["long.toml", "--markdown"]);
     assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
     assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));

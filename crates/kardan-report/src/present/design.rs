@@ -276,7 +276,7 @@ fn zero_dynamics(design: &Design) -> Body {
 fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
     match found.kind() {
         HiddenMotion::Unknown => vec![],
-        HiddenMotion::None => vec!["There are none: with constant outputs nothing moves.".into()],
+        HiddenMotion::None => vec!["There is none: no motion remains with constant outputs.".into()],
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };

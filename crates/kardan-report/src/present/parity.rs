@@ -14,7 +14,7 @@ pub fn parity(analysis: &Analysis) -> Body {
     let Some(found) = &analysis.parity else { return Body::default() };
     let unknown = match found.unknown.is_empty() {
         true => "no other input acts".to_string(),
-        false => format!("nothing is known of {}", phrases::list(&found.unknown, NAMES)),
+        false => format!("unknown: {}", phrases::list(&found.unknown, NAMES)),
     };
     let commands = match found.commands.is_empty() {
         true => "no input is known".to_string(),

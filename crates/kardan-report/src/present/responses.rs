@@ -61,9 +61,7 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
         ));
     }
     if found.sensitivities.is_empty() {
-        out.push(
-            "The closed loop is not known to be stable: S, T, KS and steps mean nothing then, and are left out.".into(),
-        );
+        out.push("The closed loop is not known to be stable, so S, T, KS and step responses are omitted.".into());
     }
     out
 }

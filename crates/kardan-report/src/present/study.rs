@@ -162,7 +162,7 @@ fn doubtful_runs(study: &Study) -> String {
     let reason = |run: &Run| {
         let found = run.accuracy.as_ref()?;
         let text = match (&found.unreliable, &found.quantisation_ambiguity) {
-            (Some(one), _) => format!("the estimated error of {} reaches its first digit", one.signal),
+            (Some(one), _) => format!("the estimated error of {} is a tenth of the signal or more", one.signal),
             (None, Some(first)) => {
                 format!("the quantisation of `{}` decides from {} on", first.sensor, clock(study).time(first.time))
             }
@@ -195,7 +195,7 @@ fn ended(study: &Study) -> String {
     if let [run] = &study.runs[..] {
         let text = match run.verdict() {
             RunVerdict::Completed => "The run completed",
-            RunVerdict::Doubtful => "The run completed, but its numbers are in doubt",
+            RunVerdict::Doubtful => "The run completed, but its numbers are doubtful",
             RunVerdict::Unbalanced => {
                 "The run completed, but its energy balance does not close, so that its numbers are wrong"
             }
@@ -220,7 +220,7 @@ fn ended(study: &Study) -> String {
         ),
         (
             count(RunVerdict::Doubtful),
-            format!("the numbers of {} of {all} variants are in doubt", count(RunVerdict::Doubtful)),
+            format!("the numbers of {} of {all} variants are doubtful", count(RunVerdict::Doubtful)),
         ),
     ];
     let parts = parts.into_iter().filter(|(count, _)| *count > 0);
@@ -274,7 +274,7 @@ fn variants(study: &Study) -> Body {
         let outcome = match (run.verdict(), &run.outcome) {
             (_, Outcome::Failed { time, .. }) => Cell::Mark(false, format!("stopped at {}", clock(study).time(*time))),
             (_, Outcome::Unbalanced { .. }) => Cell::Mark(false, "energy balance does not close".into()),
-            (RunVerdict::Doubtful, _) => Cell::Mark(false, "completed, in doubt".into()),
+            (RunVerdict::Doubtful, _) => Cell::Mark(false, "completed, doubtful".into()),
             _ => Cell::Mark(true, "completed".into()),
         };
         let effort = run.effort;

@@ -272,7 +272,7 @@ fn warnings_about_a_run_come_first() {
     let doubted = Run { warnings: vec!["the energy balance does not close".into()], ..run("one", "0 deg", 1.0) };
     let study = Study { runs: vec![doubted, run("two", "1 deg", 1.0)], ..Study::default() };
     let page = kardan_report::study(&study);
-    assert!(page.html().contains("the numbers of 1 of 2 variants are in doubt"));
+    assert!(page.html().contains("the numbers of 1 of 2 variants are doubtful"));
     let terminal = page.text("model.toml");
     let place = |text: &str| terminal.find(text).unwrap_or_else(|| panic!("{text:?} is missing in {terminal}"));
     assert!(place("does not close") < place("Energy balance"));

@@ -59,9 +59,9 @@ pub const DRIVER: Element = Element {
     angle, path --> [reaction, lag] --> stiffness, damping --> ( arm ) ==/\/\/\== wheel
                                                                      grip",
     signs: "Its parts are elements that others may name: the shaft `<name>_arm`, the torque `<name>_muscles` on it, and the torque `<name>_hands` \
-            of the grip: `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_will` (target angle of the arms), with a \
-            path `<name>_ahead` (x of the preview point), `<name>_target` (y of the path), `<name>_seen`, and with `two_level` `<name>_bend` (its \
-            curvature).",
+            of the grip: `<name>_hands.tau` is the torque that the hands put on the wheel; blocks `<name>_arm_target` (target angle of the arms), with \
+            a path `<name>_preview_x` (x of the preview point), `<name>_target` (y of the path there), `<name>_preview` (wheel angle that corrects \
+            the deviation, after the reaction time), and with `two_level` `<name>_curvature` (of the path).",
     symbol: Symbol::Torque,
     fields: Driver::FIELDS,
     example: "\
@@ -195,13 +195,13 @@ impl DriverBuilder<'_> {
         let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
         let of = |word: &str| quoted(format!("{car}.{word}"));
         let [x, y, heading, u, v] = ["x", "y", "heading", "v_x", "v_y"].map(of);
-        let (time, ahead) = (self.own("preview"), quoted(self.part("ahead")));
+        let (time, ahead) = (self.own("preview"), quoted(self.part("preview_x")));
         let block = |out: &mut Entries, part: &str, input: String| {
             let keys = [("kind", "gain".to_string()), ("gain", "1".to_string()), ("input", input)];
             self.add(out, "block", part, &[&keys[..], &[("sample_time", self.own("sample_time"))]].concat());
         };
         let look_ahead = if two_level { self.own("anticipation") } else { time.clone() };
-        block(out, "ahead", format!("{x} + {look_ahead} * {u}"));
+        block(out, "preview_x", format!("{x} + {look_ahead} * {u}"));
         let at = |x: &str| self.path_at(&path, x);
         let target = match two_level {
             // The path extended straight from the position of the car.
@@ -216,14 +216,14 @@ impl DriverBuilder<'_> {
         let preview = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
         let beside = format!("({gain}) * ({} - ({preview}))", quoted(self.part("target")));
         self.react(out, beside);
-        let preview = quoted(self.part("seen"));
+        let preview = quoted(self.part("preview"));
         if !two_level {
             return Some(preview);
         }
         let curvature_gain = self.formula("curvature_gain")?;
         let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
-        block(out, "bend", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
-        Some(format!("({curvature_gain}) * {} + {preview}", quoted(self.part("bend"))))
+        block(out, "curvature", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
+        Some(format!("({curvature_gain}) * {} + {preview}", quoted(self.part("curvature"))))
     }
 
     /// An observed quantity after the reaction time.
@@ -234,20 +234,20 @@ impl DriverBuilder<'_> {
             false => [("kind", "delay".to_string()), ("time", self.own("reaction"))],
         };
         let rest = [("input", input), ("sample_time", self.own("sample_time"))];
-        self.add(out, "block", "seen", &[&kind[..], &rest[..]].concat());
+        self.add(out, "block", "preview", &[&kind[..], &rest[..]].concat());
     }
 
     /// Muscles, arms and hands.
     fn arms(&self, out: &mut Entries, wheel: &str, reference: &str) {
-        let (will, lag, arm) = (quoted(self.part("will")), self.own("lag"), self.part("arm"));
+        let (target, lag, arm) = (quoted(self.part("arm_target")), self.own("lag"), self.part("arm"));
         let [stiffness, damping] = ["stiffness", "damping"].map(|key| self.own(key));
-        let will_keys =
+        let target_keys =
             [("kind", "low_pass".to_string()), ("input", reference.to_string()), ("time_constant", lag.clone())];
-        self.add(out, "block", "will", &will_keys);
+        self.add(out, "block", "arm_target", &target_keys);
         self.add(out, "shaft", "arm", &[("inertia", self.own("arm_inertia"))]);
         let [phi, w] = ["phi", "w"].map(|word| quoted(format!("{arm}.{word}")));
         // The muscles damp the deviation from the intended rate.
-        let law = format!("{stiffness} * ({will} - {phi}) + {damping} * (({reference} - {will}) / {lag} - {w})");
+        let law = format!("{stiffness} * ({target} - {phi}) + {damping} * (({reference} - {target}) / {lag} - {w})");
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
         let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));
         let [stiffness, damping] = ["grip_stiffness", "grip_damping"].map(|key| self.own(key));

@@ -83,7 +83,7 @@ pub const BUILTIN: &[Builtin] = &[
     },
     Builtin {
         name: "sia-joint-angle",
-        summary: "the same over the joint angle: force feedback of the linear and the nonlinear law, and a wrong angle",
+        summary: "the same with a bent joint: force feedback of the linear and the nonlinear law, and a wrong joint angle",
         source: include_str!("../../../../models/sia-joint-angle.toml"),
     },
     Builtin {
@@ -93,12 +93,12 @@ pub const BUILTIN: &[Builtin] = &[
     },
     Builtin {
         name: "steering-on-road",
-        summary: "The steering system whole: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
+        summary: "The complete steering system: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
         source: include_str!("../../../../models/steering-on-road.toml"),
     },
     Builtin {
         name: "afs-steering",
-        summary: "Prior art beside it: active front steering with a planetary gear and a worm, on the same car and road",
+        summary: "State of the art to compare: active front steering with planetary gear and worm, on the same car and road",
         source: include_str!("../../../../models/afs-steering.toml"),
     },
     Builtin {
@@ -133,7 +133,7 @@ pub const BUILTIN: &[Builtin] = &[
     },
     Builtin {
         name: "eps-column",
-        summary: "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping hands off",
+        summary: "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping with hands off",
         source: include_str!("../../../../models/eps-column.toml"),
     },
     Builtin {
@@ -143,7 +143,7 @@ pub const BUILTIN: &[Builtin] = &[
     },
     Builtin {
         name: "universal-joints",
-        summary: "Two universal joints in series and the Cardan error of wrong angles (source, figures 6.9 and 6.10)",
+        summary: "Two universal joints in series: Cardan error of equal, unequal and misaligned joints (source, figures 6.9, 6.10)",
         source: include_str!("../../../../models/universal-joints.toml"),
     },
     Builtin {

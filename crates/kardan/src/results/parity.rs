@@ -108,7 +108,7 @@ pub struct FaultVerdict {
     pub detectable: bool,
     /// Whether it stays detectable while it is constant; `false`: only as it changes. `null`: not decided.
     pub strongly_detectable: Option<bool>,
-    /// The same as `shown` where the torques of friction are unknown too; `null` without friction.
+    /// The same as `detectable` where the torques of friction are unknown too; `null` without friction.
     pub detectable_despite_friction: Option<bool>,
     /// Faults from which it cannot be isolated.
     pub not_isolable_from: Vec<String>,

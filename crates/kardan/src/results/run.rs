@@ -228,7 +228,7 @@ pub struct Run {
     pub figures: Vec<FigureResult>,
     /// Notes to the reader, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
-    /// Warnings on its numbers, such as an estimated error that is as large as a signal.
+    /// Warnings on its numbers, such as an estimated error of a tenth of a signal or more.
     pub warnings: Vec<String>,
     /// The load of each motor with limits.
     pub motor_loads: Vec<MotorLoad>,

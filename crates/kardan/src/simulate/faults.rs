@@ -214,7 +214,7 @@ impl Faults {
         };
         for fault in &self.sensors {
             let what = match fault.kind {
-                SensorFaultKind::Lost => "outputs no number any more",
+                SensorFaultKind::Lost => "supplies no reading",
                 SensorFaultKind::Stuck => "keeps its last reading",
                 SensorFaultKind::Offset(_) => "reads with an offset",
                 SensorFaultKind::Drift(_) => "begins to drift",
@@ -225,7 +225,7 @@ impl Faults {
         }
         for fault in &self.motors {
             let what = match fault.kind {
-                MotorFaultKind::Scaled(0.0) => "gives no torque any more".to_string(),
+                MotorFaultKind::Scaled(0.0) => "supplies no torque".to_string(),
                 MotorFaultKind::Scaled(part) => format!("gives {part} of its torque"),
                 MotorFaultKind::Braking(_) => "is short-circuited and brakes".into(),
                 MotorFaultKind::Undervoltage(part) => format!("reaches {part} of its torque limit"),

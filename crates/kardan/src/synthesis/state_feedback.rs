@@ -31,8 +31,9 @@ pub(super) fn state_feedback(
     };
     let m = task.cancelling(k).unwrap_or_else(|| {
         if !task.disturbed.is_empty() {
-            notes
-                .push("the estimated disturbances are not fed forward: the outputs cannot be held against them".into());
+            notes.push(
+                "the estimated disturbances are not fed forward: they cause steady-state errors of the outputs".into(),
+            );
         }
         Matrix::zeros(inputs.len(), task.disturbed.len())
     });

@@ -188,7 +188,7 @@ impl Law for SubmodelLaw {
     fn describe(&self) -> Design {
         let mut design = self.law.describe();
         design.notes.push(format!(
-            "its design leaves out {}: what is proven of the loop applies without that; its effect on the rest is a load that the law does not know",
+            "its design excludes {}: the proof of the loop applies without them; their effect on the rest is an unknown load",
             self.excluded
         ));
         design

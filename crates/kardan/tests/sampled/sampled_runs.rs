@@ -31,7 +31,7 @@ fn a_lost_encoder() {
     assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
     assert!(largest(&run, "wg_motor.tau") <= 1.3 && largest(&run, "rk_motor.tau") <= 60.0);
     let reported = |what: &str| run.events.iter().find(|event| event.description == what).map(|event| event.time);
-    assert_eq!(reported("wg_encoder outputs no number any more"), Some(0.2));
+    assert_eq!(reported("wg_encoder supplies no reading"), Some(0.2));
     assert_eq!(reported("wg_encoder works again"), Some(0.22));
     let note = run.notes.iter().find(|note| note.contains("not a number")).expect("reported");
     assert!(note.contains("column") && note.contains("in 20 of 15") && note.contains("first at 0.2"), "{note}");

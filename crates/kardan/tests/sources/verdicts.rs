@@ -161,7 +161,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "wrong with a probability",
             "Results not marked as proven are computed modulo random primes",
             "the proof is for this controller alone",
-            "what is proven of the loop applies",
+            "the proof of the loop applies",
             "the statements are for the exact loop; the loop that runs",
             "exact verdicts are for the rounded rows",
             "all later steps are exact",

@@ -364,7 +364,7 @@ fn steering_in_blocks() {
 #[test]
 fn impossible_outputs_are_explained_by_elements() {
     let drive = from_source(source("harmonic-drive"), &["wg_motor", "cs_motor"], &["wg", "cs", "fs"]);
-    let kinematic = "whatever the inputs do: the harmonic drive `hd` ties them together";
+    let kinematic = "for all inputs: the harmonic drive `hd` ties them together";
     assert_eq!(
         why(&drive),
         ["3 outputs, 2 inputs".to_string(), format!("wg.phi - 51 cs.phi + 50 fs.phi = 0 {kinematic}")]
@@ -374,28 +374,23 @@ fn impossible_outputs_are_explained_by_elements() {
         why(&steering(&motors, &["fs", "cs", "wg"])),
         [format!("50 fs.phi - 51 cs.phi + wg.phi = 0 {kinematic}")]
     );
-    assert_eq!(
-        why(&steering(&motors, &["cs", "cj"])),
-        ["cs.phi = cj.phi whatever the inputs do: `cardan` ties them together"]
-    );
+    assert_eq!(why(&steering(&motors, &["cs", "cj"])), ["cs.phi = cj.phi for all inputs: `cardan` ties them together"]);
     assert_eq!(
         why(&steering(&["wg_motor", "driver"], &["rk", "cj"])),
-        [
-            "(5 s^2 + 3 s + 10000) rk.phi = (2 s + 10000) cj.phi whatever the inputs do: rk moves only through `torsion_bar`"
-        ]
+        ["(5 s^2 + 3 s + 10000) rk.phi = (2 s + 10000) cj.phi for all inputs: rk moves only through `torsion_bar`"]
     );
     assert_eq!(
         why(&steering(&["wg_motor", "driver"], &["cs", "rk"])),
-        ["(2 s + 10000) cs.phi = (5 s^2 + 3 s + 10000) rk.phi whatever the inputs do: `cardan` and `torsion_bar` tie \
+        ["(2 s + 10000) cs.phi = (5 s^2 + 3 s + 10000) rk.phi for all inputs: `cardan` and `torsion_bar` tie \
          them together"]
     );
     assert_eq!(
         why(&steering(&["wg_motor", "rk_motor"], &["rk", "rk.w"])),
-        ["s rk.phi = rk.w whatever the inputs do: they measure the same motion"]
+        ["s rk.phi = rk.w for all inputs: they measure the same motion"]
     );
     assert_eq!(
         why(&steering(&["wg_motor", "driver"], &["tb", "rk"])),
-        ["(s + 5000) tb.tau = -(250 s^2 + 50 s) rk.phi whatever the inputs do: rk moves only through `torsion_bar`"]
+        ["(s + 5000) tb.tau = -(250 s^2 + 50 s) rk.phi for all inputs: rk moves only through `torsion_bar`"]
     );
     // The wave generator alone: everything hangs together.
     let one = why(&steering(&["wg_motor"], &["fs", "cj"]));

@@ -27,7 +27,7 @@ pub(in crate::element) fn check_tyres(values: &Values) -> Vec<KeyError> {
     }
     for key in ["mu", "mu_rear", "mu_left", "mu_right"].into_iter().filter(|key| values.has(key)) {
         if !slides || (key == "mu_rear" && !nonlinear && !values.has("braking")) {
-            let message = "linear tyres know no friction: their force has no limit";
+            let message = "linear tyres have no friction limit";
             out.push(KeyError::new(key, message, "remove it, or write `tyre = \"magic_formula\"`"));
         }
         let formula = values.formula(key);

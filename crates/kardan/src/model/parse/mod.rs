@@ -274,8 +274,7 @@ pub fn is_name(text: &str) -> bool {
 }
 
 /// The rule for names.
-const NAME_RULE: &str =
-    "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
+const NAME_RULE: &str = "a name is a letter followed by letters (a to z), digits, `_` or `-`, at most 100 characters";
 
 /// Whether a name can be one; if not, that is reported.
 pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Diagnostic>) -> bool {

@@ -154,7 +154,7 @@ pub(super) fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &m
     let Some((real, imaginary)) = poles.iter().find(|(real, _)| real.signum() > 0) else { return };
     let beside = if imaginary.is_zero() { String::new() } else { format!(" ± {}j", imaginary.to_f64().abs()) };
     let message = format!(
-        "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound, whatever its input",
+        "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound for any input",
         real.to_f64()
     );
     let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");

@@ -38,7 +38,7 @@ choice! {
         Mean = "mean",
         /// The largest value less the smallest.
         PeakToPeak = "peak_to_peak",
-        /// When it is largest, from the begin of the window, s.
+        /// When it is largest, from the start of the window, s.
         TimeOfMax = "time_of_max",
         /// When it is smallest.
         TimeOfMin = "time_of_min",
@@ -126,10 +126,10 @@ const MEASURE: Field = Field::optional(
     Kind::Choice(Measure::NAMES),
     "Largest, smallest, largest in size, or last value in the window, or that `at` a time; `mean`, `peak_to_peak`; \
      `rms`: root of the mean of its squares over the time; `ripple`: the same about its mean, such as a torque at \
-     rest without its static load; `time_of_max`, `time_of_min`: when, from the begin of the window, s; \
+     rest without its static load; `time_of_max`, `time_of_min`: when, from the start of the window, s; \
      `time_at_limit`: how long in the window the motor of this torque or force, or the source of this voltage, is at \
      its limit, s. With x the signal, x0 its first value in the window, r the `target`: `overshoot`: the largest (x - \
-     r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the begin of the window to where |x - r| <= \
+     r)/(r - x0), at least 0; `rise_time`, `settling_time`: time from the start of the window to where |x - r| <= \
      `band` first, or for good; `iae`: the integral of |x - r| over the time; `energy`: the integral of a power over \
      the time; `events`: number of events of the element of this signal, of all of them for the signal `t`; events of \
      one located instant, such as an impact and the sticking after it, count separately. With y the signal `over`: \
@@ -171,7 +171,7 @@ const FREQUENCY: Field = Field::optional(
 );
 
 const FROM: Field =
-    Field::with_default("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "0 s", "Begin of the window.");
+    Field::with_default("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "0 s", "Start of the window.");
 
 const UNTIL: Field =
     Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.");
@@ -200,7 +200,7 @@ keys! {
                  effects are judged.";
             reaction: Text, "A block of the kind `state_machine`: kardan reports the states that it enters after the fault.";
             detection_time_limit: Quantity(Dimension::TIME, Sign::Positive),
-                "The longest time to detection, from the begin of the fault; later counts as not detected. Left out: any.";
+                "The longest time to detection, from the start of the fault; later counts as not detected. Left out: any.";
             effect: Tables(SafetyEffect), "Unwanted effects and their bounds: `[[safety.effect]]`.";
         }
     }
@@ -217,7 +217,7 @@ keys! {
             measure: Choice(&["max_abs", "max", "min", "final", "rms"]) = "max_abs",
                 "What is measured of it in the window: largest in size, largest, smallest, last, root of the mean of its squares.";
             window: Quantity(Dimension::TIME, Sign::Positive),
-                "How long after the begin of the fault, the time in which a driver does not yet act: \"100 ms\"; left out: to the end.";
+                "How long after the start of the fault: the time in which a driver does not yet act, \"100 ms\"; left out: to the end.";
             baseline: Choice(&["no fault", "zero"]) = "no fault",
                 "What counts as unwanted: the difference to the run of the same variant and values without the fault, or all of it.";
             below: AnyQuantity, "The measure must be less than this.";

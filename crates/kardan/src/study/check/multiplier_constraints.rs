@@ -266,7 +266,7 @@ pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<Prep
     let rest = RestPoint::of(variant).map_err(|message| {
         refused(
             message,
-            format!("give other angles by {at}, or add an element that holds the model: a spring, or a motor"),
+            format!("give other angles by {at}, or add an element that supports the model: a spring, or a motor"),
         )
     })?;
     let found =

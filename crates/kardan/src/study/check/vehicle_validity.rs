@@ -54,8 +54,8 @@ pub(in crate::study) fn vehicle_warnings(model: &Model, series: &Series) -> Vec<
             both().map(|(x, y)| (hypot(*x, *y), *x)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
         Some(format!(
             "`{car}` slides sideways from {:.4} s on, at a total speed of up to {most:.4} m/s with {with:.4} m/s \
-             along its longitudinal axis: that it slides is right, but its speed and position are wrong, as `speed` \
-             prescribes the longitudinal speed whatever the tyre forces are.",
+             along its longitudinal axis: the sliding is plausible, but its speed and position are wrong, as `speed` \
+             prescribes the longitudinal speed for any tyre forces.",
             series.time[row]
         ))
     };

@@ -280,13 +280,12 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
     }
 }
 
-/// ` where rk and cj are at 40 deg`.
+/// ` with rk and cj at 40 deg`.
 fn place(coordinates: &str, at: f64) -> String {
     if coordinates.is_empty() {
         return String::new();
     }
-    let verb = if coordinates.contains([' ', ',']) { "are" } else { "is" };
-    format!(" where {coordinates} {verb} at {:.1} deg", at.to_degrees())
+    format!(" with {coordinates} at {:.1} deg", at.to_degrees())
 }
 
 /// Important warnings for a design.

@@ -74,7 +74,7 @@ pub(in crate::study) fn measured(
     })
 }
 
-/// The time of the largest value of a signal, from the begin of the window, and the distance of the rows there.
+/// The time of the largest value of a signal, from the start of the window, and the distance of the rows there.
 fn time_of(window: Window<'_>, sign: f64) -> Measured {
     let Window { times, values } = window;
     let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
@@ -174,7 +174,7 @@ fn target_band(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> (
     (target, band)
 }
 
-/// The time of the first entry of a signal into the band around its target, from the begin of the window.
+/// The time of the first entry of a signal into the band around its target, from the start of the window.
 fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
     let (target, band) = target_band(window, target, band);
     let values = window.values;
@@ -190,7 +190,7 @@ fn rise_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Res
     }
 }
 
-/// The time of the last entry of a signal into the band around its target, from the begin of the window.
+/// The time of the last entry of a signal into the band around its target, from the start of the window.
 fn settling_time(window: Window<'_>, target: Option<f64>, band: Option<Band>) -> Result<Measured, &'static str> {
     let (target, band) = target_band(window, target, band);
     let values = window.values;

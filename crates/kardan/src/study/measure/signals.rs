@@ -234,7 +234,7 @@ fn working_position(
     }
     let (position, off) = if variant.analysis.at.is_empty() && variant.unfrozen.is_none() {
         let rest = Rest::near(reduced, &position).map_err(|message| {
-            let help = "name the operating point by `at` of `[analysis]`, or add an element that holds the model: a \
+            let help = "name the operating point by `at` of `[analysis]`, or add an element that supports the model: a \
                         spring, or a friction, stop, clutch or lock in `stuck`";
             vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
         })?;

@@ -203,7 +203,8 @@ fn check_open_ends(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagn
                 format!("lead the current on to another node or to `{GROUND}`, or leave an open end if it is intended")
             }
         };
-        let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
+        let message =
+            format!("no current can flow through `{}`: no other element ends at the node `{node}`", only.charge);
         let warning = Diagnostic::warning("circuit::open", message);
         out.push(warning.at(place_of_node(document, node), "an open end").help(help));
     }

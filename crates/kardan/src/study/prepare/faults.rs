@@ -176,7 +176,7 @@ impl<'a> Reader<'a, '_> {
         if until <= at {
             let message = format!("it would end at {until} s, before it begins at {at} s");
             let help = "choose `until` after `at`, or leave it out for a fault that stays".to_string();
-            out.push(self.diagnostic("fault::overlap", &message, ("until", "not after the begin"), help));
+            out.push(self.diagnostic("fault::overlap", &message, ("until", "not after the start"), help));
             return None;
         }
         Some((at, until))

@@ -61,7 +61,7 @@ pub(super) fn start_at_rest(
             out.push(
                 Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
                     .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
-                    .help("give the initial angles by `initial`, or add an element that holds the model"),
+                    .help("give the initial angles by `initial`, or add an element that supports the model"),
             );
             Vec::new()
         }

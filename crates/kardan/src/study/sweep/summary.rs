@@ -205,7 +205,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     notes.extend(noise(prepared, plan));
     if prepared.all().any(|variant| !variant.implemented.is_empty()) {
         notes.push(
-            "Laws use the values in the file, whatever the sample of the plant is; programs and blocks use the sampled values."
+            "Laws use the values in the file, for every sample of the plant; programs and blocks use the sampled values."
                 .into(),
         );
     }

@@ -38,7 +38,7 @@ use crate::synthesis::notation::listed;
 /// };
 /// assert_eq!(
 ///     reasons(&found, &[signal("a"), signal("b")], &gearbox, &|name| format!("the gear `{name}`")),
-///     ["a.phi = 3 b.phi whatever the inputs do: the gear `gear` ties them together"],
+///     ["a.phi = 3 b.phi for all inputs: the gear `gear` ties them together"],
 /// );
 /// ```
 pub fn reasons(
@@ -62,7 +62,7 @@ pub fn reasons(
         let because = over_shafts(relation, outputs, constrained)
             .and_then(|row| Cause::of(&row, constrained))
             .and_then(|cause| cause.notation(constrained, element));
-        let text = format!("{} whatever the inputs do", obstruction.notation(relation));
+        let text = format!("{} for all inputs", obstruction.notation(relation));
         out.push(because.map_or(text.clone(), |because| format!("{text}: {because}")));
     }
     out

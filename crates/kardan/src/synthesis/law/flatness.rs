@@ -152,10 +152,7 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
     let square = |i: usize, j: usize| 100.0 * (0..c.rows()).map(|k| c[(k, i)] * c[(k, j)]).sum::<f64>();
     let weights = Weights { state: Matrix::from_fn(n, n, square), input: Matrix::identity(m), cross: None };
     let found = lqr(&task.system, &weights)?;
-    Ok((
-        found.gain,
-        format!("feedback of least cost; its Riccati equation holds with the residual {:.1e}", found.residual),
-    ))
+    Ok((found.gain, format!("feedback of least cost; the residual of its Riccati equation is {:.1e}", found.residual)))
 }
 
 /// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.

@@ -106,7 +106,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         cross: Some(Matrix::from_fn(n, m, |i, j| product(&c, &d, i, j))),
     };
     let found = lqr(&task.system, &weights)?;
-    let notes = vec![format!("the Riccati equation holds with the relative residual {:.1e}", found.residual)];
+    let notes = vec![format!("the relative residual of the Riccati equation is {:.1e}", found.residual)];
     let solution = rounded(("X", "solution X of the Riccati equation", ""), &states, &states, &found.solution);
     state_feedback(request, &task, LQR.keyword, &found.gain, vec![solution], notes)
 }

@@ -64,7 +64,7 @@ law_keys! {
 pub const NONINTERACTING: LawKind = LawKind {
     keyword: Noninteracting::KEYWORD,
     summary: "Noninteracting control by partial feedback linearisation: every chosen shaft angle becomes a double \
-              integrator of its own channel, whatever the other channels and the load do.",
+              integrator of its own channel, independent of the other channels and of the load.",
     fields: Noninteracting::FIELDS,
     example: "\
 [control.column]

@@ -41,7 +41,7 @@ pub(super) fn gain(
         };
         let found = kalman(extended, &noise).map_err(failed)?;
         let notes =
-            vec![format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual)];
+            vec![format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual)];
         return Ok((rounded(title, &extended.states, &extended.outputs, &found.gain), found.poles, notes));
     }
     let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };

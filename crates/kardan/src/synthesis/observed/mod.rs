@@ -448,7 +448,7 @@ impl Law for Observed {
             );
         }
         design.notes.push(
-            "what is proven of the loop applies to the true state; the observer's error acts on the outputs until it has decayed".into(),
+            "the proof of the loop applies to the true state; the observer's error acts on the outputs until it has decayed".into(),
         );
         design
     }

@@ -209,7 +209,7 @@ fn each_kind_says_what_it_expects() {
         ),
         (
             "name = \"rk.phi\"",
-            "error[name::invalid] 1:8: `name` of shaft `wg`: `rk.phi` cannot be a name | not a name | help: a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all\n",
+            "error[name::invalid] 1:8: `name` of shaft `wg`: `rk.phi` cannot be a name | not a name | help: a name is a letter followed by letters (a to z), digits, `_` or `-`, at most 100 characters\n",
         ),
         (
             "value = \"5 N m/rad s\"",

@@ -84,8 +84,8 @@ fn notes(
     let Designed { problem, solution, observed, .. } = straight;
     let clock = problem.clock;
     let mut notes = vec![format!(
-        "designed for a sample time of {} s and a delay of {} s; the Riccati equation of the feedback holds with the \
-         relative residual {:.1e}",
+        "designed for a sample time of {} s and a delay of {} s; the relative residual of the \
+         Riccati equation of the feedback is {:.1e}",
         clock.period, clock.delay, solution.regulator.residual
     )];
     for (output, target) in outputs.iter().zip(&problem.targets) {

@@ -109,8 +109,7 @@ pub(super) fn observer(
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| plant.effort_of(input).signal);
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
     let mut sentences = distinguishable_torques(plant, &system, &ReducedStates::all(system.states.len()))?;
-    sentences
-        .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
+    sentences.push(format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
     let result = ObserverResult {
         sensors: extended.outputs.clone(),
