@@ -7,7 +7,7 @@ use super::model::Picture;
 use super::phrases;
 use super::text::{escape, figure};
 use super::ticks;
-use kardan::results::{
+use kardan_results::{
     Complex, DistanceToUncontrollability, ElementShare, EnergyKind, Mode, PlacementSearch, Pole, Sensitivity,
     StoredShare, Zeros,
 };

@@ -1,6 +1,6 @@
 //! Outputs in the simulation and on the bench, both in one chart.
 
-use kardan::results::{BenchStudy, Experiment, Plot, PlottedReference, Response, Run, Series, Study};
+use kardan_results::{BenchStudy, Experiment, Plot, PlottedReference, Response, Run, Series, Study};
 
 /// The runs of all experiments as a study for charts, with one plot per output for simulation and bench.
 pub(super) fn pictured(study: &BenchStudy) -> Study {

@@ -5,7 +5,7 @@ use super::curves::{self, Curve};
 use super::model::Chart;
 use super::text::{json_array, json_number, json_numbers, json_string};
 use super::thin::thin;
-use kardan::results::{Plot, Study};
+use kardan_results::{Plot, Study};
 use rayon::prelude::*;
 
 const POINTS: usize = 4000;

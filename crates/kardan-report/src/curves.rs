@@ -1,7 +1,7 @@
 //! The curves of a plot: signals of runs, with their names and styles.
 
 use super::text::Clock;
-use kardan::results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
+use kardan_results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
 
 /// The colours of curves on white: hues of Okabe and Ito, with a contrast to the paper of 3 or more;

@@ -4,7 +4,7 @@ use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::model::Picture;
 use super::phrases::{self, design as design_phrases};
 use super::text::{escape, figure, unit};
-use kardan::results::{Complex, CrossCoupling, Design, Pole};
+use kardan_results::{Complex, CrossCoupling, Design, Pole};
 use kardan_rt::functions::log10;
 
 /// Characters of a name beside or above the grid.

@@ -4,7 +4,7 @@ use super::curves::{ON_DARK, ON_WHITE};
 use super::model::{Alert, Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
 use super::prose::{Piece, pieces};
 use super::text::{escape as escaped, powers};
-use kardan::results::Verdict;
+use kardan_results::Verdict;
 
 const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");

@@ -4,7 +4,7 @@ use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::model::Picture;
 use super::text::{escape, figure};
-use kardan::results::{FrictionPoint, Identification, IdentifiedParameter, Interval};
+use kardan_results::{FrictionPoint, Identification, IdentifiedParameter, Interval};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
@@ -52,7 +52,7 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
 
 /// Friction over speed.
 pub(super) fn curves(found: &Identification) -> Vec<Picture> {
-    let one = |curve: &kardan::results::FrictionCurve| {
+    let one = |curve: &kardan_results::FrictionCurve| {
         let places =
             |points: &[FrictionPoint]| points.iter().map(|point| (point.speed, point.torque)).collect::<Vec<_>>();
         let (points, line) = (places(&curve.points), places(&curve.line));
@@ -70,7 +70,7 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
 
 /// The residuals over time.
 pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
-    let one = |trace: &kardan::results::Trace| {
+    let one = |trace: &kardan_results::Trace| {
         let points: Vec<(f64, f64)> =
             trace.points.iter().map(|point| (point.time, point.measured - point.predicted)).collect();
         if points.iter().all(|point| !point.1.is_finite()) {

@@ -1,4 +1,4 @@
-//! Presentation: [`results`](kardan::results) as plain [`Page`]s, and those as HTML, text and Markdown.
+//! Presentation: [`results`](kardan_results) as plain [`Page`]s, and those as HTML, text and Markdown.
 //!
 //! This crate does no physics. It computes only for display: extremes of plotted signals, thinning of
 //! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
@@ -36,7 +36,7 @@ mod text;
 mod thin;
 mod ticks;
 
-use kardan::results::{Mechanism, Study};
+use kardan_results::{Mechanism, Study};
 
 pub use model::Page;
 pub use present::analysis::page as analysis;
@@ -58,7 +58,7 @@ impl Page {
     /// JavaScript.
     ///
     /// ```
-    /// let page = kardan_report::study(&kardan::results::Study::default());
+    /// let page = kardan_report::study(&kardan_results::Study::default());
     /// assert!(page.html().starts_with("<!doctype html>"));
     /// ```
     pub fn html(&self) -> String {
@@ -92,7 +92,7 @@ impl Page {
     /// Markdown with tables, without pictures. Every text is escaped.
     ///
     /// ```
-    /// let page = kardan_report::design(&kardan::results::Design::default());
+    /// let page = kardan_report::design(&kardan_results::Design::default());
     /// assert!(page.markdown().starts_with("# Design\n"));
     /// ```
     pub fn markdown(&self) -> String {
@@ -125,13 +125,13 @@ pub struct PlotFile {
 
 /// One SVG for each of the study's plots, in their order.
 ///
-/// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan::results::Plot)
+/// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan_results::Plot)
 /// over time in s; references are dashed and drawn once, or for each variant where they differ. Of curves that coincide the lower
 /// ones are wider, and the legend names them. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
 /// leave a gap. A plot without data gives empty axes with a note.
 ///
 /// ```
-/// use kardan::results::{Plot, Study};
+/// use kardan_results::{Plot, Study};
 /// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
 /// assert_eq!(kardan_report::plots(&study)[0].name, "rack-angle.svg");
 /// ```

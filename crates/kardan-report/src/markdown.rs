@@ -2,7 +2,7 @@
 
 use super::model::{Alert, Block, Body, Cell, Chart, Page, Section, Table, Tone};
 use super::prose::{Piece, pieces, rounded};
-use kardan::results::bidi_escaped;
+use kardan_results::bidi_escaped;
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;

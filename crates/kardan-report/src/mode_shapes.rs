@@ -7,7 +7,7 @@ use super::analysis_pictures::{CHARACTER, MODES, bar, cut, drawing, figure_of, h
 use super::model::Picture;
 use super::phrases;
 use super::text::figure;
-use kardan::results::{Complex, EnergyKind, Mode};
+use kardan_results::{Complex, EnergyKind, Mode};
 use kardan_rt::functions::hypot;
 
 /// Modes side by side.

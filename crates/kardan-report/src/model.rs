@@ -4,7 +4,7 @@
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
 use super::text::{figure, number};
-use kardan::results::{ExactMatrix, NamedMatrix, Verdict};
+use kardan_results::{ExactMatrix, NamedMatrix, Verdict};
 
 /// A page.
 #[derive(Debug, Clone, Default, PartialEq)]

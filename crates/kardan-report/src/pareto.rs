@@ -3,7 +3,7 @@
 use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
-use kardan::results::{Alternative, Exploration};
+use kardan_results::{Alternative, Exploration};
 use kardan_rt::functions::{log10, powi};
 
 const LEFT: f64 = 92.0;

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use super::text::{figure, number};
-use kardan::results::{
+use kardan_results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
     DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance,
     MatrixDistances, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare,
@@ -125,7 +125,7 @@ pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
 }
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
-pub fn constraint_kind(constraint: &kardan::results::ConstraintClass) -> String {
+pub fn constraint_kind(constraint: &kardan_results::ConstraintClass) -> String {
     let chosen = |satisfied: bool, yes: &'static str, no: &'static str| if satisfied { yes } else { no };
     let holonomic = constraint.holonomic.map(|satisfied| chosen(satisfied, "holonomic", "nonholonomic"));
     [

@@ -5,7 +5,7 @@ use super::frame::Frame;
 use super::model::Picture;
 use super::samples::Samples;
 use super::text::{escape, powers};
-use kardan::results::Sweep;
+use kardan_results::Sweep;
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 320.0;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::text::{json_array, json_string, powers};
-use kardan::results::{DisplayUnit, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows};
+use kardan_results::{DisplayUnit, Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows};
 
 /// More runs are not drawn.
 const MOST: usize = 100_000;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use kardan::results::SignalNode;
+use kardan_results::SignalNode;
 
 use crate::analysis_pictures::{bar, drawing, figure_of, text};
 use crate::model::{Body, Picture, row};

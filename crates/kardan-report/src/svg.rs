@@ -15,8 +15,8 @@ use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
-use kardan::results::bidi_escaped;
-use kardan::results::{Physical, Plot, Study};
+use kardan_results::bidi_escaped;
+use kardan_results::{Physical, Plot, Study};
 use kardan_rt::functions::log10;
 use rayon::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
 use super::prose::rounded;
-use kardan::results::bidi_escaped;
+use kardan_results::bidi_escaped;
 
 /// Default and largest number of columns.
 pub(super) const WIDTH: usize = 100;

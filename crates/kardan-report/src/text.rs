@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kardan::results::bidi_escaped;
+use kardan_results::bidi_escaped;
 
 /// The text with everything that HTML would interpret written as entities; control characters become spaces, those of direction escapes.
 pub(super) fn escape(text: &str) -> String {

@@ -41,47 +41,57 @@
 //! The other modules are implementation. They are not listed here, may change with any version, and are public for the tests.
 #![deny(clippy::disallowed_methods)]
 
-pub mod analysis;
-#[doc(hidden)]
-pub mod assemble;
-#[doc(hidden)]
-pub mod block;
-pub mod diagnostics;
-pub mod element;
-pub mod entries;
-#[doc(hidden)]
-pub mod equations;
 pub mod export;
-#[doc(hidden)]
-pub mod expr;
-#[doc(hidden)]
-pub mod file;
-#[doc(hidden)]
-pub mod identify;
-#[doc(hidden)]
-pub mod manoeuvre;
-#[doc(hidden)]
-pub mod model;
-#[doc(hidden)]
-pub mod names;
-#[doc(hidden)]
-pub mod num;
-#[doc(hidden)]
-pub mod plan;
-#[doc(hidden)]
-pub mod program;
 pub mod project;
-#[doc(hidden)]
-pub mod reduce;
-pub mod results;
-pub mod schema;
-#[doc(hidden)]
-pub mod signal;
-pub mod simulate;
 pub mod study;
-#[doc(hidden)]
-pub mod symbolic;
-pub mod synthesis;
-pub mod units;
 
+#[doc(inline)]
+pub use kardan_analysis as analysis;
+#[doc(inline)]
+pub use kardan_elements::element;
+#[doc(inline)]
+pub use kardan_math::units;
+#[doc(inline)]
+pub use kardan_results as results;
+#[doc(inline)]
+pub use kardan_schema::diagnostics;
+#[doc(inline)]
+pub use kardan_schema::entries;
+#[doc(inline)]
+pub use kardan_schema::schema;
+#[doc(inline)]
+pub use kardan_simulate as simulate;
+#[doc(inline)]
+pub use kardan_synthesis as synthesis;
 pub use kardan_tables as tables;
+
+#[doc(hidden)]
+pub use kardan_elements::block;
+#[doc(hidden)]
+pub use kardan_elements::manoeuvre;
+#[doc(hidden)]
+pub use kardan_elements::signal;
+#[doc(hidden)]
+pub use kardan_expr::expr;
+#[doc(hidden)]
+pub use kardan_expr::plan;
+#[doc(hidden)]
+pub use kardan_identify as identify;
+#[doc(hidden)]
+pub use kardan_math::names;
+#[doc(hidden)]
+pub use kardan_math::num;
+#[doc(hidden)]
+pub use kardan_mechanics::assemble;
+#[doc(hidden)]
+pub use kardan_mechanics::equations;
+#[doc(hidden)]
+pub use kardan_mechanics::program;
+#[doc(hidden)]
+pub use kardan_mechanics::reduce;
+#[doc(hidden)]
+pub use kardan_mechanics::symbolic;
+#[doc(hidden)]
+pub use kardan_model as model;
+#[doc(hidden)]
+pub use kardan_schema::file;

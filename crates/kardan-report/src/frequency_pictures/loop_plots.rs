@@ -1,6 +1,6 @@
 //! Loop gains as Bode plot, as Nyquist plot and as Nichols chart, with their margins.
 
-use kardan::results::{ChannelMargin, LoopGain, LoopResponses};
+use kardan_results::{ChannelMargin, LoopGain, LoopResponses};
 use kardan_rt::functions::{atan2, cos, hypot, log10, powf, powi, sin};
 
 use crate::analysis_pictures::{drawing, figure_of, text};

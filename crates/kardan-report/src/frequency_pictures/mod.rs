@@ -5,7 +5,7 @@ mod panel;
 
 pub(super) use loop_plots::loops;
 
-use kardan::results::{
+use kardan_results::{
     LoopFunction, LoopResponses, MarginsOverPositions, PositionMargins, ReferenceResponse, SingularValues, StepResponse,
 };
 use kardan_rt::functions::hypot;

@@ -1,7 +1,7 @@
 //! A block with all its parts, around its centre: symbols, labels, the lines between them, and where lines from
 //! other blocks come in.
 
-use kardan::results::{JoinKind, MechanismPart, Symbol};
+use kardan_results::{JoinKind, MechanismPart, Symbol};
 
 use super::graph::{Block, Content};
 use super::labels::{HEIGHT, shorten, width};

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol, Terminal};
+use kardan_results::{JoinKind, Mechanism, MechanismPart, Symbol, Terminal};
 
 /// Models of more shafts and nodes are folded.
 const HOSTS: usize = 30;

@@ -9,7 +9,7 @@ mod symbols;
 #[path = "../../tests/unit/mechanism.rs"]
 mod tests;
 
-use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol};
+use kardan_results::{JoinKind, Mechanism, MechanismPart, Symbol};
 
 use crate::analysis_pictures::{drawing, figure_of};
 use crate::model::Picture;

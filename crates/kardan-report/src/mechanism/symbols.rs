@@ -1,6 +1,6 @@
 //! Symbols of drivetrain and circuit drawings, around the point (0, 0).
 
-use kardan::results::{MechanismPart, Symbol};
+use kardan_results::{MechanismPart, Symbol};
 
 /// A symbol: its drawing, and its extent to the left and right, up and down.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::{list, percent, polynomial};
 use crate::text::figure;
-use kardan::results::{CrossCoupling, Design, Pole, TransferEntry};
+use kardan_results::{CrossCoupling, Design, Pole, TransferEntry};
 use kardan_rt::functions::hypot;
 
 /// More names are counted.

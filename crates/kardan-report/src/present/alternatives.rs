@@ -4,7 +4,7 @@ use crate::model::{Body, row};
 use crate::pareto::pareto;
 use crate::phrases;
 use crate::text::number;
-use kardan::results::{
+use kardan_results::{
     Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
 

@@ -8,7 +8,7 @@ use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
 use crate::text::number;
-use kardan::results::{
+use kardan_results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
     FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, OppositeModel, ParameterRange, PlacementSearch,
     PolynomialRoots, Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,

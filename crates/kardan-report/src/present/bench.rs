@@ -5,7 +5,7 @@ use crate::charts;
 use crate::model::{Block, Body, Cell, Page, Section, row, warnings};
 use crate::text::figure;
 use crate::text::number;
-use kardan::results::{
+use kardan_results::{
     BenchPlan, BenchStudy, ClosedLoop, Experiment, IdentifiedParameter, Interval, Response, TrueValue, Verdict,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
-use kardan::results::{Analysis, DescriptorSystem, DescriptorVerdicts, PolynomialRoots};
+use kardan_results::{Analysis, DescriptorSystem, DescriptorVerdicts, PolynomialRoots};
 
 /// More orders are counted.
 const ORDERS: usize = 24;
@@ -96,7 +96,7 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
         );
     } else {
         let entry =
-            |one: &kardan::results::ImproperEntry| format!("from {} to {}: {}", one.input, one.output, one.polynomial);
+            |one: &kardan_results::ImproperEntry| format!("from {} to {}: {}", one.input, one.output, one.polynomial);
         let entries: Vec<String> = found.polynomial_part.iter().map(entry).collect();
         let what = if discrete { "later values" } else { "derivatives" };
         all.push(format!(

@@ -5,7 +5,7 @@ use crate::design_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::{self, design as design_phrases, list, pairs};
 use crate::text::number;
-use kardan::results::{
+use kardan_results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
     Flatness, HiddenMotion, Integrators, LoopAlongPath, Motion, NO_RESPONSES, ObserverResult, Pole, Stability,
     ZeroDynamics, ZeroMode,

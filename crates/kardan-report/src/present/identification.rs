@@ -4,7 +4,7 @@ use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::list;
 use crate::text::number;
-use kardan::results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
+use kardan_results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where space is limited.
 const ROWS: usize = 40;

@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
-use kardan::results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
+use kardan_results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
 
 /// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {

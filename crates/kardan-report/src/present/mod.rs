@@ -16,7 +16,7 @@ pub mod sweep;
 
 use crate::model::{Body, Cell, Section, row};
 use crate::text::number;
-use kardan::results::{Complex, Mechanism, Pole};
+use kardan_results::{Complex, Mechanism, Pole};
 use kardan_rt::functions::hypot;
 
 /// The drawing of the mechanism, the first section of a report.

@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, Entry, row};
 use crate::phrases;
 use crate::text::number;
-use kardan::results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
+use kardan_results::{Analysis, FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
 
 /// More names, residuals or sets are counted where space is limited.
 const NAMES: usize = 12;

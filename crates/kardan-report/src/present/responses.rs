@@ -4,7 +4,7 @@ use crate::frequency_pictures as pictures;
 use crate::model::{Body, row};
 use crate::phrases::list;
 use crate::text::{number, unit};
-use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues, WrongTorque};
+use kardan_results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues, WrongTorque};
 use kardan_rt::functions::log10;
 
 /// More names in a sentence are counted.

@@ -2,7 +2,7 @@
 
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::{figure, number};
-use kardan::results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
+use kardan_results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
 
 /// Digits of an effect.
 const DIGITS: usize = 3;

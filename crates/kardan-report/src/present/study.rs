@@ -7,7 +7,7 @@ use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::text::number;
 use crate::text::{Clock, figure};
-use kardan::results::{
+use kardan_results::{
     self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
     RunVerdict, Signal, Structure, Study, Verdict,
 };
@@ -338,7 +338,7 @@ fn display_unit<'a>(study: &'a Study, name: &String, signal: &Signal) -> Option<
 
 /// Least and greatest value with their times, and the last value that is finite.
 fn extremes(time: &[f64], values: &[f64], unit: Option<&DisplayUnit>, clock: Clock) -> [Cell; 5] {
-    let found = results::extremes(time, values);
+    let found = kardan_results::extremes(time, values);
     let in_unit = |value: f64| unit.map_or(value, |unit| unit.of(value));
     let cells = |found: Option<Extreme>| match found {
         Some(at) => [Cell::from(in_unit(at.value)), Cell::Text(clock.time(at.time))],

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use kardan::results::{ChannelMargin, Design, Margins, RequirementResult, Run, SignalError, Stability, Study};
+use kardan_results::{ChannelMargin, Design, Margins, RequirementResult, Run, SignalError, Stability, Study};
 
 use super::study::{alerts, key_figures, measured, verdict};
 use crate::curves::variant_label;

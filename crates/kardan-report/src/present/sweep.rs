@@ -4,7 +4,7 @@ use crate::model::{Body, Cell, Page, Picture, row, warnings};
 use crate::sample_pictures::still;
 use crate::samples::{Again, Samples};
 use crate::text::{escape, figure, number};
-use kardan::results::{
+use kardan_results::{
     DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
 };
 use kardan_rt::functions::{log10, powi};

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::printed::printed;
-use crate::results::serial::Ending;
-use crate::results::{
+use kardan_results::serial::Ending;
+use kardan_results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Counting, DescriptorSystem,
     DiscreteTime, Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, OppositeModel, Parity, Placement,
     Sensitivity, SystemProperties, Zeros,

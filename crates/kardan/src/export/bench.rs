@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::identification::IdentificationView;
 use super::printed::printed;
-use crate::results::serial::by_name;
-use crate::results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
+use kardan_results::serial::by_name;
+use kardan_results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
 
 /// A log: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

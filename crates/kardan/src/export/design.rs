@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json as object};
 
 use super::printed::printed;
-use crate::names::{Quantity, SignalName};
-use crate::results::{ControllerData, Design};
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{ControllerData, Design};
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
 const VERSION: u32 = 1;
@@ -26,7 +26,8 @@ pub fn design_json(design: &Design) -> String {
 /// for the observer that runs before it (`null` without one).
 ///
 /// ```
-/// use kardan::{export, results::{ControllerData, DataMatrix, Design}};
+/// use kardan::export;
+/// use kardan::results::{ControllerData, DataMatrix, Design};
 /// let matrices = vec![DataMatrix::new("K", vec![vec![0.1 + 0.2, -1.0 / 3.0]])];
 /// let controller_data = ControllerData { block: "StateSpace".into(), matrices, ..ControllerData::default() };
 /// let text = export::controller_json(&Design { controller_data, ..Design::default() });

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::printed::printed;
-use crate::results::Identification;
+use kardan_results::Identification;
 
 /// Parameters identified from measured logs.
 #[derive(Serialize, JsonSchema)]

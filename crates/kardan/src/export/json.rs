@@ -7,12 +7,12 @@ use serde::{Serialize, Serializer};
 
 use super::analysis::Short;
 use super::printed::printed;
-use crate::diagnostics::{Diagnostic, Lines, Severity};
-use crate::results::serial::by_name;
-use crate::results::{
+use kardan_results::serial::by_name;
+use kardan_results::{
     Accuracy, Effort, Energy, Event, FigureResult, Mechanism, MotorLoadView, Outcome, ParameterValue, Physical,
     RequirementResult, Run, RunVerdict, Signal, Study, extremes,
 };
+use kardan_schema::diagnostics::{Diagnostic, Lines, Severity};
 
 /// The written files of a study.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

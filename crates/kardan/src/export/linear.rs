@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::printed::printed;
-use crate::num::{Matrix, Rational, rational_to_f64};
-use crate::results::{Block, Linearised, NamedUnit, Realisations, TransformedSystem};
+use kardan_math::num::{Matrix, Rational, rational_to_f64};
+use kardan_results::{Block, Linearised, NamedUnit, Realisations, TransformedSystem};
 
 /// An exact number: a whole one of few digits as it is, another as a text (`"-3/2"`).
 #[derive(Serialize, JsonSchema)]

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::json::{Place, places};
 use super::printed::printed;
-use crate::diagnostics::Diagnostic;
-use crate::results::{BuiltinModel, ManualTable, MotionEquations, SignalNode};
+use kardan_results::{BuiltinModel, ManualTable, MotionEquations, SignalNode};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// A model file without errors.
 #[derive(Serialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! The table of faults as JSON and as a table of comma-separated values.
 
 use super::printed::printed;
-use crate::results::{Safety, SafetyRow};
+use kardan_results::{Safety, SafetyRow};
 use kardan_tables::write::csv_cell;
 
 /// The table of faults as one JSON object on one line, in SI.

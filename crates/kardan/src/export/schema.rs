@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
-use crate::results::{Design, Safety, Sweep};
+use kardan_results::{Design, Safety, Sweep};
 
 /// The outputs with a schema, and the command that prints each.
 pub const SCHEMAS: [(&str, &str); 17] = [

@@ -3,7 +3,7 @@
 use kardan_tables::{Column, write};
 
 use super::printed::printed;
-use crate::results::{RowAgain, Sweep, SweepHead, SweepRequirement, SweepRow};
+use kardan_results::{RowAgain, Sweep, SweepHead, SweepRequirement, SweepRow};
 
 /// Columns before those of the varied values.
 const SAMPLE: &str = "sample";

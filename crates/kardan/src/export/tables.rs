@@ -3,7 +3,7 @@
 use kardan_tables::write::{self, ParquetError, csv_cell};
 use kardan_tables::{Column, Table};
 
-use crate::results::{Run, Series, Study};
+use kardan_results::{Run, Series, Study};
 
 /// The run as CSV, see [`write::csv`].
 ///

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
-use crate::results::TrueValue;
+use kardan_results::TrueValue;
 
 /// The table `[bench.truth]` with these values; every number reads back as the same `f64`.
 ///
 /// ```
-/// use kardan::{export::truth_toml, results::TrueValue};
+/// use kardan::export::truth_toml;
+/// use kardan::results::TrueValue;
 /// let one = TrueValue { name: "wg.damping".into(), value: 0.5, unit: "N m s/rad".into(), nominal: Some(0.4) };
 /// assert!(truth_toml(&[one]).ends_with("\"wg.damping\" = \"0.5 N m s/rad\"   # the model has 0.4\n"));
 /// ```

@@ -2,22 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::analysis::{ConstrainedSystem, OutputSignal};
-use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::entries::Place;
-use crate::equations::{Domain, Measured, Sensor, UnilateralConstraint};
-use crate::model::{Document, Instance, Setting, TableReader, tables};
-use crate::names::unknown_name;
-use crate::names::{Quantity, SignalName, carrier};
-use crate::reduce::Reduced;
-use crate::results::Physical;
-use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::study::analyze::locations::place_of_value;
 use crate::study::check::model_checks::is_finite_at;
 use crate::study::prepare::read_values::{of_dimension, read_names, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::{Dimension, Exact};
+use kardan_analysis::{ConstrainedSystem, OutputSignal};
+use kardan_math::names::unknown_name;
+use kardan_math::units::{Dimension, Exact};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::{Domain, Measured, Sensor, UnilateralConstraint};
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::{Document, Instance, Setting, TableReader, tables};
+use kardan_results::Physical;
+use kardan_results::signal_name::{Quantity, SignalName, carrier};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 
 /// Largest number of samples that a study accepts.
 const MOST_SAMPLES: f64 = 1e6;

@@ -1,9 +1,9 @@
 //! Plain matrices with a singular E: decomposed, or the reason why this is impossible.
 
-use crate::analysis::{
+use kardan_analysis::{
     DecomposedDescriptor, DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, descriptor,
 };
-use crate::diagnostics::Diagnostic;
+use kardan_schema::diagnostics::Diagnostic;
 
 /// Largest number of equations that are listed with their factors.
 const MAX_LISTED: usize = 8;

@@ -1,21 +1,22 @@
 //! The computation of `kardan linearise`: the linear model of a variant with names and units.
 
-use crate::analysis::{LinearSystem, linear_system};
-use crate::diagnostics::Diagnostic;
-use crate::equations::Domain;
-use crate::names::{Quantity, SignalName};
-use crate::num::Matrix;
-use crate::results::{Linearised, NamedUnit};
 use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::measure::signals::{AnalyzeSettings, WorkingPoint};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project};
+use kardan_analysis::{LinearSystem, linear_system};
+use kardan_math::num::Matrix;
+use kardan_mechanics::equations::Domain;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{Linearised, NamedUnit};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// The linear model of a model file; see [`Project::linearise`].
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("two-bodies").unwrap().source;
 /// let (found, _) = study::linearise(source, &Default::default(), false).unwrap();
 /// assert_eq!((found.a.rows(), found.inputs[0].unit.as_str()), (found.states.len(), "N m"));

@@ -1,9 +1,9 @@
 //! The spans in a file that a diagnostic points at.
 
-use crate::diagnostics::Diagnostic;
-use crate::entries::Place;
-use crate::model::{ControlSpec, Document, occurrences};
-use crate::schema::Value;
+use kardan_model::{ControlSpec, Document, occurrences};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::entries::Place;
+use kardan_schema::schema::Value;
 
 /// Largest number of spans for one diagnostic.
 pub(in crate::study) const MOST_LABELS: usize = 8;

@@ -2,24 +2,24 @@
 
 use std::collections::BTreeSet;
 
-use crate::analysis::{
-    Broken, ConstrainedSystem, Fault, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,
-    constant_is_detectable, linear_system, multiplier_constraint_classes, relation_is_satisfied, relations,
-    smallest_sets, static_relations,
-};
-use crate::assemble::DirectionalTerm;
-use crate::diagnostics::Diagnostic;
-use crate::equations::Measured;
-use crate::model::Document;
-use crate::names::{Quantity, SignalName};
-use crate::num::{Rational, rational_to_f64};
-use crate::reduce::Kinematics;
-use crate::results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
-use crate::simulate::signal_names;
 use crate::study::analyze::sensitivity::Varied;
 use crate::study::analyze::thresholds::{Part, Reading, pulse, readings, threshold};
 use crate::study::measure::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
 use crate::study::{Prepared, PreparedVariant};
+use kardan_analysis::{
+    Broken, ConstrainedSystem, Fault, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,
+    constant_is_detectable, linear_system, multiplier_constraint_classes, relation_is_satisfied, relations,
+    smallest_sets, static_relations,
+};
+use kardan_math::num::{Rational, rational_to_f64};
+use kardan_mechanics::assemble::DirectionalTerm;
+use kardan_mechanics::equations::Measured;
+use kardan_mechanics::reduce::Kinematics;
+use kardan_model::Document;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{FaultPlace, FaultVerdict, Parity, ParityTerm, Residual, SensorSets, Threshold};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_simulate::signal_names;
 
 /// The options and the model.
 struct Subject<'a> {

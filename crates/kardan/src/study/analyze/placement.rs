@@ -1,11 +1,11 @@
 //! The candidate locations of `[analysis]` for motors and sensors, ranked.
 
-use crate::analysis::{Candidate, ConstrainedSystem, LinearSystem, Measure, Side, place, structure, with_candidates};
-use crate::names::{Quantity, SignalName};
-use crate::num::{Matrix, Rational, rational_to_f64};
-use crate::results::{Placement, PlacementSearch, Structure};
 use crate::study::AnalysisSpec;
 use crate::study::check::massless_elimination::Mechanical;
+use kardan_analysis::{Candidate, ConstrainedSystem, LinearSystem, Measure, Side, place, structure, with_candidates};
+use kardan_math::num::{Matrix, Rational, rational_to_f64};
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{Placement, PlacementSearch, Structure};
 
 /// A state as a combination of angles and speeds.
 type Combination = Vec<(String, Rational)>;

@@ -2,19 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{InputKind, Meaning, UnilateralConstraint};
-use crate::expr::Side;
-use crate::names::Quantity;
-use crate::reduce::{
-    Instant, MotionSpec, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
-    motion_of, steady_motion, with_enforced, with_sliding,
-};
-use crate::simulate::{Setup, Simulation, Tolerance};
 use crate::study::PreparedVariant;
 use crate::study::analyze::analysis_spec::OperatingConditions;
 use crate::study::check::multiplier_constraints::moves_by_itself;
 use crate::study::prepare::equilibrium::format_position;
+use kardan_expr::expr::Side;
+use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
+use kardan_mechanics::reduce::{
+    Instant, MotionSpec, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
+    motion_of, steady_motion, with_enforced, with_sliding,
+};
+use kardan_results::signal_name::Quantity;
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_simulate::{Setup, Simulation, Tolerance};
 
 /// An acceleration below this fraction of the largest counts as zero, relative to the tolerance of a run.
 const NONE: f64 = 1e-9;
@@ -137,7 +137,7 @@ fn format_speed(reduced: &Reduced, coordinate: usize, speed: f64) -> String {
 
 fn format_torques(reduced: &Reduced, point: &OperatingPoint) -> Vec<String> {
     let torques = reduced.equations.inputs.iter().zip(point.torques.iter().flatten());
-    let one = |(input, torque): (&crate::assemble::DirectionalTerm<InputKind>, &f64)| {
+    let one = |(input, torque): (&kardan_mechanics::assemble::DirectionalTerm<InputKind>, &f64)| {
         let effort = reduced.equations.domain_of(input).effort();
         format!("{} = {torque:.6} {}", effort.of(&input.element), effort.unit())
     };
@@ -362,7 +362,7 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
     let of_law = equations.laws.iter().filter(|law| {
         law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Position(body) if body == name))
     });
-    let only_of_shaft = |row: &[(usize, crate::num::Rational)]| matches!(row, [(k, _)] if *k == shaft);
+    let only_of_shaft = |row: &[(usize, kardan_math::num::Rational)]| matches!(row, [(k, _)] if *k == shaft);
     let of_springs = equations.springs.iter().filter(|spring| only_of_shaft(&spring.row)).map(|spring| &spring.element);
     let of_stops = equations.unilaterals.iter().filter(|unilateral| {
         matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. })

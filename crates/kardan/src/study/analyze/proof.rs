@@ -2,22 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{
+use kardan_analysis::{
     LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
 };
-use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
-use crate::reduce::over_states;
-use crate::results::{
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
+use kardan_mechanics::reduce::over_states;
+use kardan_results::{
     BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness,
     Integrators, Mode, Pole, ReadSignal, Stability, StabilityVerdict, StoredShare, TransferEntry, ZeroDynamics,
     ZeroMode,
 };
-use crate::synthesis::decoupling::{
+use kardan_synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
     relative_degrees, transfer_matrix, zero_dynamics,
 };
-use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
-use crate::synthesis::{ExactLoop, Law, Plant, named, roots};
+use kardan_synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
+use kardan_synthesis::{ExactLoop, Law, Plant, named, roots};
 
 /// Damping ratio below which a cancelled pole deserves a warning; reduced by the error of its proven digits, so that every pole that is
 /// called lightly damped is.
@@ -182,8 +182,8 @@ fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {
     Decouplability { rank, normal_rank, possible, blocks, integrators, reasons: Vec::new() }
 }
 
-fn rank(matrix: &Matrix<crate::num::Rational>) -> usize {
-    crate::num::echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank()
+fn rank(matrix: &Matrix<kardan_math::num::Rational>) -> usize {
+    kardan_math::num::echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank()
 }
 
 fn canonical(system: &LinearSystem) -> Option<Canonical> {

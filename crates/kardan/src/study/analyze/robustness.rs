@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::num::Random;
-use crate::results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
 use crate::study::design::margins_over_positions::margins_over_box;
 use crate::study::run::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use crate::study::{PreparedVariant, Progress};
-use crate::synthesis::Law;
-use crate::units::Exact;
+use kardan_math::num::Random;
+use kardan_math::units::Exact;
+use kardan_results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
+use kardan_synthesis::Law;
 
 /// The box of plants.
 #[derive(Debug, Clone, Copy, PartialEq)]

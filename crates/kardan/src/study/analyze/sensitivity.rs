@@ -2,23 +2,23 @@
 
 use std::collections::BTreeSet;
 
-use crate::analysis::{
+use crate::study::measure::signals::WorkingPoint;
+use crate::study::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
+use kardan_analysis::{
     BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, Parameter, Pencil, PencilBox, SamplingPlan, Side,
     controllable_rank, distance_to_uncontrollability, failing_modes, linear_system, prove_box, sample, structure,
 };
-use crate::assemble::assemble;
-use crate::diagnostics::Diagnostic;
-use crate::equations::{Domain, Measured};
-use crate::model::{Document, Setting};
-use crate::num::{Rational, rational_from_f64, rational_to_f64};
-use crate::reduce::reduce;
-use crate::results::{
+use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
+use kardan_math::units::Exact;
+use kardan_mechanics::assemble::assemble;
+use kardan_mechanics::equations::{Domain, Measured};
+use kardan_mechanics::reduce::reduce;
+use kardan_model::{Document, Setting};
+use kardan_results::{
     Analysis, BoxVerdict, DistanceToUncontrollability, Mode, NamedShare, ParameterPoint, ParameterRange, Pole,
     Sensitivity, Structure, UncontrollablePoint,
 };
-use crate::study::measure::signals::WorkingPoint;
-use crate::study::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
-use crate::units::Exact;
+use kardan_schema::diagnostics::Diagnostic;
 
 /// Samples if the file names no number.
 const SAMPLES: usize = 1000;

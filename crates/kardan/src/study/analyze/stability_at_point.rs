@@ -1,12 +1,12 @@
 //! Stability of a model at its operating point, as far as rounded numbers and the linearisation decide it.
 
-use crate::analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
-use crate::num::LastDigits;
-use crate::reduce::laws_are_linear;
-use crate::results::{Analysis, StabilityVerdict};
 use crate::study::PreparedVariant;
 use crate::study::check::massless_elimination::Mechanical;
 use crate::study::measure::signals::WorkingPoint;
+use kardan_analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
+use kardan_math::num::LastDigits;
+use kardan_mechanics::reduce::laws_are_linear;
+use kardan_results::{Analysis, StabilityVerdict};
 
 /// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;

@@ -4,23 +4,6 @@ use std::collections::BTreeSet;
 
 use kardan_rt::functions::{atan2, hypot, ln};
 
-use crate::analysis::{
-    BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
-    StructureError, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, modular_properties,
-    multiplier_constraint_classes, needs_modes, properties, realisations, reduction, stability_proofs, state_modular,
-    structure,
-};
-use crate::diagnostics::Diagnostic;
-use crate::equations::Domain;
-use crate::model::{DataDigits, StateSpace, read_state_space};
-use crate::names::{Quantity, SignalName, carrier};
-use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, length, rational_to_f64};
-use crate::reduce::Reduced;
-use crate::results::{
-    Analysis, Basis, Breach, Class, ConstraintForces, Counting, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
-    OppositeModel, Structure,
-};
 use crate::study::analyze::descriptor::decompose_descriptor;
 use crate::study::analyze::parity::parity;
 use crate::study::analyze::placement::Places;
@@ -33,7 +16,24 @@ use crate::study::measure::signals::{WorkingPoint, named};
 use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
-use crate::synthesis::remove_counting_charges;
+use kardan_analysis::{
+    BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
+    StructureError, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, modular_properties,
+    multiplier_constraint_classes, needs_modes, properties, realisations, reduction, stability_proofs, state_modular,
+    structure,
+};
+use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, length, rational_to_f64};
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::{DataDigits, StateSpace, read_state_space};
+use kardan_results::signal_name::{Quantity, SignalName, carrier};
+use kardan_results::{
+    Analysis, Basis, Breach, Class, ConstraintForces, Counting, DiscreteTime, MatrixDistance, MatrixDistances, Mode,
+    OppositeModel, Structure,
+};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_synthesis::remove_counting_charges;
 
 /// The results that follow after the structure of a model.
 const REST: &str = "modes, the construction of inputs, bases and placement";
@@ -41,7 +41,8 @@ const REST: &str = "modes, the construction of inputs, bases and placement";
 /// Analyses a model file.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("two-bodies").unwrap().source;
 /// let analysis = study::analyze(source, &Default::default(), &study::Silent).unwrap();
 /// assert!(analysis.structure.controllable());

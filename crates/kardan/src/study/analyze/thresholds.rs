@@ -1,14 +1,14 @@
 //! Alarm thresholds of residuals: the effect of sensor noise and quantisation, at one instant or in time through a filter.
 
-use crate::analysis::OutputSignal;
-use crate::equations::Measured;
-use crate::identify::{normal_quantile, two_sided_normal};
-use crate::names::SignalName;
-use crate::results::Threshold;
-use crate::simulate::signal_names;
 use crate::study::PreparedVariant;
 use crate::study::measure::signals::ParitySettings;
+use kardan_analysis::OutputSignal;
+use kardan_identify::{normal_quantile, two_sided_normal};
+use kardan_mechanics::equations::Measured;
+use kardan_results::Threshold;
+use kardan_results::signal_name::SignalName;
 use kardan_rt::functions::{exp, hypot, ln};
+use kardan_simulate::signal_names;
 use std::collections::VecDeque;
 
 /// The errors of a sensor reading.
@@ -41,7 +41,7 @@ pub(in crate::study) fn readings(variant: &PreparedVariant, outputs: &[OutputSig
             .to_string();
         let sensor = equations.sensors.iter().find(|(name, _)| *name == output.name).map(|(_, sensor)| sensor);
         let Some(sensor) = sensor else { return Reading { unit, noise: 0.0, steps: [0.0; 2], sample_time: None } };
-        let sample_time = sensor.sample_time.as_ref().map(crate::units::Exact::to_f64);
+        let sample_time = sensor.sample_time.as_ref().map(kardan_math::units::Exact::to_f64);
         // The reading step · ⌊x/step + phase⌋ differs from x by more than (phase − 1) and at most phase steps.
         let rounded = |step: f64| [step * (sensor.phase - 1.0), step * sensor.phase];
         let steps = match (&sensor.measured, sensor.resolution) {

@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 
 use super::{BenchRun, BenchSettings, prepare_bench, prepare_excluding};
-use crate::assemble::Equations;
-use crate::diagnostics::Diagnostic;
-use crate::equations::Measured;
-use crate::names;
-use crate::names::SignalName;
-use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
 use crate::study::design::designs::DesignSettings;
 use crate::study::{PreparedVariant, Progress, Project, Silent};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::Measured;
+use kardan_results::signal_name;
+use kardan_results::signal_name::SignalName;
+use kardan_results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// The last fraction of a run, which counts as settled.
 const LAST: f64 = 0.1;
@@ -50,7 +50,8 @@ struct Job {
 /// true values, because drawn ones lie around the values of this file. Excitation and repetitions have no effect here.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source.replace("duration = \"5 s\"", "duration = \"1.2 s\"");
 /// let found = study::closed_loop(&study::Project::open(source), &study::BenchSettings::default(), &study::Silent).unwrap();
 /// // The angle follows on the bench as in the simulation; the torque does not.
@@ -122,7 +123,8 @@ pub fn closed_loop(
 /// The controller of a model file (of one of its variants) for its bench: the requested one, otherwise the first.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source;
 /// assert_eq!(study::bench_controller(&study::Project::open(source), None, None).unwrap(), "drive");
 /// ```
@@ -190,7 +192,7 @@ const DELAY: &str = "delay (sampling, computation, motors, sensors)";
 
 /// The kind of difference of a plant value, and whether that is compliance.
 fn difference(value: &TrueValue) -> (String, bool) {
-    let (element, key) = names::parameter(&value.name).unwrap_or((&value.name, ""));
+    let (element, key) = signal_name::parameter(&value.name).unwrap_or((&value.name, ""));
     match key {
         "stiffness" | "damping" if value.nominal.is_none() => (format!("compliance of {element}"), true),
         "friction" | "breakaway" | "stribeck_speed" => (FRICTION.into(), false),

@@ -2,9 +2,9 @@
 
 use kardan_rt::functions::powi;
 
-use crate::num::{Cholesky, dot};
-use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::Plant;
+use kardan_math::num::{Cholesky, dot};
+use kardan_mechanics::reduce::{Dynamics, Reduced, Work};
+use kardan_synthesis::Plant;
 
 /// Speed along a friction direction below which it counts as sticking in a plan, rad/s.
 const REST: f64 = 1e-9;

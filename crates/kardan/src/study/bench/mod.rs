@@ -14,26 +14,27 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::assemble::assemble;
-use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::entries::Entry;
-use crate::equations::{InputKind, Measured};
-use crate::file::syntax;
-use crate::identify::coefficients;
-use crate::model::parse::value;
-use crate::model::tables::ExcitationPlan;
-use crate::model::{Document, Setting, TableReader};
-use crate::names::{self, unknown_name};
-use crate::num::Random;
-use crate::reduce::{Kinematics, Reduced, reduce};
-use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
-use crate::schema::{EntryValue, Kind, Named, Quantity, Value};
-use crate::simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
 use crate::study::prepare::document::file_stem;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Progress, Project};
-use crate::synthesis::Law;
+use kardan_identify::coefficients;
+use kardan_math::names::unknown_name;
+use kardan_math::num::Random;
+use kardan_mechanics::assemble::assemble;
+use kardan_mechanics::equations::{InputKind, Measured};
+use kardan_mechanics::reduce::{Kinematics, Reduced, reduce};
+use kardan_model::parse::value;
+use kardan_model::tables::ExcitationPlan;
+use kardan_model::{Document, Setting, TableReader};
+use kardan_results::signal_name;
+use kardan_results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
+use kardan_schema::entries::Entry;
+use kardan_schema::file::syntax;
+use kardan_schema::schema::{EntryValue, Kind, Named, Quantity, Value};
+use kardan_simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
+use kardan_synthesis::Law;
 use plan::{MotionSequence, Planner, Refusal};
 use servo::{Servo, ServoLaw, encoders};
 use spec::Spec;
@@ -72,7 +73,8 @@ const TOLERANCE: f64 = 1e-8;
 /// Runs the virtual bench of a model file.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source;
 /// let settings = study::BenchSettings { plan: Some("multisine".into()), ..Default::default() };
 /// let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
@@ -538,10 +540,13 @@ impl PreparedBench {
         let readings: Vec<(String, String)> = encoders(&self.plant)
             .into_iter()
             .map(|(sensor, shaft)| {
-                (names::Quantity::Angle.of(&equations.coordinates[shaft]), names::Quantity::Angle.of(&sensor))
+                (
+                    signal_name::Quantity::Angle.of(&equations.coordinates[shaft]),
+                    signal_name::Quantity::Angle.of(&sensor),
+                )
             })
             .collect();
-        let motor = |k: usize| names::Quantity::Torque.of(&equations.inputs[k].element);
+        let motor = |k: usize| signal_name::Quantity::Torque.of(&equations.inputs[k].element);
         let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
         if names.is_empty() && !excited {
             names = declared.iter().map(|(name, _)| name.clone()).collect();
@@ -549,13 +554,16 @@ impl PreparedBench {
         if names.is_empty() {
             names = readings.iter().map(|(angle, _)| angle.clone()).collect();
             if names.is_empty() {
-                names = self.plant.coordinate_names().iter().map(|name| names::Quantity::Angle.of(name)).collect();
+                names =
+                    self.plant.coordinate_names().iter().map(|name| signal_name::Quantity::Angle.of(name)).collect();
             }
             names.extend(self.motors.iter().map(|&k| motor(k)));
-            let torque = |(_, sensor): &&(String, crate::equations::Sensor)| {
+            let torque = |(_, sensor): &&(String, kardan_mechanics::equations::Sensor)| {
                 !matches!(sensor.measured, Measured::Angle(_) | Measured::Speed(_))
             };
-            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| names::Quantity::Torque.of(name)));
+            names.extend(
+                equations.sensors.iter().filter(torque).map(|(name, _)| signal_name::Quantity::Torque.of(name)),
+            );
             names.dedup();
         }
         for name in names {

@@ -4,15 +4,15 @@ use kardan_rt::functions::{exp, ln, powi, sin};
 
 use super::inverse::Inverse;
 use super::spec::Spec;
-use crate::equations::Domain;
-use crate::identify::{
+use kardan_identify::{
     Coefficient, Excitation, Motion, Regressor, d_optimal, expected_errors, information, undetermined,
 };
-use crate::model::tables::ExcitationPlan;
-use crate::names;
-use crate::num::{Cholesky, Matrix, Random, Scalar};
-use crate::reduce::{Kinematics, Reduced};
-use crate::results::{BenchPlan, BenchPoint, PlannedParameter};
+use kardan_math::num::{Cholesky, Matrix, Random, Scalar};
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::{Kinematics, Reduced};
+use kardan_model::tables::ExcitationPlan;
+use kardan_results::signal_name;
+use kardan_results::{BenchPlan, BenchPoint, PlannedParameter};
 
 /// Fraction of the torque limits that a plan uses; the rest is for the servo loops.
 const TORQUE: f64 = 0.8;
@@ -175,7 +175,7 @@ impl Planner<'_> {
 
     /// The domain of a coefficient.
     fn domain(&self, one: &Coefficient) -> Domain {
-        let element = names::parameter(&one.name).map_or(one.name.as_str(), |(element, _)| element);
+        let element = signal_name::parameter(&one.name).map_or(one.name.as_str(), |(element, _)| element);
         self.reduced.equations.domain_of_element(element)
     }
 

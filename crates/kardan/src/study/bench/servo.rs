@@ -6,13 +6,13 @@ use kardan_rt::functions::exp;
 
 use super::inverse::Inverse;
 use super::plan::Trajectory;
-use crate::analysis::OutputSignal;
-use crate::equations::Measured;
-use crate::names::Quantity;
-use crate::num::{Cholesky, Matrix, StateArchive, dot};
-use crate::reduce::{Kinematics, Reduced};
-use crate::results::Design;
-use crate::synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
+use kardan_analysis::OutputSignal;
+use kardan_math::num::{Cholesky, Matrix, StateArchive, dot};
+use kardan_mechanics::equations::Measured;
+use kardan_mechanics::reduce::{Kinematics, Reduced};
+use kardan_results::Design;
+use kardan_results::signal_name::Quantity;
+use kardan_synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
 
 /// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
 const FILTER: f64 = 10.0;
@@ -51,7 +51,7 @@ pub(super) struct Servo {
 pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
     let kinematics = Kinematics::new(reduced);
     let sensors = reduced.equations.sensors.iter();
-    let angle = |(name, sensor): &(String, crate::equations::Sensor)| match &sensor.measured {
+    let angle = |(name, sensor): &(String, kardan_mechanics::equations::Sensor)| match &sensor.measured {
         Measured::Angle(shaft) => {
             reduced.coordinate(shaft).filter(|shaft| !kinematics.is_varying(*shaft)).map(|shaft| (name.clone(), shaft))
         }

@@ -1,14 +1,14 @@
 //! Settings of `[bench]`.
 
 use super::truth::{Entry, Truth};
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::model::tables::ExcitationPlan;
-use crate::model::{Document, Instance, Setting, TableReader};
-use crate::names::unknown_name;
-use crate::schema::{Placed, Sign, Table, Value};
 use crate::study::prepare::read_values::{of_dimension, quantity, read_names, read_word};
 use crate::study::prepare::scenario::whole;
-use crate::units::Dimension;
+use kardan_math::names::unknown_name;
+use kardan_math::units::Dimension;
+use kardan_model::tables::ExcitationPlan;
+use kardan_model::{Document, Instance, Setting, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::{Placed, Sign, Table, Value};
 
 /// The table `[bench]`, with defaults for omitted keys.
 pub(super) struct Spec {

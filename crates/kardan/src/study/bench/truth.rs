@@ -1,15 +1,15 @@
 //! The plant on the bench: the model's tables with values unknown to the model.
 
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::model::{Document, Setting, TableReader};
-use crate::names;
-use crate::names::SignalName;
-use crate::names::{did_you_mean, unknown_name};
-use crate::num::{Random, rational_from_f64};
-use crate::results::TrueValue;
-use crate::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
 use crate::study::prepare::read_values::of_dimension;
-use crate::units::{Dimension, Exact};
+use kardan_math::names::{did_you_mean, unknown_name};
+use kardan_math::num::{Random, rational_from_f64};
+use kardan_math::units::{Dimension, Exact};
+use kardan_model::{Document, Setting, TableReader};
+use kardan_results::TrueValue;
+use kardan_results::signal_name;
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
 
 /// The tables of the plant, and their differences.
 pub(super) struct Truth {
@@ -154,7 +154,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
         }
         None
     };
-    let Some((head, key)) = names::parameter(&name.value) else {
+    let Some((head, key)) = signal_name::parameter(&name.value) else {
         if let Some(number) = document.parameters.iter().position(|parameter| parameter.name == name.value) {
             return Some(Target::Parameter(number));
         }

@@ -1,10 +1,10 @@
 //! Monitors whose debounce time exceeds the duration of a run.
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::model::{Document, TableReader};
-use crate::schema::Sign;
 use crate::study::prepare::read_values::quantity;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::Sign;
 
 /// Warns of monitors whose `debounce` is longer than every run, by the ends of the runs, s.
 pub(in crate::study) fn late_monitors(document: &Document, ends: &[(String, f64)], out: &mut Vec<Diagnostic>) {

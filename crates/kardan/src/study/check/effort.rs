@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{exp, ln, powi};
 
-use crate::assemble::Equations;
-use crate::diagnostics::Diagnostic;
-use crate::equations::{InputKind, UnilateralConstraint};
-use crate::model::{Document, TableReader};
-use crate::num::Random;
-use crate::program::Task;
-use crate::reduce::{Dynamics, Work, linearise};
-use crate::simulate::{Setup, UNJAM, teeth_that_lock};
 use crate::study::PreparedVariant;
 use crate::study::analyze::locations::place_of;
-use crate::synthesis::closed_loop_poles;
+use kardan_math::num::Random;
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::{InputKind, UnilateralConstraint};
+use kardan_mechanics::program::Task;
+use kardan_mechanics::reduce::{Dynamics, Work, linearise};
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_simulate::{Setup, UNJAM, teeth_that_lock};
+use kardan_synthesis::closed_loop_poles;
 
 /// Number of steps above which kardan warns.
 pub const MANY_STEPS: f64 = 1e7;
@@ -46,7 +46,8 @@ pub struct Effort {
 /// the largest pole of the loop. Nonlinearity in the angles and slipping are not included.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("two-bodies").unwrap().source;
 /// let (prepared, _) = study::prepare(source);
 /// assert!(study::expected_effort(&prepared.variants[0]).steps < 1e5);

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Formula, GearLoss, Meaning, UnilateralConstraint};
-use crate::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
-use crate::model::programs::Programs;
-use crate::names::SignalName;
-use crate::plan::compile;
-use crate::program::{KeyRule, Looked, TableCall, read_name};
-use crate::reduce::Reduced;
-use crate::results::Series;
-use crate::units::Dimension;
+use kardan_expr::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
+use kardan_expr::plan::compile;
+use kardan_math::units::Dimension;
+use kardan_mechanics::equations::{Formula, GearLoss, Meaning, UnilateralConstraint};
+use kardan_mechanics::program::{KeyRule, Looked, TableCall, read_name};
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::programs::Programs;
+use kardan_results::Series;
+use kardan_results::signal_name::SignalName;
 
 /// Fraction of the range of a table that rounding alone may exceed.
 const ROUNDING: f64 = 1e-9;

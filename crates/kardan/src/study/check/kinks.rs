@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::expr::Side;
-use crate::reduce::LawSlopes;
+use kardan_expr::expr::Side;
+use kardan_mechanics::reduce::LawSlopes;
 
 /// The guards that vanish at an operating point and have different slopes on their two sides.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

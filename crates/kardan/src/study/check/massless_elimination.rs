@@ -1,13 +1,13 @@
 //! Motions without inertia, eliminated for an analysis.
 
-use crate::analysis::{
-    Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
-};
-use crate::diagnostics::Diagnostic;
-use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
-use crate::results::{Definition, Elimination};
 use crate::study::PreparedVariant;
 use crate::study::prepare::state_names::{NonAngleDomains, state_name};
+use kardan_analysis::{
+    Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
+};
+use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
+use kardan_results::{Definition, Elimination};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// The equations `H q̈ + D q̇ + S q = F u` and their outputs, read from the blocks of a pencil that may have a singular E.
 pub(in crate::study) struct Mechanical {

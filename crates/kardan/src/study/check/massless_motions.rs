@@ -1,16 +1,18 @@
 //! Motions without inertia in runs: eliminated if only springs act on them, states of first order if dampers do, else rejected by name.
 
-use crate::analysis::combination;
-use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::Domain;
-use crate::model::{ControlSpec, Document, Model, TableReader};
-use crate::num::Rational;
-use crate::reduce::{NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model};
 use crate::study::analyze::locations::{place_of, places_in_control};
 use crate::study::check::model_checks::check_matrices;
 use crate::study::prepare::circuit::{is_loop, massless_loop};
-use crate::synthesis::{Law, Plant};
+use kardan_analysis::combination;
+use kardan_math::num::Rational;
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::{
+    NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model,
+};
+use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_synthesis::{Law, Plant};
 
 /// Why a motion without inertia cannot be simulated, and the remedy.
 struct Refusal {

@@ -1,20 +1,22 @@
 //! Checks of a model: connected, reducible, with inertia, passive; with the messages if a check fails.
 
-use crate::analysis::{combination, massless_direction};
-use crate::assemble::MultiplierConstraint;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::element::Values;
-use crate::entries::Place;
-use crate::equations::{GROUND, MultiplierLaw, Term};
-use crate::model::{ControlSpec, Document, Model, TableReader};
-use crate::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
-use crate::reduce::{Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model};
-use crate::schema::{Field, Kind};
 use crate::study::analyze::locations::{
     MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
 };
 use crate::study::prepare::circuit::massless_loop;
-use crate::synthesis::{Advice, SynthesisError};
+use kardan_analysis::{combination, massless_direction};
+use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
+use kardan_mechanics::assemble::MultiplierConstraint;
+use kardan_mechanics::equations::{GROUND, MultiplierLaw, Term};
+use kardan_mechanics::reduce::{
+    Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model,
+};
+use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Kind};
+use kardan_synthesis::{Advice, SynthesisError};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The signals that the keys of a law name.

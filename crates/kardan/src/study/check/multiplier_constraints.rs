@@ -3,24 +3,24 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{Dependent, dependent_row};
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::entries::Place;
-use crate::equations::{InputKind, MultiplierLaw};
-use crate::expr::{Expr, Side};
-use crate::model::{ControlSpec, Document, TableReader};
-use crate::num::{Matrix, Rational, echelon};
-use crate::reduce::{
-    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, StartValues,
-    follows_everywhere, frozen, start_on_rows, trim,
-};
-use crate::simulate::Scenario;
 use crate::study::analyze::locations::{at_each, place_of};
 use crate::study::check::model_checks::generic_positions;
 use crate::study::prepare::equilibrium::{Rest, format_position};
 use crate::study::prepare::initial_state::Entry;
 use crate::study::{Prepared, PreparedVariant};
-use crate::synthesis::Plant;
+use kardan_analysis::{Dependent, dependent_row};
+use kardan_expr::expr::{Expr, Side};
+use kardan_math::num::{Matrix, Rational, echelon};
+use kardan_mechanics::equations::{InputKind, MultiplierLaw};
+use kardan_mechanics::reduce::{
+    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, StartValues,
+    follows_everywhere, frozen, start_on_rows, trim,
+};
+use kardan_model::{ControlSpec, Document, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::entries::Place;
+use kardan_simulate::Scenario;
+use kardan_synthesis::Plant;
 
 /// Reports features that multiplier constraints do not support; true if the model has none of them.
 pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {

@@ -1,7 +1,7 @@
 //! Readings so close to the boundary of two counts that the error of a run decides the count.
 
-use crate::results::UndecidedCount;
-use crate::simulate::{EncoderReading, FlippedReading};
+use kardan_results::UndecidedCount;
+use kardan_simulate::{EncoderReading, FlippedReading};
 
 /// A reading is undecided if its distance to a boundary is below this multiple of the largest difference of the two runs until then. The second run
 /// errs more than the first.

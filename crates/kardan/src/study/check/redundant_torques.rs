@@ -1,12 +1,12 @@
 //! Constraints that restrict the same motion: notes on them, and rejection of requests for their torques.
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Measured, UnilateralConstraint};
-use crate::model::Document;
-use crate::num::{Rational, rational_to_f64};
-use crate::reduce::Reduced;
-use crate::results::ConstraintForces;
 use crate::study::analyze::locations::{at_each, place_of};
+use kardan_math::num::{Rational, rational_to_f64};
+use kardan_mechanics::equations::{Measured, UnilateralConstraint};
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::Document;
+use kardan_results::ConstraintForces;
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 use std::collections::BTreeSet;
 
 /// One sentence for each group of elements that share torques.

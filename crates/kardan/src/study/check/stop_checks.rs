@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::UnilateralConstraint;
-use crate::model::{Document, TableReader};
-use crate::reduce::{Contact, Reduced, contacts};
 use crate::study::analyze::locations::place_of;
+use kardan_mechanics::equations::UnilateralConstraint;
+use kardan_mechanics::reduce::{Contact, Reduced, contacts};
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 
 /// Each rigid stop that a reduced position (rad, m) exceeds: its element, the exceedance, and its unit.
 fn beyond<'a>(reduced: &'a Reduced, position: &[f64]) -> Vec<(&'a str, f64, &'static str)> {

@@ -2,8 +2,8 @@
 
 use kardan_rt::functions::hypot;
 
-use crate::model::Model;
-use crate::results::Series;
+use kardan_model::Model;
+use kardan_results::Series;
 
 /// Excess of the total speed of a car over its longitudinal speed, as a fraction and in m/s, above which `speed` no longer describes its motion.
 const FASTER: f64 = 1.1;

@@ -3,11 +3,11 @@
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use crate::results::{CrossCoupling, Design, Physical, Series, TorquePeak};
-use crate::simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use crate::study::run::progress::simulate_with_progress;
 use crate::study::{PreparedVariant, Progress};
-use crate::synthesis::Reference;
+use kardan_results::{CrossCoupling, Design, Physical, Series, TorquePeak};
+use kardan_simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
+use kardan_synthesis::Reference;
 
 /// Rows of a window.
 const ROWS: usize = 2000;

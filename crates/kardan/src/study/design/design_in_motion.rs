@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::Diagnostic;
-use crate::entries::Place;
-use crate::schema::LawKeys;
 use crate::study::PreparedVariant;
 use crate::study::analyze::analysis_spec::OperatingConditions;
 use crate::study::analyze::point_in_motion::{MovingPoint, PointRequest, balancing, point_of_run, steady_point};
 use crate::study::design::margins::replaced_plants;
-use crate::synthesis::{Plant, Program, design_law, implemented};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::entries::Place;
+use kardan_schema::schema::LawKeys;
+use kardan_synthesis::{Plant, Program, design_law, implemented};
 
 /// The operating point in motion that the controllers of a variant name together.
 #[derive(Debug, Clone)]

@@ -2,17 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::analysis::OutputSignal;
-use crate::assemble::{DirectionalTerm, Equations};
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::{Entries, RawValue};
-use crate::equations::{Domain, InputKind};
-use crate::expr::Side;
-use crate::model::ControlSpec;
-use crate::names::{SignalName, carrier, unknown_name};
-use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Pole, Stability};
-use crate::schema::{Field, Kind};
 use crate::study::analyze::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
 use crate::study::analyze::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use crate::study::check::multiplier_constraints::{nothing_free, rounded_rows};
@@ -30,7 +19,19 @@ use crate::study::prepare::blocks::block_remarks;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::actuator_usage::scenario_motor_loads;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
-use crate::synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excluding};
+use kardan_analysis::OutputSignal;
+use kardan_expr::expr::Side;
+use kardan_math::names::unknown_name;
+use kardan_math::num::{Matrix, discretise};
+use kardan_mechanics::assemble::{DirectionalTerm, Equations};
+use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_model::ControlSpec;
+use kardan_results::signal_name::{SignalName, carrier};
+use kardan_results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Pole, Stability};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::schema::{Field, Kind};
+use kardan_synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excluding};
 
 /// Which controller is designed and how.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -68,7 +69,8 @@ const OWN: &str = "design";
 /// replaces those of the file.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("sia-steering").unwrap().source;
 /// let design = study::design(source, &Default::default(), &study::Silent).unwrap();
 /// assert_eq!(design.relative_degrees, [Some(2), Some(2)]);

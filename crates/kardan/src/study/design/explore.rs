@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::element::{Resolved, Values};
-use crate::equations::Measured;
-use crate::num::{Rational, rational_from_f64};
-use crate::results::{Alternative, Exploration, Stability, WithSensor};
 use crate::study::run::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use crate::study::{PreparedVariant, Progress};
-use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, implemented, reading_variance};
-use crate::units::Exact;
+use kardan_math::num::{Rational, rational_from_f64};
+use kardan_math::units::Exact;
+use kardan_mechanics::equations::Measured;
+use kardan_results::{Alternative, Exploration, Stability, WithSensor};
+use kardan_schema::schema::{Resolved, Values};
+use kardan_synthesis::{Clock, Plant, VariedPlant, clock, design_law, implemented, reading_variance};
 
 /// Factors to try.
 const EFFORTS: [f64; 5] = [1.0, 0.125, 0.35, 3.0, 8.0];

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use kardan_rt::functions::ln;
 
-use crate::diagnostics::Diagnostic;
-use crate::model::ControlSpec;
-use crate::num::{Matrix, Rational, echelon};
-use crate::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
-use crate::results::{LoopAlongPath, PassedInteraction, Span, Stability};
 use crate::study::PreparedVariant;
 use crate::study::prepare::loop_blocks::{blocks, blocks_at};
 use crate::study::run::stepped_loop::{NO_PERIOD_MAP, NotJudged, Shown, Subject, any_subject, window};
-use crate::synthesis::{Law, SampledPart};
+use kardan_math::num::{Matrix, Rational, echelon};
+use kardan_mechanics::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
+use kardan_model::ControlSpec;
+use kardan_results::{LoopAlongPath, PassedInteraction, Span, Stability};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_synthesis::{Law, SampledPart};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
 const POSITIONS: usize = 24;
@@ -165,7 +165,7 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
         Step::Curve { argument, .. } => Some(reduced_row(&argument.terms)),
         Step::Linear { .. } => None,
     });
-    let joints: Vec<Vec<f64>> = joints.map(|row| row.iter().map(crate::num::rational_to_f64).collect()).collect();
+    let joints: Vec<Vec<f64>> = joints.map(|row| row.iter().map(kardan_math::num::rational_to_f64).collect()).collect();
     let names = reduced.coordinate_names();
     let mut out = Vec::new();
     for column in 0..free.columns() {

@@ -3,15 +3,6 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use crate::assemble::DirectionalTerm;
-use crate::diagnostics::Diagnostic;
-use crate::equations::{Domain, InputKind, UnilateralConstraint};
-use crate::expr::Style;
-use crate::names::Quantity;
-use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
-use crate::plan;
-use crate::reduce::{Kinematics, LinearModel, Motion, Reduced, is_linear_law, linearise};
-use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::latex_lines::{aligned, one_line};
 use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
@@ -19,6 +10,15 @@ use crate::study::equations::symbolic::index;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
+use kardan_expr::expr::Style;
+use kardan_expr::plan;
+use kardan_math::num::{Matrix, Rational, Scalar, rational_to_f64};
+use kardan_mechanics::assemble::DirectionalTerm;
+use kardan_mechanics::equations::{Domain, InputKind, UnilateralConstraint};
+use kardan_mechanics::reduce::{Kinematics, LinearModel, Motion, Reduced, is_linear_law, linearise};
+use kardan_results::signal_name::Quantity;
+use kardan_results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// How equations are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub enum EquationsForm {
     Text,
     /// For a document.
     Latex,
-    /// The list of operations that evaluates them ([`crate::plan`]).
+    /// The list of operations that evaluates them ([`kardan_expr::plan`]).
     Plan,
 }
 
@@ -115,7 +115,7 @@ fn bent_laws(reduced: &Reduced) -> Vec<usize> {
     (0..reduced.equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).collect()
 }
 
-/// The plan of the equations of motion, with its cost; [`crate::plan::parse`] reads it.
+/// The plan of the equations of motion, with its cost; [`kardan_expr::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
     // For motions without inertia the equations themselves, not the method of a run.
     let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::equations::{Domain, MultiplierLaw};
-use crate::expr::{Expr, OfTime, Style, parenthesised, printed};
-use crate::num::rational_to_f64;
-use crate::reduce::Motion;
 use crate::study::PreparedVariant;
 use crate::study::equations::symbolic::index;
+use kardan_expr::expr::{Expr, OfTime, Style, parenthesised, printed};
+use kardan_math::num::rational_to_f64;
+use kardan_mechanics::equations::{Domain, MultiplierLaw};
+use kardan_mechanics::reduce::Motion;
 
 /// A multiplier constraint as text.
 pub(in crate::study) struct MultiplierLine {
@@ -73,7 +73,7 @@ pub(in crate::study) fn multiplier_lines(
         Some(number) => Term { negative: number < 0.0, text: format!("{} {of}", number.abs()) },
         None => product(&formatted(expr), style, of),
     };
-    let line = |(k, constraint): (usize, &crate::assemble::MultiplierConstraint)| {
+    let line = |(k, constraint): (usize, &kardan_mechanics::assemble::MultiplierConstraint)| {
         let effort = match equations.domain_of_multiplier(constraint) {
             Some(Domain::Rotation) => 3,
             Some(Domain::Charge) => 6,

@@ -1,15 +1,15 @@
 //! Mapping of log channels to signals of the model.
 
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::Domain;
-use crate::equations::{Direction, Measured, Term};
-use crate::model::{Model, TableReader, wrong_dimension};
-use crate::names;
-use crate::names::SignalName;
-use crate::names::{did_you_mean, unknown_name};
-use crate::schema::{Sign, Table};
 use crate::study::prepare::read_values::{quantity, read_scalar, read_word};
-use crate::units::{Dimension, Exact, header_unit};
+use kardan_math::names::{did_you_mean, unknown_name};
+use kardan_math::units::{Dimension, Exact, header_unit};
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::equations::{Direction, Measured, Term};
+use kardan_model::{Model, TableReader, wrong_dimension};
+use kardan_results::signal_name;
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Sign, Table};
 use kardan_tables::read::Group;
 
 /// `cos nφ` or `sin nφ` of a measured angle.
@@ -80,7 +80,7 @@ impl Quantity {
             Self::Speed(shaft, domain) => domain.motion()[1].of(shaft),
             Self::Torque(input, domain) => domain.effort().of(input),
             Self::Harmonic(Harmonic { shaft, order, sine }) => {
-                format!("{}({order} {})", if *sine { "sin" } else { "cos" }, names::Quantity::Angle.of(shaft))
+                format!("{}({order} {})", if *sine { "sin" } else { "cos" }, signal_name::Quantity::Angle.of(shaft))
             }
         }
     }
@@ -121,17 +121,19 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
     if model.all_coordinates.iter().any(|shaft| shaft == head) {
         let (shaft, domain) = (head.to_string(), domain_of(model, head));
         match quantity {
-            Some(names::Quantity::Angle | names::Quantity::Position) => {
+            Some(signal_name::Quantity::Angle | signal_name::Quantity::Position) => {
                 return Some((Quantity::Angle(shaft, domain), None));
             }
-            Some(names::Quantity::Speed | names::Quantity::Velocity) => {
+            Some(signal_name::Quantity::Speed | signal_name::Quantity::Velocity) => {
                 return Some((Quantity::Speed(shaft, domain), None));
             }
             _ => {}
         }
     }
     model.terms.iter().filter(|named| named.element == head).find_map(|named| match &named.term {
-        Term::Input { direction, .. } if name.is(names::Quantity::Torque) || name.is(names::Quantity::Force) => {
+        Term::Input { direction, .. }
+            if name.is(signal_name::Quantity::Torque) || name.is(signal_name::Quantity::Force) =>
+        {
             Some((Quantity::Torque(head.to_string(), domain_of_direction(model, direction)), None))
         }
         Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
@@ -150,7 +152,7 @@ fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
     match measured {
         Measured::Angle(_) => name.is_position(),
         Measured::Speed(_) => name.is_rate(),
-        _ => matches!(name.quantity(), Some(names::Quantity::Torque | names::Quantity::Force)),
+        _ => matches!(name.quantity(), Some(signal_name::Quantity::Torque | signal_name::Quantity::Force)),
     }
 }
 

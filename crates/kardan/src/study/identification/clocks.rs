@@ -1,12 +1,12 @@
 //! Time source of each group of a log.
 
 use super::channels::{MappedChannel, find};
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::model::TableReader;
-use crate::names::did_you_mean;
-use crate::schema::{Sign, Table};
 use crate::study::prepare::read_values::{quantity, read_word};
-use crate::units::{Dimension, Exact, header_unit};
+use kardan_math::names::did_you_mean;
+use kardan_math::units::{Dimension, Exact, header_unit};
+use kardan_model::TableReader;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Sign, Table};
 use kardan_tables::read::{Group, unit_in_name};
 
 /// Time source of a group.

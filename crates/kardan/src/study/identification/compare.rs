@@ -10,12 +10,12 @@ use super::request::{CandidateSpec, FitRequest, Method, request};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;
 use super::unknowns::UnknownParameter;
-use crate::assemble::CoefficientKind as Kind;
-use crate::diagnostics::Diagnostic;
-use crate::identify::{Samples, Where};
-use crate::model::{Document, Setting};
-use crate::results::{Candidate, PredictionError};
 use crate::study::Progress;
+use kardan_identify::{Samples, Where};
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_model::{Document, Setting};
+use kardan_results::{Candidate, PredictionError};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// Basis of the comparison: the model with all requested terms, and its windows.
 pub(super) struct Whole<'a> {

@@ -2,14 +2,14 @@
 
 use super::extra::{ExtraTerm, Law, law_parameters};
 use super::request::FitRequest;
-use crate::assemble::{CoefficientKind as Kind, DirectionalTerm};
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{GearLoss, UnilateralConstraint};
-use crate::identify::{Coefficient, Teeth};
-use crate::model::Document;
-use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
-use crate::reduce::{Kinematics, LawTorques, Reduced, linearise};
-use crate::schema::Table;
+use kardan_identify::{Coefficient, Teeth};
+use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
+use kardan_mechanics::assemble::{CoefficientKind as Kind, DirectionalTerm};
+use kardan_mechanics::equations::{GearLoss, UnilateralConstraint};
+use kardan_mechanics::reduce::{Kinematics, LawTorques, Reduced, linearise};
+use kardan_model::Document;
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::schema::Table;
 
 /// The gear data of a cut, with remarks about it.
 #[derive(Clone)]

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::entries::{Entries, Entry, RawValue};
-use crate::file::syntax;
+use kardan_schema::entries::{Entries, Entry, RawValue};
+use kardan_schema::file::syntax;
 
 /// The text without the table of a list that begins at a place; `None` if the remaining text would not have the same content otherwise.
 pub(super) fn remove_entry(text: &str, [table, key]: [&str; 2], start: usize) -> Option<String> {

@@ -1,15 +1,15 @@
 //! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::{Domain, Term};
-use crate::identify::{Extra, Shape};
-use crate::model::{Document, Model, TableReader};
-use crate::names::did_you_mean;
-use crate::schema::{Sign, Table, Value};
 use crate::study::prepare::read_values::{quantity, read_word};
-use crate::units::Dimension;
+use kardan_identify::{Extra, Shape};
+use kardan_math::names::did_you_mean;
+use kardan_math::units::Dimension;
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::{Domain, Term};
+use kardan_model::{Document, Model, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Sign, Table, Value};
 
 /// The law of an additional term.
 #[derive(Debug, Clone, PartialEq)]

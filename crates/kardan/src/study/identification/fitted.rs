@@ -3,7 +3,7 @@
 use super::plant::{Columns, Plant};
 use super::plays::Play;
 use super::request::FitRequest;
-use crate::identify::{Fit, Samples};
+use kardan_identify::{Fit, Samples};
 
 pub(super) struct Fitted<'a> {
     pub plant: &'a Plant,

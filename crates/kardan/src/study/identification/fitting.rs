@@ -5,10 +5,10 @@ use super::fitted::short;
 use super::plant::{Columns, Plant, columns};
 use super::request::{FitRequest, Method};
 use super::rows::{Built, Material, rows, settled};
-use crate::assemble::CoefficientKind as Kind;
-use crate::diagnostics::Diagnostic;
-use crate::identify::{Fit, FitOptions, Samples, cross_validate, fit};
-use crate::results::WindowCount;
+use kardan_identify::{Fit, FitOptions, Samples, cross_validate, fit};
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_results::WindowCount;
+use kardan_schema::diagnostics::Diagnostic;
 
 /// The automatic choice takes steady segments if they have this many rows per parameter, and at least this fraction of the windows.
 const PLENTY: usize = 3;

@@ -6,8 +6,8 @@ use kardan_rt::functions::{cos, sin};
 
 use super::channels::MappedChannel;
 use super::clocks::Clock;
-use crate::identify::{Reading, Windows};
-use crate::results::LogRead;
+use kardan_identify::{Reading, Windows};
+use kardan_results::LogRead;
 use kardan_tables::read::Block;
 
 /// A time between rows of at least this many usual steps is a gap.

@@ -2,13 +2,13 @@
 
 use super::channels::{Harmonic, Quantity};
 use super::extra::{ExtraTerm, Law, law_parameters};
-use crate::assemble::{Equations, assemble};
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Formula, Meaning, Term};
-use crate::model::{Document, Model, Setting};
-use crate::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
-use crate::schema::{Scalar, Table, Value};
-use crate::units::{Exact, Expression};
+use kardan_math::units::{Exact, Expression};
+use kardan_mechanics::assemble::{Equations, assemble};
+use kardan_mechanics::equations::{Formula, Meaning, Term};
+use kardan_mechanics::reduce::{LawTorques, NotLinear, Reduced, Wave, law_waves};
+use kardan_model::{Document, Model, Setting};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::schema::{Scalar, Table, Value};
 
 /// Removes from the names the parameters that occur in laws of torques, and turns them into terms.
 pub(super) fn law_terms(

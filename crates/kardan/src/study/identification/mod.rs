@@ -47,24 +47,25 @@ use summary::summary;
 use ways::drop_unused_directions;
 pub use write_values::write_values;
 
-use crate::diagnostics::Diagnostic;
-use crate::identify::{Fit, FitOptions};
-use crate::model::{Document, Setting};
-use crate::names::unknown_name;
-use crate::results::Identification;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Part, Progress, Project};
+use kardan_identify::{Fit, FitOptions};
+use kardan_math::names::unknown_name;
+use kardan_model::{Document, Setting};
+use kardan_results::Identification;
+use kardan_schema::diagnostics::Diagnostic;
 
 /// Remarks of logs that a diagnostic repeats.
 const REMARKS: usize = 4;
 
 /// Identifies parameters of a model from logs.
 ///
-/// The rows are those of the torque balance at the middle of windows ([`crate::identify::Regressor`],
-/// [`crate::identify::Windows`]), or their means over segments of constant speed \[diss. 6.1.4\]; see [`crate::identify::fit`].
+/// The rows are those of the torque balance at the middle of windows ([`kardan_identify::Regressor`],
+/// [`kardan_identify::Windows`]), or their means over segments of constant speed \[diss. 6.1.4\]; see [`kardan_identify::fit`].
 ///
 /// ```
-/// use kardan::{study, tables::read::in_memory};
+/// use kardan::study;
+/// use kardan::tables::read::in_memory;
 /// let source = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
 /// // Torques of 2 N m s/rad times the speed.
 /// let mut log = String::from("time,a.w,m.tau\ns,rad/s,N m\n");

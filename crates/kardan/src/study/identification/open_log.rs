@@ -6,11 +6,11 @@ use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::{Document, Model, TableReader};
-use crate::schema::{Sign, Table, Value};
 use crate::study::prepare::read_values::{quantity, read_word};
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::{Document, Model, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::schema::{Sign, Table, Value};
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 
 /// A log with its mapped channels.

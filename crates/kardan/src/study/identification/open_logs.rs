@@ -9,9 +9,9 @@ use super::open_log::{OpenLog, log_error, open_log};
 use super::reading::{Recording, read, usual_window};
 use super::recordings::recordings;
 use super::settings::LogFile;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::{Document, Model};
 use crate::study::Progress;
+use kardan_model::{Document, Model};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_tables::read::{Bytes, LogError, ReadSeek};
 
 /// Bytes with a counter of those read.

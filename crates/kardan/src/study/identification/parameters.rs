@@ -5,13 +5,13 @@ use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
 use super::plays::Play;
 use super::request::FitRequest;
-use crate::assemble::CoefficientKind as Kind;
-use crate::equations::{Domain, UnilateralConstraint};
-use crate::identify::{Coefficient, Extra, Shape};
-use crate::num::{Definiteness, definiteness, rational_from_f64};
-use crate::reduce::linearise;
-use crate::results::{FIXED_REMARK, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
-use crate::units::Exact;
+use kardan_identify::{Coefficient, Extra, Shape};
+use kardan_math::num::{Definiteness, definiteness, rational_from_f64};
+use kardan_math::units::Exact;
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_mechanics::equations::{Domain, UnilateralConstraint};
+use kardan_mechanics::reduce::linearise;
+use kardan_results::{FIXED_REMARK, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
 
 /// Parameters in the order of the request, then those of the extra terms.
 pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {

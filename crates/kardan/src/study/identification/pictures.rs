@@ -2,11 +2,11 @@
 
 use super::fitted::Fitted;
 use super::plant::in_coordinates;
-use crate::assemble::CoefficientKind as Kind;
-use crate::identify::Extra;
-use crate::names;
-use crate::num::dot;
-use crate::results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
+use kardan_identify::Extra;
+use kardan_math::num::dot;
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_results::signal_name;
+use kardan_results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
 
 /// Points of a picture.
 const POINTS: usize = 2000;
@@ -75,7 +75,7 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     let of_element = |number: usize| {
         let one = &request.unknowns[number];
         one.keys.iter().any(|(candidate, kind)| candidate == element && losses(kind))
-            && (one.parameter || names::parameter(&one.name).is_some_and(|(owner, _)| owner == element))
+            && (one.parameter || signal_name::parameter(&one.name).is_some_and(|(owner, _)| owner == element))
     };
     let identifiable = columns.identifiable.iter().map(|(number, _)| of_element(*number));
     let extras = request.extras.iter().zip(&columns.extras);

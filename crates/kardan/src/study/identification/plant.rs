@@ -7,15 +7,15 @@ use super::laws::law_torques;
 use super::plays::open_plays;
 use super::request::{FitRequest, Method};
 use super::unknowns::{UnknownParameter, coefficients, with_terms};
-use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Domain, Meaning, Term, UnilateralConstraint};
-use crate::identify::{Coefficient, Extra, Regressor, undetermined};
-use crate::model::{Document, Model, Setting};
-use crate::num::{Matrix, Rational, echelon, rational_to_f64};
-use crate::reduce::{Kinematics, Reduced, linearise, reduce};
 use crate::study::prepare::variant_diagnostics::is_error;
-use crate::units::Exact;
+use kardan_identify::{Coefficient, Extra, Regressor, undetermined};
+use kardan_math::num::{Matrix, Rational, echelon, rational_to_f64};
+use kardan_math::units::Exact;
+use kardan_mechanics::assemble::{CoefficientKind as Kind, Equations, assemble};
+use kardan_mechanics::equations::{Domain, Meaning, Term, UnilateralConstraint};
+use kardan_mechanics::reduce::{Kinematics, Reduced, linearise, reduce};
+use kardan_model::{Document, Model, Setting};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 
 /// A plant whose motion was measured, ready for rows.
 #[derive(Clone)]

@@ -1,12 +1,12 @@
 //! Backlash between two measured angles: its width, where the sign of the transmitted torque is known.
 
-use crate::assemble::{DirectionalTerm, Equations};
-use crate::diagnostics::quoted;
-use crate::equations::{InputKind, UnilateralConstraint};
-use crate::identify::{Fit, student_quantile};
-use crate::model::Document;
-use crate::num::{Rational, dot};
-use crate::results::{IdentifiedParameter, Interval};
+use kardan_identify::{Fit, student_quantile};
+use kardan_math::num::{Rational, dot};
+use kardan_mechanics::assemble::{DirectionalTerm, Equations};
+use kardan_mechanics::equations::{InputKind, UnilateralConstraint};
+use kardan_model::Document;
+use kardan_results::{IdentifiedParameter, Interval};
+use kardan_schema::diagnostics::quoted;
 
 /// Fraction of the largest torque from which contact is certain.
 const PRESSED: f64 = 0.05;

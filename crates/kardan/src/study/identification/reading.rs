@@ -8,8 +8,8 @@ use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
 use super::open_log::OpenLog;
 use super::stream::stream;
-use crate::identify::Windows;
-use crate::results::{ChannelRead, LogRead, Span};
+use kardan_identify::Windows;
+use kardan_results::{ChannelRead, LogRead, Span};
 use kardan_tables::read::{Block, Group, LogError};
 
 /// Blocks examined for the rates of the channels.

@@ -1,10 +1,10 @@
 //! Files recorded together, and the table that describes each.
 
 use super::settings::LogFile;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::Document;
-use crate::schema::Table;
 use crate::study::prepare::read_values::read_word;
+use kardan_model::Document;
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::schema::Table;
 
 /// Whether a file name fits a pattern with `*` and `?`.
 fn fits(pattern: &str, name: &str) -> bool {

@@ -4,10 +4,10 @@ use super::channels::Quantity;
 use super::fitted::short;
 use super::plant::{Plant, in_coordinates};
 use super::rows::{Material, slot_noise};
-use crate::diagnostics::quoted;
-use crate::identify::{LeastSquares, Reading};
-use crate::num::{Rational, dot};
-use crate::reduce::Kinematics;
+use kardan_identify::{LeastSquares, Reading};
+use kardan_math::num::{Rational, dot};
+use kardan_mechanics::reduce::Kinematics;
+use kardan_schema::diagnostics::quoted;
 
 /// Multiple of the noise from which a difference is significant.
 const LOUD: f64 = 3.0;
@@ -119,7 +119,7 @@ impl Redundant {
         out.ties = rows
             .filter_map(|row| {
                 let (_, x) = row.row.iter().find(|(candidate, _)| *candidate == shaft)?;
-                Some((row.element.clone(), crate::num::rational_to_f64(x)))
+                Some((row.element.clone(), kardan_math::num::rational_to_f64(x)))
             })
             .collect();
         let width = with.len() + 1;

@@ -4,14 +4,14 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::assemble::CoefficientKind as Kind;
-use crate::diagnostics::{Diagnostic, quoted, shortened};
-use crate::equations::{Domain, Term};
-use crate::identify::{Excitation, Loss, Steadiness};
-use crate::model::{Document, Model, Setting, TableReader};
-use crate::schema::{Sign, Table, Value};
 use crate::study::prepare::read_values::{quantity, read_names, read_scalar, read_word};
-use crate::units::Dimension;
+use kardan_identify::{Excitation, Loss, Steadiness};
+use kardan_math::units::Dimension;
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_mechanics::equations::{Domain, Term};
+use kardan_model::{Document, Model, Setting, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
+use kardan_schema::schema::{Sign, Table, Value};
 
 /// Which samples of a log are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

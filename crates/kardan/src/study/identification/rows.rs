@@ -10,13 +10,13 @@ use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::plays::Play;
 use super::reading::Recording;
 use super::request::FitRequest;
-use crate::equations::{Domain, UnilateralConstraint};
-use crate::identify::{
+use kardan_identify::{
     Coefficient, Extra, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
 };
-use crate::num::{Matrix, Rational, dot, echelon, rational_to_f64};
-use crate::reduce::{Reduced, linearise};
-use crate::results::{LogRead, WindowCount};
+use kardan_math::num::{Matrix, Rational, dot, echelon, rational_to_f64};
+use kardan_mechanics::equations::{Domain, UnilateralConstraint};
+use kardan_mechanics::reduce::{Reduced, linearise};
+use kardan_results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
 const FLOOR: f64 = 1e-7;

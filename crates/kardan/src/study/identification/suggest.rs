@@ -14,14 +14,14 @@ use super::plays::Play;
 use super::request::{FitRequest, Method};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
-use crate::assemble::CoefficientKind as Kind;
-use crate::assemble::DirectionalTerm;
-use crate::equations::{Domain, InputKind};
-use crate::identify::{Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
-use crate::num::Rational;
-use crate::reduce::Kinematics;
-use crate::results::{HeldOutLogs, Suggestion, Suggestions};
 use crate::study::Progress;
+use kardan_identify::{Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use kardan_math::num::Rational;
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_mechanics::assemble::DirectionalTerm;
+use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::reduce::Kinematics;
+use kardan_results::{HeldOutLogs, Suggestion, Suggestions};
 
 /// Significance level of a term against zero, for all terms of a round together.
 const LEVEL: f64 = 0.01;

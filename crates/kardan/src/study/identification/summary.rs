@@ -7,11 +7,11 @@ use super::fitted::{Fitted, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
-use crate::assemble::CoefficientKind as Kind;
-use crate::identify::{Loss, TestKind, residual_tests};
-use crate::names;
-use crate::num::{Rational, dot, rational_to_f64};
-use crate::results::{
+use kardan_identify::{Loss, TestKind, residual_tests};
+use kardan_math::num::{Rational, dot, rational_to_f64};
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_results::signal_name;
+use kardan_results::{
     Correlation, Identification, IdentifiedDamping, IdentifiedParameter, NotDetermined, ResidualTest, Validation,
 };
 
@@ -315,7 +315,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
             warnings.push(format!(
                 "{} is negative, which is impossible for {}: check the signs of torques and speeds (`factor = -1`), or set `nonnegative`",
                 one.name,
-                names::parameter(&one.name).map_or(one.name.as_str(), |(_, key)| key)
+                signal_name::parameter(&one.name).map_or(one.name.as_str(), |(_, key)| key)
             ));
         }
     }

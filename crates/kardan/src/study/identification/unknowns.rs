@@ -1,14 +1,14 @@
 //! Parameters to identify, and the model with a term for each.
 
 use super::extra::{ExtraTerm, Law};
-use crate::assemble::{CoefficientKind as Kind, Equations};
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::identify::Coefficient;
-use crate::model::{Document, Instance, Setting, TableReader};
-use crate::names;
-use crate::names::unknown_name;
-use crate::schema::{Placed, Scalar, Value};
-use crate::units::{Dimension, Exact};
+use kardan_identify::Coefficient;
+use kardan_math::names::unknown_name;
+use kardan_math::units::{Dimension, Exact};
+use kardan_mechanics::assemble::{CoefficientKind as Kind, Equations};
+use kardan_model::{Document, Instance, Setting, TableReader};
+use kardan_results::signal_name;
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::{Placed, Scalar, Value};
 
 const KINDS: [Kind; 4] = [Kind::Inertia, Kind::Damping, Kind::Stiffness, Kind::Friction];
 
@@ -46,7 +46,7 @@ pub(super) struct UnknownParameter {
 
 /// Element and kind of `fs.damping`.
 fn split<'a>(document: &Document, name: &'a str) -> Option<(&'a str, Kind)> {
-    let (element, word) = names::parameter(name)?;
+    let (element, word) = signal_name::parameter(name)?;
     let own = document.elements.get(element)?;
     KINDS.into_iter().find(|kind| key(own, *kind) == word).map(|kind| (element, kind))
 }
@@ -124,7 +124,7 @@ pub(super) fn unknown_parameter(
     }
     let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
     let help = unknown_name(name, names());
-    let help = match names::parameter(name) {
+    let help = match signal_name::parameter(name) {
         Some((element, key)) => kind_of(key).map_or(help, |kind| {
             let of = match kind {
                 "offset" => "torque",

@@ -1,13 +1,13 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::diagnostics::Diagnostic;
-use crate::file::syntax;
-use crate::model::{self, Document, Instance, NewValue};
-use crate::names;
-use crate::results::{FileLaw, FileTerm, FileValue, Identification};
-use crate::schema::{Table, Value};
 use crate::study::prepare::read_values::{read_names, read_word};
 use crate::study::prepare::variant_diagnostics::is_error;
+use kardan_model::{Document, Instance, NewValue};
+use kardan_results::signal_name;
+use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::file::syntax;
+use kardan_schema::schema::{Table, Value};
 
 use super::entry_removal::remove_entry;
 use super::request::request;
@@ -28,7 +28,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
     let mut new: Vec<FileValue> = values.clone();
     let mut unremoved_entries: Vec<String> = Vec::new();
     for term in terms {
-        let (document, _) = model::read(&text);
+        let (document, _) = kardan_model::read(&text);
         let Some(law) = TermEdit::new(&document, term) else { continue };
         new.extend(law.values.iter().cloned());
         let unremoved;
@@ -36,7 +36,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
         unremoved_entries.extend(unremoved);
     }
     for (term, entry) in entries {
-        let (document, _) = model::read(&text);
+        let (document, _) = kardan_model::read(&text);
         text = with_names(&text, &document, &[], std::slice::from_ref(term)) + "\n" + entry;
     }
     let values = new.iter().map(|one| NewValue {
@@ -57,7 +57,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
             .map(refused)
             .collect()
     };
-    let (text, mut omissions) = model::write_values(&text, &values.collect::<Vec<_>>()).map_err(|diagnostics| {
+    let (text, mut omissions) = kardan_model::write_values(&text, &values.collect::<Vec<_>>()).map_err(|diagnostics| {
         let new = refused(diagnostics.clone());
         if new.is_empty() { diagnostics } else { new }
     })?;
@@ -72,7 +72,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
 
 /// Errors of a file read for an identification: of the model, and of the requested names.
 fn diagnostics(text: &str) -> Vec<Diagnostic> {
-    let (document, mut out) = model::read(text);
+    let (document, mut out) = kardan_model::read(text);
     out.retain(is_error);
     if !out.is_empty() {
         return out;
@@ -115,7 +115,7 @@ impl TermEdit {
         };
         let is_straight = ends.iter().any(|name| straight(name));
         let own: Vec<&str> = ends.iter().copied().filter(|name| *name != "ground").collect();
-        let motion = |of: &[names::Quantity; 2]| {
+        let motion = |of: &[signal_name::Quantity; 2]| {
             let one = |name: &&str| in_expression(&of[usize::from(straight(name))].of(name));
             match own.as_slice() {
                 [one_end] => one(one_end),
@@ -124,8 +124,8 @@ impl TermEdit {
             }
         };
         let (angle, speed) = (
-            motion(&[names::Quantity::Angle, names::Quantity::Position]),
-            motion(&[names::Quantity::Speed, names::Quantity::Velocity]),
+            motion(&[signal_name::Quantity::Angle, signal_name::Quantity::Position]),
+            motion(&[signal_name::Quantity::Speed, signal_name::Quantity::Velocity]),
         );
         let is_used =
             |name: &str| document.parameters.has(name) || document.elements.has(name) || document.signals.has(name);
@@ -187,7 +187,7 @@ impl TermEdit {
         let mut out = with_names(text, document, &own, &names);
         let mut warning = None;
         // Positions in the text after the names have changed.
-        let (document, _) = model::read(&out);
+        let (document, _) = kardan_model::read(&out);
         if let Some(entry) = entry(&document, term) {
             match remove_entry(&out, ["identification", "extra"], entry) {
                 Some(text) => out = text,
@@ -224,11 +224,13 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
         return None;
     };
-    let order = |table: &Table| match &term.law {
+    let order = |table: &Table| {
+        match &term.law {
         FileLaw::Cogging(order) => crate::study::prepare::read_values::read_scalar(table, "order").is_some_and(
-            |scalar| matches!(&scalar.value, crate::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
+            |scalar| matches!(&scalar.value, kardan_schema::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
         ),
         _ => true,
+    }
     };
     let kind = match term.law {
         FileLaw::FrictionAsymmetry => "friction_asymmetry",

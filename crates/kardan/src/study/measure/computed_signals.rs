@@ -2,18 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::entries::Place;
-use crate::expr::{Graph, Named};
-use crate::manoeuvre::Cones;
-use crate::model::{Document, Setting, TableReader};
-use crate::names::{SignalName, quoted};
-use crate::plan::{Plan, compile};
-use crate::results::{Physical, PlottedReference, Series, Signal};
-use crate::schema::{Table, Value};
 use crate::study::prepare::read_values::{read_names, read_word};
 use crate::study::prepare::signal_table::{SignalContext, signal_kind};
-use crate::units::{Dimension, Exact, Expression, UnitError};
+use kardan_elements::manoeuvre::Cones;
+use kardan_expr::expr::{Graph, Named};
+use kardan_expr::plan::{Plan, compile};
+use kardan_math::names::quoted;
+use kardan_math::units::{Dimension, Exact, Expression, UnitError};
+use kardan_model::{Document, Setting, TableReader};
+use kardan_results::signal_name::SignalName;
+use kardan_results::{Physical, PlottedReference, Series, Signal};
+use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Table, Value};
 
 /// The dimension of a power.
 pub(in crate::study) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
@@ -48,7 +49,7 @@ fn lowered(
     law: &Expression,
     signals: &[(String, Physical)],
     value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
-) -> Result<(crate::expr::Expr, Dimension), UnitError> {
+) -> Result<(kardan_expr::expr::Expr, Dimension), UnitError> {
     let mut names = |graph: &mut Graph, name: &str| {
         let signal = signals.iter().find(|(candidate, _)| candidate == name).map(|(_, physical)| physical.dimension());
         match signal.or_else(|| (name == TIME).then_some(Dimension::TIME)) {

@@ -1,12 +1,12 @@
 //! Numbers of a run: measured from signals, or computed from other figures.
 
-use crate::expr::{Expr, Graph, Named};
-use crate::names::HasName;
-use crate::plan::compile;
-use crate::results::{DisplayUnit, FigureResult, Series};
 use crate::study::measure::computed_signals::{Computed, Track, kind_of};
 use crate::study::measure::requirement_verdict::{Ran, Requirement, judge};
-use crate::units::{Dimension, Exact, Expression, UnitError};
+use kardan_expr::expr::{Expr, Graph, Named};
+use kardan_expr::plan::compile;
+use kardan_math::names::HasName;
+use kardan_math::units::{Dimension, Exact, Expression, UnitError};
+use kardan_results::{DisplayUnit, FigureResult, Series};
 
 /// A number of each run.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,18 +1,18 @@
 //! Figures as a model file writes them: measures of runs, and expressions of other figures. They are listed with the requirements,
 //! which may be on figures.
 
-use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::entries::Place;
-use crate::model::tables::Measure;
-use crate::model::{TableReader, VariantSettings};
-use crate::names::NamedList;
-use crate::results::DisplayUnit;
-use crate::schema::Table;
 use crate::study::Requirement;
 use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
 use crate::study::prepare::read_values::{quantity, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::{Dimension, Expression, UnitError, split_unit};
+use kardan_math::names::NamedList;
+use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
+use kardan_model::tables::Measure;
+use kardan_model::{TableReader, VariantSettings};
+use kardan_results::DisplayUnit;
+use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::Table;
 
 use super::requirement_spec::{Measuring, TIME, unit_of};
 use super::selected_variants::selected_variants;

@@ -1,6 +1,6 @@
 //! Measures of a signal in a window: on straight lines between the rows, with an estimate of the error of the grid of rows.
 
-use crate::model::tables::Measure;
+use kardan_model::tables::Measure;
 
 /// Rows of a window.
 #[derive(Debug, Clone, Copy)]

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use kardan_rt::functions::{atan2, cos, sin};
 
-use crate::model::tables::Measure;
 use crate::study::measure::measures::{Measured, Window};
+use kardan_model::tables::Measure;
 
 /// The measure of a signal over another one; `Err` says why there is none.
 pub(in crate::study) fn measured_over(

@@ -2,16 +2,16 @@
 
 use std::collections::HashMap;
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::Place;
-use crate::model::TableReader;
-use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
-use crate::schema::{Placed, Table};
 use crate::study::measure::computed_signals::{reference, resolve_signal};
 use crate::study::measure::spectrum::LEAST_ROWS;
 use crate::study::prepare::read_values::{quantity, read_names, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::{Dimension, Exact, split_unit};
+use kardan_math::units::{Dimension, Exact, split_unit};
+use kardan_model::TableReader;
+use kardan_results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Placed, Table};
 
 use super::requirement_spec::TIME;
 use super::selected_variants::selected_variants;

@@ -1,12 +1,5 @@
 //! Requirements as a model file writes them: signal, measure, window and bounds of each, with their errors.
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::Place;
-use crate::model::tables::Measure;
-use crate::model::{Document, TableReader, wrong_dimension};
-use crate::names::{NamedList, unknown_name};
-use crate::results::{DisplayUnit, Physical};
-use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 use crate::study::Requirement;
 use crate::study::measure::computed_signals::{POWER, ResolvedSignal, kind_of, resolve_signal};
 use crate::study::measure::figure::Figure;
@@ -14,7 +7,14 @@ use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::prepare::read_values::{quantity, read_scalar, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::{Dimension, split_unit};
+use kardan_math::names::{NamedList, unknown_name};
+use kardan_math::units::{Dimension, split_unit};
+use kardan_model::tables::Measure;
+use kardan_model::{Document, TableReader, wrong_dimension};
+use kardan_results::{DisplayUnit, Physical};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
 use super::selected_variants::selected_variants;
 

@@ -1,11 +1,11 @@
 //! A bound on a signal, and whether a run satisfies it.
 
-use crate::model::tables::Measure;
-use crate::names::{Quantity, SignalName};
-use crate::results::{DisplayUnit, Event, FigureResult, MotorLoad, RequirementResult, Series};
 use crate::study::measure::measures::{Band, Measured, Window, measured};
 use crate::study::measure::measures_over_input::measured_over;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::tables::Measure;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{DisplayUnit, Event, FigureResult, MotorLoad, RequirementResult, Series};
 
 /// A bound on a signal, or on a figure.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,9 @@
 //! The variants that a table of a study applies to.
 
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::schema::{Placed, Table};
 use crate::study::prepare::read_values::read_names;
 use crate::study::prepare::signal_table::SignalContext;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Placed, Table};
 
 pub(in crate::study) fn selected_variants(
     table: &Table,

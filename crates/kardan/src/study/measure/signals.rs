@@ -2,15 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::analysis::{ConstrainedSystem, OutputSignal};
-use crate::assemble::TransmissionRow;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind};
-use crate::names::{Quantity, SignalName};
-use crate::num::{LastDigits, rational_to_f64};
-use crate::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, laws_are_linear, slopes};
-use crate::results::OperatingSignal;
-use crate::simulate::signal_names;
 use crate::study::PreparedVariant;
 use crate::study::analyze::analysis_spec::{OperatingConditions, output};
 use crate::study::analyze::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
@@ -20,6 +11,15 @@ use crate::study::check::multiplier_constraints::nothing_free;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
 use crate::study::prepare::equilibrium::Rest;
 use crate::study::prepare::state_names::{non_angle_domains, state_name};
+use kardan_analysis::{ConstrainedSystem, OutputSignal};
+use kardan_math::num::{LastDigits, rational_to_f64};
+use kardan_mechanics::assemble::TransmissionRow;
+use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, laws_are_linear, slopes};
+use kardan_results::OperatingSignal;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_simulate::signal_names;
 
 /// Subject and options of the analysis, in addition to the model file.
 #[derive(Debug, Clone, PartialEq, Default)]

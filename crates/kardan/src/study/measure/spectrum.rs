@@ -3,8 +3,8 @@
 use kardan_rt::functions::cos;
 use std::f64::consts::PI;
 
-use crate::num::fourier;
-use crate::results::{Plot, Run, Spectrum};
+use kardan_math::num::fourier;
+use kardan_results::{Plot, Run, Spectrum};
 
 /// The least number of rows of a spectrum.
 pub(in crate::study) const LEAST_ROWS: usize = 16;

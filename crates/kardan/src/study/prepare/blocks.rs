@@ -3,19 +3,19 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Formula, Meaning};
-use crate::expr::{Expr, Symbol};
-use crate::model::{Document, Model, TableReader};
-use crate::names::SignalName;
-use crate::program::{Read, Task, TaskAnswer};
-use crate::results::{SignalAnswer, SignalNode};
-use crate::simulate::{Scenario, SourceTarget};
 use crate::study::PreparedVariant;
 use crate::study::design::margins::searches;
 use crate::study::prepare::loop_blocks::{are_in_maps, blocks};
-use crate::synthesis::{Law, blending_signal};
-use crate::units::{Dimension, Exact, shown_quantity};
+use kardan_expr::expr::{Expr, Symbol};
+use kardan_math::units::{Dimension, Exact, shown_quantity};
+use kardan_mechanics::equations::{Formula, Meaning};
+use kardan_mechanics::program::{Read, Task, TaskAnswer};
+use kardan_model::{Document, Model, TableReader};
+use kardan_results::signal_name::SignalName;
+use kardan_results::{SignalAnswer, SignalNode};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_simulate::{Scenario, SourceTarget};
+use kardan_synthesis::{Law, blending_signal};
 
 /// Outputs of blocks that depend on the motion, directly or through other blocks.
 fn moving(model: &Model) -> BTreeSet<String> {

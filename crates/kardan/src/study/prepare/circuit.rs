@@ -1,9 +1,9 @@
 //! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
-use crate::diagnostics::{Diagnostic, nearest, quoted};
-use crate::equations::{GROUND, NamedTerm, Term};
-use crate::model::{Document, Model};
 use crate::study::analyze::locations::{at_all, place_of_node};
+use kardan_mechanics::equations::{GROUND, NamedTerm, Term};
+use kardan_model::{Document, Model};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The charge through a branch and its other properties.

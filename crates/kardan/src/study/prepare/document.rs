@@ -5,12 +5,6 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::assemble::assemble;
-use crate::diagnostics::{Diagnostic, Severity};
-use crate::equations::{Direction, Measured, NamedTerm, Term};
-use crate::model::{Document, Model, VariantSettings};
-use crate::reduce::Reduced;
-use crate::simulate::signal_names;
 use crate::study::Prepared;
 use crate::study::analyze::analysis_spec::analysis_spec;
 use crate::study::check::debounce::late_monitors;
@@ -22,6 +16,12 @@ use crate::study::prepare::tolerance::tolerance;
 use crate::study::run::progress::Progress;
 use crate::study::safety::{check_rows, safety_spec};
 use crate::study::sweep::sweep_spec;
+use kardan_mechanics::assemble::assemble;
+use kardan_mechanics::equations::{Direction, Measured, NamedTerm, Term};
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::{Document, Model, VariantSettings};
+use kardan_schema::diagnostics::{Diagnostic, Severity};
+use kardan_simulate::signal_names;
 
 use super::variant_diagnostics::{add_new, is_error};
 use super::variants::{Purpose, Steps, prepare_variant};

@@ -1,8 +1,8 @@
 //! Equilibria of a model, as text.
 
-use crate::diagnostics::quoted;
-use crate::equations::Domain;
-use crate::reduce::{Equilibrium, Reduced, STARTS, equilibria};
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::{Equilibrium, Reduced, STARTS, equilibria};
+use kardan_schema::diagnostics::quoted;
 
 /// Largest number of other equilibria that are listed.
 const MAX_FURTHER: usize = 6;

@@ -2,19 +2,20 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::InputKind;
-use crate::model::{ControlSpec, Document, Instance, Model, TableReader};
-use crate::names::{NamedList, Quantity, SignalName};
-use crate::results::Physical;
-use crate::schema::{Sign, Table, Value};
-use crate::simulate::{SignalEvent, Source, SourceTarget};
 use crate::study::analyze::locations::places_in_control;
 use crate::study::prepare::read_values::{quantity, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::synthesis::Reference;
-use crate::units::{Dimension, Exact};
+use kardan_math::names::NamedList;
+use kardan_math::units::{Dimension, Exact};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::InputKind;
+use kardan_model::{ControlSpec, Document, Instance, Model, TableReader};
+use kardan_results::Physical;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Sign, Table, Value};
+use kardan_simulate::{SignalEvent, Source, SourceTarget};
+use kardan_synthesis::Reference;
 
 /// Signals that events may set: references of laws, disturbances, torques of motors without a law.
 pub(in crate::study) fn sources(

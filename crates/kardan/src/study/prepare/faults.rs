@@ -1,16 +1,16 @@
 //! Faults of a scenario: sensors, motors, control units, springs and gears.
 
-use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind, Measured};
-use crate::model::parse::broken;
-use crate::model::{ControlSpec, Document, Model, TableReader};
-use crate::names::SignalName;
-use crate::schema::{Placed, Sign, Table, Value};
-use crate::simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 use crate::study::prepare::events::check_late;
 use crate::study::prepare::read_values::{quantity, quantity_like, read_word};
-use crate::units::{Dimension, Exact, shown_quantity};
+use kardan_math::units::{Dimension, Exact, shown_quantity};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::{Domain, InputKind, Measured};
+use kardan_model::parse::broken;
+use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::schema::{Placed, Sign, Table, Value};
+use kardan_simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 
 /// Parts that may fail, with their kinds of fault; the first kind is the default.
 const PARTS: [(&str, &[&str]); 4] = [
@@ -303,7 +303,9 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn motor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
-        let motor = |input: &&crate::assemble::DirectionalTerm<InputKind>| matches!(input.value, InputKind::Motor(_));
+        let motor = |input: &&kardan_mechanics::assemble::DirectionalTerm<InputKind>| {
+            matches!(input.value, InputKind::Motor(_))
+        };
         let motors = || self.equations.inputs.iter().filter(motor);
         let Some(input) = motors().find(|input| input.element == fault.name) else {
             if self.document.suppressed.has(&fault.name) {

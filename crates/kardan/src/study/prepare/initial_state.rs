@@ -1,13 +1,14 @@
 //! Initial values: `initial` of `[scenario]`.
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::entries::Place;
-use crate::equations::Domain;
-use crate::model::{Document, Instance, Setting, TableReader};
-use crate::names::{Quantity, SignalName, carrier, unknown_name};
-use crate::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};
-use crate::schema::{Sign, Value};
 use crate::study::prepare::read_values::of_dimension;
+use kardan_math::names::unknown_name;
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};
+use kardan_model::{Document, Instance, Setting, TableReader};
+use kardan_results::signal_name::{Quantity, SignalName, carrier};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Sign, Value};
 
 /// An entry of `initial` of a coordinate, with its rank: 0 for its position, 1 for its rate.
 pub(in crate::study) struct Entry {

@@ -3,15 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::equations::Meaning;
-use crate::expr::Symbol;
-use crate::num::Matrix;
-use crate::program::{Read, Task};
-use crate::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
-use crate::simulate::{Profile, Scenario};
 use crate::study::PreparedVariant;
 use crate::study::prepare::prepared::Settled;
-use crate::synthesis::{
+use kardan_expr::expr::Symbol;
+use kardan_math::num::Matrix;
+use kardan_mechanics::equations::Meaning;
+use kardan_mechanics::program::{Read, Task};
+use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
+use kardan_simulate::{Profile, Scenario};
+use kardan_synthesis::{
     BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, SampledPart, TaskLaw,
 };
 

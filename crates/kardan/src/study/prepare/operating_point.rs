@@ -1,19 +1,19 @@
 //! The operating point of the loop of a variant, at which its laws are designed.
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::entries::Place;
-use crate::equations::InputKind;
-use crate::expr::Side;
-use crate::model::{ControlSpec, Document, Setting, TableReader};
-use crate::reduce::{
-    OperatingPoint, Reduced, StartValues, Trim, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows, trim,
-};
-use crate::schema::{LawKeys, Value};
 use crate::study::analyze::analysis_spec::operating_point;
 use crate::study::analyze::locations::place_of_value;
 use crate::study::design::design_in_motion::MotionRequest;
 use crate::study::prepare::equilibrium::{format_currents, format_position};
-use crate::synthesis::Program;
+use kardan_expr::expr::Side;
+use kardan_mechanics::equations::InputKind;
+use kardan_mechanics::reduce::{
+    OperatingPoint, Reduced, StartValues, Trim, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows, trim,
+};
+use kardan_model::{ControlSpec, Document, Setting, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{LawKeys, Value};
+use kardan_synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
 pub(in crate::study) struct NamedPoint {

@@ -4,17 +4,17 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::expr::Side;
-use crate::model::Model;
-use crate::names::unknown_name;
-use crate::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
-use crate::results::{Plot, SweepRow};
-use crate::simulate::{Scenario, Tolerance};
 use crate::study::measure::computed_signals::Computed;
 use crate::study::prepare::faults::NamedFault;
 use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
-use crate::synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
+use kardan_expr::expr::Side;
+use kardan_math::names::unknown_name;
+use kardan_mechanics::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
+use kardan_model::Model;
+use kardan_results::{Plot, SweepRow};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_simulate::{Scenario, Tolerance};
+use kardan_synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
 /// A study that is ready to run, as far as the file has no errors.
 #[derive(Debug, Default)]

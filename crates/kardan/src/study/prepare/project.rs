@@ -3,17 +3,17 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use crate::diagnostics::Diagnostic;
-use crate::entries::{Entries, RawValue};
-use crate::file::to_toml;
-use crate::model::{Builder, Document, FileBytes, assign, open, read_entries};
-use crate::schema::{ElementKeys, LawKeys};
-use crate::simulate::{Setup, Simulation};
 use crate::study::Prepared;
 use crate::study::prepare::document::prepare_document;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::prepare::variants::Purpose;
 use crate::study::run::progress::{Progress, Silent};
+use kardan_model::{Builder, Document, FileBytes, assign, open, read_entries};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::file::to_toml;
+use kardan_schema::schema::{ElementKeys, LawKeys};
+use kardan_simulate::{Setup, Simulation};
 
 /// A model, read once. Derived data (equations, designed laws, scenarios) is computed at the first request and cached: a
 /// command that checks, runs and reports prepares once and designs each law once for each variant. The methods that run, analyse, design and

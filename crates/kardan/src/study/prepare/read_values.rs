@@ -1,9 +1,9 @@
 //! Reading quantities and names from the tables of a study.
 
-use crate::diagnostics::Diagnostic;
-use crate::model::TableReader;
-use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
-use crate::units::{Dimension, Exact};
+use kardan_math::units::{Dimension, Exact};
+use kardan_model::TableReader;
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 
 pub(in crate::study) fn read_scalar(table: &Table, key: &str) -> Option<Placed<SchemaScalar>> {
     match table.values.get(key) {

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::model::{ControlSpec, Document, Model, TableReader};
-use crate::names::SignalName;
-use crate::schema::LawKeys;
 use crate::study::check::model_checks::signals_of;
-use crate::synthesis::Program;
+use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
+use kardan_schema::schema::LawKeys;
+use kardan_synthesis::Program;
 
 /// The elements, with their parts, that the design of a controller leaves out; errors are reported.
 pub(in crate::study) fn excluded(

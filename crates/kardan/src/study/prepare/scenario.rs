@@ -2,20 +2,20 @@
 
 use std::collections::HashMap;
 
-use crate::assemble::Equations;
-use crate::diagnostics::Diagnostic;
-use crate::model::parse::broken;
-use crate::model::{Document, Model, Setting, TableReader};
-use crate::num::{Rational, rational_to_f64};
-use crate::reduce::Reduced;
-use crate::schema::{Sign, Table};
-use crate::simulate::{Scenario, SourceSignal};
 use crate::study::prepare::events::{EventSpec, events, sources};
 use crate::study::prepare::faults::{NamedFault, faults, named_faults};
 use crate::study::prepare::initial_state::initial_state;
 use crate::study::prepare::read_values::{quantity, quantity_like, read_word};
 use crate::study::prepare::source_signals::source_signals;
-use crate::units::{Dimension, Exact, shown_quantity};
+use kardan_math::num::{Rational, rational_to_f64};
+use kardan_math::units::{Dimension, Exact, shown_quantity};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::parse::broken;
+use kardan_model::{Document, Model, Setting, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::{Sign, Table};
+use kardan_simulate::{Scenario, SourceSignal};
 
 /// Largest number of rows of one run.
 const MOST_ROWS: f64 = 5e6;

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::Place;
-use crate::model::Document;
-use crate::names::{Quantity, SignalName};
-use crate::results::Physical;
+use kardan_model::Document;
+use kardan_results::Physical;
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::entries::Place;
 
 /// The signals of a study, for checks of names.
 pub(in crate::study) struct SignalContext<'a> {

@@ -2,16 +2,16 @@
 
 use std::collections::HashSet;
 
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::expr::OfTime;
-use crate::manoeuvre::quoted;
-use crate::model::{ControlSpec, Document, Functions, Model, TableReader};
-use crate::names::SignalName;
-use crate::schema::{Scalar, Value};
-use crate::simulate::{Source, SourceSignal, SourceTarget};
 use crate::study::analyze::locations::places_in_control;
 use crate::study::prepare::events::{not_settable, settable};
-use crate::units::Expression;
+use kardan_elements::manoeuvre::quoted;
+use kardan_expr::expr::OfTime;
+use kardan_math::units::Expression;
+use kardan_model::{ControlSpec, Document, Functions, Model, TableReader};
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::{Scalar, Value};
+use kardan_simulate::{Source, SourceSignal, SourceTarget};
 
 /// The sources that `signals` of `[scenario]` adds, and signals that laws name as references; every signal is checked, also one that nothing names.
 pub(in crate::study) fn source_signals(

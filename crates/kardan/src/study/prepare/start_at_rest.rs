@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::diagnostics::Diagnostic;
-use crate::model::{Document, TableReader};
-use crate::reduce::{OperatingPoint, Reduced};
-use crate::schema::Value;
-use crate::simulate::{Scenario, SignalEvent};
 use crate::study::check::multiplier_constraints::prescribed_note;
 use crate::study::prepare::equilibrium::{Rest, format_position};
-use crate::synthesis::Law;
+use kardan_mechanics::reduce::{OperatingPoint, Reduced};
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::Value;
+use kardan_simulate::{Scenario, SignalEvent};
+use kardan_synthesis::Law;
 
 /// Equilibrium currents flow from the first instant on if no inductance of their own limits them; other speeds are those of `initial`.
 fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::equations::Domain;
-use crate::names::{Quantity, SignalName, carrier};
-use crate::reduce::Reduced;
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::Reduced;
+use kardan_results::signal_name::{Quantity, SignalName, carrier};
 
 /// Coordinates that are no angles: positions of masses, charges of a circuit.
 pub(in crate::study) type NonAngleDomains = BTreeMap<String, Domain>;

@@ -1,11 +1,11 @@
 //! The relative tolerance of runs, as the scenario gives it.
 
-use crate::diagnostics::Diagnostic;
-use crate::model::{Document, TableReader};
-use crate::schema::Sign;
-use crate::simulate::Tolerance;
 use crate::study::prepare::read_values::quantity;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::Sign;
+use kardan_simulate::Tolerance;
 
 /// Sensible relative tolerances: below the first only rounding remains.
 pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-13..=1e-3;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::diagnostics::{Diagnostic, Severity};
+use kardan_schema::diagnostics::{Diagnostic, Severity};
 
 pub(in crate::study) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error

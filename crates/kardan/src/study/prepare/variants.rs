@@ -4,12 +4,6 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use crate::assemble::assemble;
-use crate::diagnostics::Diagnostic;
-use crate::model::{ControlSpec, Document, Model, Setting, TableReader};
-use crate::reduce::{OperatingPoint, Reduced, reduce};
-use crate::schema::LawKeys;
-use crate::simulate::{Scenario, signal_names};
 use crate::study::PreparedVariant;
 use crate::study::analyze::analysis_spec::{Point, analysis_spec};
 use crate::study::check::effort::check_effort;
@@ -31,7 +25,13 @@ use crate::study::prepare::operating_point::NamedPoint;
 use crate::study::prepare::scenario::scenario;
 use crate::study::prepare::signal_table::SignalContext;
 use crate::study::run::progress::{Progress, Silent};
-use crate::synthesis::{Law, Plant, Program};
+use kardan_mechanics::assemble::assemble;
+use kardan_mechanics::reduce::{OperatingPoint, Reduced, reduce};
+use kardan_model::{ControlSpec, Document, Model, Setting, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::LawKeys;
+use kardan_simulate::{Scenario, signal_names};
+use kardan_synthesis::{Law, Plant, Program};
 
 use super::design_models::{design_model, designed_law};
 use super::start_at_rest::{references_at_rest, start_at_rest};

@@ -1,10 +1,10 @@
 //! The error of a run, estimated by a second run, and by a third one where counts of sensors decide.
 
-use crate::results::{
+use kardan_results::{
     Accuracy, Effort, Event, IntegrationMethod, Outcome, Physical, Run, Series, Signal, SignalError, UndecidedCount,
     UnreliableSignal,
 };
-use crate::simulate::{Method, RunResult, Tolerance};
+use kardan_simulate::{Method, RunResult, Tolerance};
 
 /// How much looser the second run is.
 const LOOSER: f64 = 10.0;

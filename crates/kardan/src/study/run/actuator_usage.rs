@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::results::{Design, MotorLoad, Outcome, ScenarioMotorLoad};
-use crate::simulate::{Setup, Tolerance};
 use crate::study::run::progress::simulate_with_progress;
 use crate::study::{Prepared, PreparedVariant, Progress};
+use kardan_results::{Design, MotorLoad, Outcome, ScenarioMotorLoad};
+use kardan_simulate::{Setup, Tolerance};
 
 /// Limit of integrator steps of a run of the scenario.
 const MOST_STEPS: usize = 2_000_000;

@@ -1,12 +1,12 @@
 //! The model of a variant in a few matrices.
 
-use crate::equations::Domain;
-use crate::num::Matrix;
-use crate::reduce::{Reduced, linearise};
-use crate::results::{LawSummary, ModelSummary, NamedMatrix, Pole};
 use crate::study::prepare::blocks::signal_graph;
 use crate::study::{Prepared, PreparedVariant};
-use crate::synthesis::closed_loop_poles;
+use kardan_math::num::Matrix;
+use kardan_mechanics::equations::Domain;
+use kardan_mechanics::reduce::{Reduced, linearise};
+use kardan_results::{LawSummary, ModelSummary, NamedMatrix, Pole};
+use kardan_synthesis::closed_loop_poles;
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.
 pub(in crate::study) fn matrix_titles(reduced: &Reduced) -> [(&'static str, &'static str); 3] {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::results::{Analysis, Design, Identification, Safety, Study};
-use crate::simulate::{Ready, RunResult, Setup, Tolerance};
+use kardan_results::{Analysis, Design, Identification, Safety, Study};
+use kardan_simulate::{Ready, RunResult, Setup, Tolerance};
 
 /// Receives progress of runs, and may end them. Called from several threads.
 pub trait Progress: Sync {
@@ -23,7 +23,7 @@ pub trait Progress: Sync {
     fn message(&self, _text: &str) {}
 
     /// Why everything must end now; `None`: it continues. Called often by everything that takes long and has partial results: runs end
-    /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and reported as such.
+    /// with [`Outcome::Failed`](kardan_results::Outcome::Failed) and this cause, trials of a design are left out and reported as such.
     fn stop(&self) -> Option<String> {
         None
     }

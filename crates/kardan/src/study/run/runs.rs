@@ -5,13 +5,6 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::diagnostics::{Diagnostic, nearest};
-use crate::equations::Domain;
-use crate::names::Quantity;
-use crate::results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
-use crate::simulate::{
-    EncoderReading, Faults, FlippedReading, Method, Ready, RunResult, Scenario, Setup, Tolerance, signal_names,
-};
 use crate::study::analyze::structure::analyze_variant;
 use crate::study::check::extrapolation_warnings::{broken_rules, extrapolation_warnings};
 use crate::study::check::multiplier_constraints::frozen_variant;
@@ -29,6 +22,13 @@ use crate::study::run::progress::run_with_progress;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
     run::actuator_usage,
+};
+use kardan_mechanics::equations::Domain;
+use kardan_results::signal_name::Quantity;
+use kardan_results::{Accuracy, Analysis, Design, Outcome, Plot, PlottedReference, Run, Study, SweepRow};
+use kardan_schema::diagnostics::{Diagnostic, nearest};
+use kardan_simulate::{
+    EncoderReading, Faults, FlippedReading, Method, Ready, RunResult, Scenario, Setup, Tolerance, signal_names,
 };
 
 /// Note of a study that ends with its runs.
@@ -56,7 +56,8 @@ pub struct Settings {
 /// Runs the study of a model file: every variant through the scenario, in parallel.
 ///
 /// ```
-/// use kardan::{model, study};
+/// use kardan::model;
+/// use kardan::study;
 /// let source = model::builtin("two-bodies").unwrap().source;
 /// let result = study::run(source, &study::Settings::default(), &study::Silent).unwrap();
 /// let run = &result.runs[0];

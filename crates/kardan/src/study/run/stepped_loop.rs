@@ -4,19 +4,19 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powf};
 
-use crate::assemble::CoefficientKind;
-use crate::element::Values;
-use crate::equations::Measured;
-use crate::model::ControlSpec;
-use crate::names::Quantity;
-use crate::num::{multiply, rational_to_f64};
-use crate::reduce::motions_over_states;
-use crate::results::{ChannelMargin, Stability};
-use crate::schema::Keys;
 use crate::study::PreparedVariant;
 use crate::study::design::margins::{excluded, motor_margins};
 use crate::study::prepare::loop_blocks::with_blocks;
-use crate::synthesis::{
+use kardan_math::num::{multiply, rational_to_f64};
+use kardan_mechanics::assemble::CoefficientKind;
+use kardan_mechanics::equations::Measured;
+use kardan_mechanics::reduce::motions_over_states;
+use kardan_model::ControlSpec;
+use kardan_results::signal_name::Quantity;
+use kardan_results::{ChannelMargin, Stability};
+use kardan_schema::schema::Keys;
+use kardan_schema::schema::Values;
+use kardan_synthesis::{
     ControlLoop, Law, LoopPlant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
 };
 

@@ -1,8 +1,8 @@
 //! A run with a fault beside the one without it: detection, effects and verdict.
 
 use super::spec::{Effect, SafetySpec};
-use crate::results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
 use crate::study::measure::measures::{Window, measured};
+use kardan_results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
 
 /// The evaluated signals of a run.
 pub(super) struct Traces {

@@ -13,14 +13,14 @@ pub(in crate::study) use rows::check_rows;
 pub use spec::SafetySpec;
 pub(in crate::study) use spec::safety_spec;
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::entries::RawValue;
-use crate::results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::progress::Counted;
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
-use crate::units::format_quantity;
+use kardan_math::units::format_quantity;
+use kardan_results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::entries::RawValue;
 
 /// Most rows of a table.
 const MOST_ROWS: usize = 20_000;
@@ -327,7 +327,7 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = crate::results::EffectMeasured { measured: None, within_bounds: None };
+        let none = kardan_results::EffectMeasured { measured: None, within_bounds: None };
         let effects = vec![none; spec.effects.len()];
         SafetyRow { detection_time: alarm.map(|row| free.time[row]), effects, ..row }
     }

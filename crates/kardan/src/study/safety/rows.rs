@@ -1,11 +1,11 @@
 //! Checks that the time windows of `[safety]` contain rows of the results.
 
 use super::spec::{Effect, SAFETY};
-use crate::diagnostics::Diagnostic;
-use crate::model::{Document, TableReader};
-use crate::schema::Value;
 use crate::study::prepare::read_values::read_word;
 use crate::study::{NamedFault, Prepared, PreparedVariant};
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::Value;
 
 /// Rejects times shorter than the row interval of the results after the start of a fault: they would contain no row.
 pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out: &mut Vec<Diagnostic>) {

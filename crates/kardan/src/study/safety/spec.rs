@@ -1,18 +1,18 @@
 //! The request of `[safety]` of a model file, with its errors.
 
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::Place;
-use crate::model::tables::Measure;
-use crate::model::{Document, TableReader, VariantSettings, no_such_fault};
-use crate::results::SafetyEffect;
-use crate::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 use crate::study::NamedFault;
 use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::Measuring;
 use crate::study::measure::selected_variants::selected_variants;
 use crate::study::prepare::read_values::{quantity, read_names, read_scalar, read_word};
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::tables::Measure;
+use kardan_model::{Document, TableReader, VariantSettings, no_such_fault};
+use kardan_results::SafetyEffect;
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 
 /// The table in messages.
 pub(super) const SAFETY: &str = "`[safety]`";

@@ -4,11 +4,11 @@ use super::integrated;
 use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
 use super::varied::Varied;
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::{Setting, VariantSettings};
-use crate::results::{ParameterValue, RowAgain, SweepRow};
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
+use kardan_model::{Setting, VariantSettings};
+use kardan_results::{ParameterValue, RowAgain, SweepRow};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 
 /// Most rows of one repetition.
 const MOST_ROWS: usize = 100;

@@ -7,18 +7,18 @@ use rayon::prelude::*;
 
 use super::rows::{fill, sampled, seed_of};
 use super::varied::Varied;
-use crate::assemble::CoefficientKind;
-use crate::model::tables::Measure;
-use crate::model::{Document, VariantSettings};
-use crate::num::rational_from_f64;
-use crate::reduce::Reduced;
-use crate::results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
-use crate::simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 use crate::study::measure::figure::FigureOf;
 use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::run::runs::judged;
 use crate::study::{Prepared, PreparedVariant};
-use crate::units::Exact;
+use kardan_math::num::rational_from_f64;
+use kardan_math::units::Exact;
+use kardan_mechanics::assemble::CoefficientKind;
+use kardan_mechanics::reduce::Reduced;
+use kardan_model::tables::Measure;
+use kardan_model::{Document, VariantSettings};
+use kardan_results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
+pub use kardan_simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 
 /// Quantiles of the varied parameters for the analysis of their effects: the base, and others to compare.
 const BASE: f64 = 0.5;

@@ -4,13 +4,13 @@ use std::str;
 
 use super::points::{Distribution, score};
 use super::varied::{Varied, add, format_distribution, parameter};
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::model::{Document, TableReader};
-use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
-use crate::schema::{Table, Value};
 use crate::study::measure::requirement_verdict::in_digits;
 use crate::study::prepare::read_values::{read_names, read_word};
-use crate::units::parse_number;
+use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
+use kardan_math::units::parse_number;
+use kardan_model::{Document, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::{Table, Value};
 
 /// Most parameters of one matrix: the decision uses exact fractions.
 const MOST_CORRELATED: usize = 40;

@@ -3,11 +3,11 @@
 use super::rows::is_refusal;
 use super::statistics::{CONFIDENCE, clopper_pearson};
 use super::varied::Varied;
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::model::tables::Measure;
-use crate::results::{SweepHead, SweepRow, SweptUntil};
 use crate::study::measure::figure::FigureOf;
 use crate::study::{Prepared, Requirement};
+use kardan_model::tables::Measure;
+use kardan_results::{SweepHead, SweepRow, SweptUntil};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 
 /// The goal of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]

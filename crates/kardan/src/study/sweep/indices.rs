@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::points::MORRIS_STEP;
-use crate::num::Random;
-use crate::results::{SweptEffect, SweptIndex};
+use kardan_math::num::Random;
+use kardan_results::{SweptEffect, SweptIndex};
 
 /// Samples of the bootstrap.
 const RESAMPLES: u64 = 1000;

@@ -1,10 +1,10 @@
 //! Varied parameters that occur in laws only: these laws are redesigned for each sample.
 
 use super::varied::Varied;
-use crate::diagnostics::quoted;
-use crate::entries::{Entries, RawValue};
-use crate::schema::LawKeys;
-use crate::synthesis::Program;
+use kardan_schema::diagnostics::quoted;
+use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::schema::LawKeys;
+use kardan_synthesis::Program;
 
 /// The notes about them.
 pub(super) fn designed_anew(spread: &[Varied]) -> impl Iterator<Item = String> {

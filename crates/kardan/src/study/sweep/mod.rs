@@ -43,16 +43,16 @@ use stopping_rule::StoppingRule;
 use summary::summarise;
 use varied::{SWEEP, Varied};
 
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::model::VariantSettings;
-use crate::num::Random;
-use crate::results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
-use crate::simulate::{Method, Recorded, Tolerance};
 use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::run::progress::Counted;
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
+use kardan_math::num::Random;
+use kardan_model::VariantSettings;
+use kardan_results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_simulate::{Method, Recorded, Tolerance};
 
 /// Fewest samples of a block.
 const LEAST_BLOCK: u64 = 64;

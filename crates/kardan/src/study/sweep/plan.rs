@@ -6,8 +6,8 @@ use super::correlated::{CorrelatedGroup, values_at};
 use super::goal::{SweepGoal, Target};
 use super::points::{Axis, SamplingMethod};
 use super::varied::Varied;
-use crate::results::SweepHead;
 use crate::study::Settings;
+use kardan_results::SweepHead;
 
 /// Settings of a sweep.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,8 +1,8 @@
 //! Sampling: points of a unit cube that depend only on a seed and the number of a sample, and the distributions to which they
 //! are mapped.
 
-use crate::identify::normal_quantile;
-use crate::num::Random;
+use kardan_identify::normal_quantile;
+use kardan_math::num::Random;
 
 /// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
 const STEP: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -7,8 +7,8 @@ use kardan_rt::functions::{exp, ln};
 use super::points::{Axis, SamplingMethod, axes, score};
 use super::statistics::{CONFIDENCE, clopper_pearson};
 use super::varied::Varied;
-use crate::num::Random;
-use crate::results::SweptLevel;
+use kardan_math::num::Random;
+use kardan_results::SweptLevel;
 
 /// Samples of a level for each chain: a tenth of them lies below its margin.
 pub(super) const CHAIN: u64 = 10;

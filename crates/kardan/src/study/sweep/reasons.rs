@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::results::{SweepRowOf, SweptFailure};
+use kardan_results::{SweepRowOf, SweptFailure};
 
 /// Most separate reasons.
 const MOST_REASONS: usize = 20;

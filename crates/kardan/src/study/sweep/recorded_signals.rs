@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::simulate::Recorded;
 use crate::study::Prepared;
 use crate::study::measure::figure::FigureOf;
-use crate::units::Expression;
+use kardan_math::units::Expression;
+use kardan_simulate::Recorded;
 
 /// The signals of requirements and figures, with those that their expressions name; they are bit-identical to those of a run
 /// that records all.

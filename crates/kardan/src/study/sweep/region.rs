@@ -6,8 +6,8 @@
 
 use super::statistics::{CONFIDENCE, SweepStatistics, clopper_pearson};
 use super::tree::{Case, Count, SplitRange, leaves};
-use crate::num::Random;
-use crate::results::{SweptBound, SweptParameter, SweptRule};
+use kardan_math::num::Random;
+use kardan_results::{SweptBound, SweptParameter, SweptRule};
 
 /// Fewest samples, and fewest of each verdict among them.
 const LEAST_SAMPLES: (usize, usize) = (20, 5);

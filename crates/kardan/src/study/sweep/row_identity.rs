@@ -1,9 +1,9 @@
 //! Differences to the identity of rows of another sweep.
 
-use crate::diagnostics::shortened;
-use crate::entries::{Entries, RawValue};
-use crate::file::value_to_toml;
 use crate::study::Project;
+use kardan_schema::diagnostics::shortened;
+use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::file::value_to_toml;
 
 /// Most listed values of the model.
 const MAX_LISTED: usize = 3;
@@ -90,7 +90,8 @@ fn compare(path: &str, was: &Entries, now: &Entries, out: &mut Vec<String>) {
 }
 
 fn compare_values(path: &str, was: &RawValue, now: Option<&RawValue>, out: &mut Vec<String>) {
-    let tables = |list: &[crate::entries::Entry]| list.iter().all(|one| matches!(one.value, RawValue::Table(_)));
+    let tables =
+        |list: &[kardan_schema::entries::Entry]| list.iter().all(|one| matches!(one.value, RawValue::Table(_)));
     match (was, now) {
         (_, None) => out.push(format!("`{path}` is not here")),
         (RawValue::Table(was), Some(RawValue::Table(now))) => compare(path, was, now, out),

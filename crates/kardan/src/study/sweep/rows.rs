@@ -1,13 +1,13 @@
 //! Rows of a sweep: the settings of a sample, the results of a run, the difference of two rows.
 
 use super::varied::Varied;
-use crate::diagnostics::{Diagnostic, Severity};
-use crate::model::{Document, Setting, VariantSettings};
-use crate::num::{Random, rational_from_f64};
-use crate::results::{Run, SweepRow};
 use crate::study::prepare::variants::prepare_sample;
 use crate::study::{Prepared, PreparedVariant};
-use crate::units::{Exact, format_quantity};
+use kardan_math::num::{Random, rational_from_f64};
+use kardan_math::units::{Exact, format_quantity};
+use kardan_model::{Document, Setting, VariantSettings};
+use kardan_results::{Run, SweepRow};
+use kardan_schema::diagnostics::{Diagnostic, Severity};
 
 /// The settings of a variant with the sampled values instead of its own.
 pub(super) fn settings_with<'v>(

@@ -3,15 +3,15 @@
 use super::correlated::{CorrelatedGroup, correlated};
 use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
-use crate::diagnostics::{Diagnostic, shortened};
-use crate::identify::two_sided_normal;
-use crate::model::{Document, Parameter, TableReader};
-use crate::schema::{Sign, Table, Value};
 use crate::study::measure::selected_variants::selected_variants;
 use crate::study::prepare::read_values::{of_dimension, quantity, read_word};
 use crate::study::prepare::scenario::whole;
 use crate::study::prepare::signal_table::SignalContext;
-use crate::units::Exact;
+use kardan_identify::two_sided_normal;
+use kardan_math::units::Exact;
+use kardan_model::{Document, Parameter, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::schema::{Sign, Table, Value};
 
 /// Most samples.
 pub(super) const MOST_SAMPLES: u64 = 10_000_000;

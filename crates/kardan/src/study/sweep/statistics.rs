@@ -5,8 +5,8 @@ use statrs::distribution::{Beta, ContinuousCDF};
 use super::indices::{effects, sobol_indices};
 use super::points::Axis;
 use super::reasons::reasons;
-use crate::num::Matrix;
-use crate::results::{
+use kardan_math::num::Matrix;
+use kardan_results::{
     SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
     SweptValues,
 };

@@ -7,7 +7,7 @@ use super::goal::{InterimAnalyses, SweepGoal, Target};
 use super::plan::SweepPlan;
 use super::rare::Rare;
 use super::worst::Worst;
-use crate::results::SweepRow;
+use kardan_results::SweepRow;
 
 /// The state of a sweep.
 pub(super) enum StoppingRule {

@@ -7,11 +7,11 @@ use super::points::{SamplingMethod, moved};
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
-use crate::equations::Sensor;
-use crate::results::{
+use crate::study::{Prepared, PreparedVariant};
+use kardan_mechanics::equations::Sensor;
+use kardan_results::{
     Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
 };
-use crate::study::{Prepared, PreparedVariant};
 
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;

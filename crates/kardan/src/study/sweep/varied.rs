@@ -1,12 +1,12 @@
 //! Varied parameters with their distributions, as text.
 
 use super::points::Distribution;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::entries::Place;
-use crate::model::{Document, Parameter, TableReader};
-use crate::schema::Table;
 use crate::study::measure::requirement_verdict::{in_15_digits, in_digits};
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
+use kardan_model::{Document, Parameter, TableReader};
+use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::entries::Place;
+use kardan_schema::schema::Table;
 
 /// The table in messages.
 pub(super) const SWEEP: &str = "`[sweep]`";

@@ -3,7 +3,7 @@
 
 use super::points::{Axis, SamplingMethod, axes, normal_below};
 use super::varied::Varied;
-use crate::num::Random;
+use kardan_math::num::Random;
 
 /// Search range in deviations for an unbounded distribution.
 const MOST_DEVIATIONS: f64 = 3.0;

@@ -3,12 +3,12 @@
 use kardan_rt::functions::{atan2, hypot};
 use rayon::prelude::*;
 
-use crate::analysis::OutputSignal;
-use crate::num::Rational;
-use crate::results::{ChannelMargin, TogetherMargin, WrongTorque};
 use crate::study::PreparedVariant;
-use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
-use crate::synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
+use kardan_analysis::OutputSignal;
+use kardan_math::num::Rational;
+use kardan_results::{ChannelMargin, TogetherMargin, WrongTorque};
+use kardan_synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
+use kardan_synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 
 /// A channel's margins with its name.
 fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {

@@ -7,14 +7,14 @@ use super::clocks::clocks;
 use super::stability::StabilityProblem;
 use super::survey::{excluded, format_motion, searches};
 use super::warnings::{CLOSE, close, low_margins};
-use crate::diagnostics::{Diagnostic, Severity, quoted};
-use crate::model::ControlSpec;
-use crate::num::multiply;
-use crate::results::{Stability, StabilityVerdict};
-use crate::simulate::Profile;
 use crate::study::PreparedVariant;
 use crate::study::prepare::loop_blocks::{blocks, loop_blocks};
-use crate::synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
+use kardan_math::num::multiply;
+use kardan_model::ControlSpec;
+use kardan_results::{Stability, StabilityVerdict};
+use kardan_schema::diagnostics::{Diagnostic, Severity, quoted};
+use kardan_simulate::Profile;
+use kardan_synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
 
 /// Codes of errors that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];

@@ -1,7 +1,7 @@
 //! The sample times of a loop.
 
-use crate::model::ControlSpec;
-use crate::synthesis::{Clock, clock};
+use kardan_model::ControlSpec;
+use kardan_synthesis::{Clock, clock};
 
 pub(super) fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
     controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()

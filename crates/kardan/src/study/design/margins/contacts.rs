@@ -7,14 +7,14 @@ use super::clocks::clocks;
 use super::stability::{LoopStability, StabilityProblem};
 use super::survey::searches;
 use super::warnings::close;
-use crate::diagnostics::quoted;
-use crate::equations::Measured;
-use crate::num::Matrix;
-use crate::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contacts, contacts, motion_of};
-use crate::results::{ContactMargins, Margins};
 use crate::study::PreparedVariant;
 use crate::study::prepare::loop_blocks::loop_blocks;
-use crate::synthesis::{LoopBlocks, Plant, Survey};
+use kardan_math::num::Matrix;
+use kardan_mechanics::equations::Measured;
+use kardan_mechanics::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contacts, contacts, motion_of};
+use kardan_results::{ContactMargins, Margins};
+use kardan_schema::diagnostics::quoted;
+use kardan_synthesis::{LoopBlocks, Plant, Survey};
 
 /// Number of elements with backlash up to which all combinations of open and closed ones are analysed; above it only all closed.
 const MAX_PLAYS: usize = 3;

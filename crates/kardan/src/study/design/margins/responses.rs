@@ -5,16 +5,16 @@ use kardan_rt::functions::ln;
 
 use super::channels::{named_together, row_of, sensor_rows};
 use super::survey::searches;
-use crate::names::SignalName;
-use crate::num::{multiply, rational_to_f64};
-use crate::results::{
+use crate::study::PreparedVariant;
+use crate::study::prepare::loop_blocks::loop_blocks;
+use kardan_math::num::{multiply, rational_to_f64};
+use kardan_results::signal_name::SignalName;
+use kardan_results::{
     Design, LargestSingularValue, LoopFunction, LoopGain, LoopResponses, ReferenceResponse, SingularValues,
     StepResponse, StepSignal,
 };
-use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::loop_blocks;
-use crate::synthesis::margins::{Response, frequency_range, refined};
-use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
+use kardan_synthesis::margins::{Response, frequency_range, refined};
+use kardan_synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
 
 /// Loop gains below this count as zero.
 const NOTHING: f64 = 1e-12;

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostics::quoted;
-use crate::expr::Side;
-use crate::reduce::law_slopes_at;
 use crate::study::PreparedVariant;
 use crate::study::check::kinks::Kinks;
 use crate::study::prepare::loop_blocks::loop_blocks;
+use kardan_expr::expr::Side;
+use kardan_mechanics::reduce::law_slopes_at;
+use kardan_schema::diagnostics::quoted;
 
 /// The guards that vanish where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::analysis::despite_rounding;
-use crate::num::LastDigits;
-use crate::reduce::{LinearModel, laws_are_linear, linearise_near};
-use crate::results::{Pole, Stability, StabilityEvidence, StabilityVerdict, ZeroPoleEvidence};
 use crate::study::PreparedVariant;
-use crate::synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
+use kardan_analysis::despite_rounding;
+use kardan_math::num::LastDigits;
+use kardan_mechanics::reduce::{LinearModel, laws_are_linear, linearise_near};
+use kardan_results::{Pole, Stability, StabilityEvidence, StabilityVerdict, ZeroPoleEvidence};
+use kardan_synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
 
 /// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
@@ -107,7 +107,7 @@ impl StabilityProblem<'_> {
         }
         let free = verdict.border.iter().any(|motion| motion.uncontrolled);
         let zeros = if free { exact.zeros() } else { 0 };
-        let poles = roots(&crate::num::characteristic_polynomial(&exact.matrix));
+        let poles = roots(&kardan_math::num::characteristic_polynomial(&exact.matrix));
         let more = found.excluded.saturating_sub(zeros);
         let beside_zero = poles.iter().filter(|pole| (pole.re, pole.im) != (0.0, 0.0)).take(more);
         LoopStability {

@@ -9,12 +9,12 @@ use super::channels::errors;
 use super::clocks::{clocks, shortest};
 use super::stability::{LoopStability, StabilityProblem};
 use super::warnings::{LOW_MARGIN, low_margins};
-use crate::num::{Matrix, Rational};
-use crate::reduce::{LinearModel, motions_over_states};
-use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability, TogetherMargin};
 use crate::study::PreparedVariant;
 use crate::study::prepare::loop_blocks::loop_blocks;
-use crate::synthesis::{
+use kardan_math::num::{Matrix, Rational};
+use kardan_mechanics::reduce::{LinearModel, motions_over_states};
+use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability, TogetherMargin};
+use kardan_synthesis::{
     Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
 };
 

@@ -1,7 +1,7 @@
 //! Margins as sentences.
 
-use crate::results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
-use crate::synthesis::LIMIT_STEP;
+use kardan_results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
+use kardan_synthesis::LIMIT_STEP;
 
 /// The paragraph on the effect of sampling on this design.
 pub(in crate::study) fn verdict(margins: &Margins) -> String {

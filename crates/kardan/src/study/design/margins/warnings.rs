@@ -3,7 +3,7 @@
 use kardan_rt::functions::ln;
 
 use super::verdict::{at, at_once, because, time};
-use crate::results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
+use kardan_results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
 
 /// Factor of a torque that a loop must tolerate, or its margins count as low.
 pub(super) const LOW_MARGIN: f64 = 1.1;

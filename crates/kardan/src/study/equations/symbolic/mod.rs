@@ -6,18 +6,18 @@ mod unilateral;
 
 use self::names::Names;
 pub(in crate::study) use self::names::index;
-use crate::assemble::{MultiplierConstraint, assemble};
-use crate::diagnostics::{Diagnostic, quoted};
-use crate::equations::{Domain, MultiplierLaw};
-use crate::model::{NamedTerms, constants};
-use crate::names::Quantity;
-use crate::reduce::{Reduced, reduce};
-use crate::results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
 use crate::study::equations::forms::EquationsForm;
 use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
-use crate::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
-use crate::units::{Dimension, Exact, Expression};
+use kardan_math::units::{Dimension, Exact, Expression};
+use kardan_mechanics::assemble::{MultiplierConstraint, assemble};
+use kardan_mechanics::equations::{Domain, MultiplierLaw};
+use kardan_mechanics::reduce::{Reduced, reduce};
+use kardan_mechanics::symbolic::{FunctionSource, Laurent, Letter, Symbol, SymbolicMotion};
+use kardan_model::{NamedTerms, constants};
+use kardan_results::signal_name::Quantity;
+use kardan_results::{SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicFunction, SymbolicLaw, SymbolicText};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 
 impl Project {
     /// The equations of motion of the first variant with symbols: parameters by their name, values of elements by a letter and

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use crate::assemble::Equations;
-use crate::equations::{Domain, InputKind};
-use crate::expr::parenthesised;
-use crate::model::SymbolValue;
-use crate::names::Quantity;
-use crate::results::SymbolicText;
-use crate::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
-use crate::units::Dimension;
+use kardan_expr::expr::parenthesised;
+use kardan_math::units::Dimension;
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
+use kardan_model::SymbolValue;
+use kardan_results::SymbolicText;
+use kardan_results::signal_name::Quantity;
 
 /// Letters of keys, as in the literature source; other keys have their own name.
 const KEYS: [(&str, &str); 19] = [

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::names::{index, word};
-use crate::results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 use crate::study::PreparedVariant;
 use crate::study::equations::forms::kinds;
 use crate::study::equations::latex_lines::{LINE, aligned, one_line, width};
+use kardan_results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 
 /// Lists of formulas under their titles; empty ones are left out.
 fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {

@@ -1,14 +1,16 @@
 //! Multiplier constraints, unilateral and switched constraints, and prescribed motions in symbolic equations.
 
 use super::names::{Names, index, word};
-use crate::assemble::MultiplierConstraint;
-use crate::diagnostics::Diagnostic;
-use crate::equations::{InputKind, Meaning, UnilateralConstraint};
-use crate::model::NamedTerms;
-use crate::num::Rational;
-use crate::reduce::Reduced;
-use crate::results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
-use crate::symbolic::{Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier};
+use kardan_math::num::Rational;
+use kardan_mechanics::assemble::MultiplierConstraint;
+use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
+use kardan_mechanics::reduce::Reduced;
+use kardan_mechanics::symbolic::{
+    Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier,
+};
+use kardan_model::NamedTerms;
+use kardan_results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
+use kardan_schema::diagnostics::Diagnostic;
 
 /// A table in a multiplier constraint has no symbolic derivative.
 pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {

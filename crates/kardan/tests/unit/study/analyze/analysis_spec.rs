@@ -1,8 +1,8 @@
 //! Tests of `src/study/analyze/analysis_spec.rs`.
 
 use super::*;
-use crate::diagnostics::{Severity, plain};
 use crate::study::prepare;
+use kardan_schema::diagnostics::{Severity, plain};
 
 const MODEL: &str = r#"
 [model]

@@ -1,7 +1,7 @@
 //! Tests of `src/study/analyze/thresholds.rs`.
 
 use super::*;
-use crate::num::Random;
+use kardan_math::num::Random;
 
 #[test]
 fn the_least_of_each_is_the_least() {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings};
-use crate::synthesis::designs_of;
+use kardan_synthesis::designs_of;
 
 /// The finished fractions of the preparation.
 #[derive(Default)]

@@ -1,8 +1,8 @@
 //! Tests of `src/study/sweep/goal.rs`.
 
 use super::*;
-use crate::num::Random;
-use crate::results::SweepRequirement;
+use kardan_math::num::Random;
+use kardan_results::SweepRequirement;
 
 /// The interval at the end of 400 sweeps that end by its width holds the probability in 95 % of them at least, within three standard deviations of that count,
 /// and is as narrow as was asked for; with every sample a look it would not be: that is why there are few, and each has more confidence.

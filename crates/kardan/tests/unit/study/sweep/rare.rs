@@ -2,7 +2,7 @@
 
 use super::super::points::{Distribution, normal_below};
 use super::*;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
 
 fn spread(count: usize) -> Vec<Varied> {
     let open = Distribution::Normal { mean: 0.0, deviation: 1.0, from: f64::NEG_INFINITY, to: f64::INFINITY };

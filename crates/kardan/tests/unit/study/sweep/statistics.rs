@@ -3,7 +3,7 @@
 use kardan_rt::functions::powi;
 
 use super::*;
-use crate::results::SweepRow;
+use kardan_results::SweepRow;
 
 /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
 #[test]

@@ -2,7 +2,7 @@
 
 use super::super::points::Distribution;
 use super::*;
-use crate::units::Dimension;
+use kardan_math::units::Dimension;
 
 fn searched(axes: usize, samples: u64, margin: impl Fn(&[f64]) -> f64) -> (Worst, Vec<Vec<f64>>) {
     let one = |k: usize| Varied {

@@ -1,7 +1,7 @@
 //! Tests of `src/study/design/margins/warnings.rs`.
 
 use super::*;
-use crate::results::WrongTorque;
+use kardan_results::WrongTorque;
 
 /// A channel with large margins.
 fn good(name: &str) -> ChannelMargin {

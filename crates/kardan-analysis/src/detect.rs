@@ -1,0 +1,238 @@
+//! Which faults outputs can detect, and which they can isolate from each other.
+
+use super::LinearSystem;
+use super::parity::{Fault, choices, subsets};
+use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, echelon, exact_rank};
+
+/// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
+pub const MOST_EXACT: usize = 24;
+
+/// Most sets of sensors that are tried.
+const MOST_SETS: usize = 4096;
+
+/// The transfer matrix of a system at points where it has the rank that it has over the rational functions.
+#[derive(Debug, Clone)]
+pub struct Transfer {
+    /// At more whole numbers than a minor has zeros: the largest rank is that over the rational functions.
+    exact: Vec<Matrix<Rational>>,
+    /// At a random number modulo a random prime, two times.
+    modular: Vec<(PrimeField, ModularMatrix)>,
+    outputs: usize,
+}
+
+impl Transfer {
+    /// `None` if `det(sE − A)` is zero for all s.
+    pub fn new(system: &LinearSystem) -> Option<Self> {
+        let (n, outputs) = (system.states.len(), system.outputs.len());
+        let mut primes = Primes::unforeseen(super::images::fingerprint(system));
+        let modular: Vec<_> = (0..8).filter_map(|_| modulo(system, primes.next()?, primes.next()?)).take(2).collect();
+        if modular.len() < 2 {
+            return None;
+        }
+        if n > MOST_EXACT {
+            return Some(Self { exact: Vec::new(), modular, outputs });
+        }
+        let needed = exact_rank(&system.e) + 1;
+        let points = (1..).take(needed + n).map(Rational::from);
+        let exact: Vec<_> = points.filter_map(|s| at(system, &s)).take(needed).collect();
+        (exact.len() == needed).then_some(Self { exact, modular, outputs })
+    }
+
+    /// Whether its ranks are exact.
+    pub fn is_exact(&self) -> bool {
+        !self.exact.is_empty()
+    }
+
+    /// The rank of what these faults do to these outputs, over the rational functions.
+    pub fn rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+        let most = outputs.len().min(faults.len());
+        let mut best = 0;
+        for point in &self.exact {
+            let matrix = Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
+                Fault::Input(j) => point[(outputs[i], j)].clone(),
+                Fault::Output(k) if k == outputs[i] => Rational::ONE,
+                Fault::Output(_) => Rational::ZERO,
+            });
+            best = best.max(exact_rank(&matrix));
+            if best == most {
+                return best;
+            }
+        }
+        if self.exact.is_empty() { self.likely_rank(outputs, faults) } else { best }
+    }
+
+    /// The same modulo random primes: never larger, and smaller with a tiny probability.
+    pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+        let most = outputs.len().min(faults.len());
+        let mut best = 0;
+        for (field, point) in &self.modular {
+            let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
+                Fault::Input(j) => point.row(outputs[i])[j],
+                Fault::Output(k) if k == outputs[i] => field.one(),
+                Fault::Output(_) => 0,
+            });
+            best = best.max(matrix.echelon(field).1.len());
+            if best == most {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Whether these outputs show a fault at all, whatever the unknown inputs do.
+    pub fn detects(&self, outputs: &[usize], fault: Fault, unknown: &[usize]) -> bool {
+        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+        let base_rank = self.rank(outputs, &columns);
+        columns.push(fault);
+        self.rank(outputs, &columns) > base_rank
+    }
+
+    /// Faults that these outputs show, in groups: those of one group cannot be isolated from each other, those of different groups can. The last list
+    /// has those that are not shown.
+    ///
+    /// Two faults that are shown can be isolated if one is shown for any course of the other; that is mutual, and of three faults, if
+    /// the first cannot be isolated from the second and the second not from the third, the first cannot be isolated from the third.
+    pub fn groups(&self, outputs: &[usize], faults: &[Fault], unknown: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
+        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+        let base = self.rank(outputs, &columns);
+        let mut rank = |more: &[Fault]| {
+            columns.truncate(unknown.len());
+            columns.extend_from_slice(more);
+            self.rank(outputs, &columns)
+        };
+        let (mut groups, mut silent): (Vec<Vec<usize>>, Vec<usize>) = Default::default();
+        for (k, &fault) in faults.iter().enumerate() {
+            if rank(&[fault]) == base {
+                silent.push(k);
+                continue;
+            }
+            match groups.iter_mut().find(|group| rank(&[faults[group[0]], fault]) < base + 2) {
+                Some(group) => group.push(k),
+                None => groups.push(vec![k]),
+            }
+        }
+        (groups, silent)
+    }
+}
+
+/// `C (sE − A)⁻¹ B + D`; `None` at a pole.
+fn at(system: &LinearSystem, s: &Rational) -> Option<Matrix<Rational>> {
+    let pencil = system.e.scale(s).plus(&system.a.scale(&Rational::NEG_ONE));
+    Some(system.c.multiply(&pencil.solve(&system.b)?).plus(&system.d))
+}
+
+/// The same modulo a prime, at a number that another one gives.
+fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, ModularMatrix)> {
+    let field = PrimeField::new(prime);
+    let image = |matrix| ModularMatrix::from_rational(&field, matrix);
+    let [e, a, b, c, d] = [&system.e, &system.a, &system.b, &system.c, &system.d].map(image);
+    let s = field.element(point % prime);
+    let pencil = a?.plus(&field, field.negate(s), &e?);
+    let (x, _) = pencil.solve(&field, &b?)?;
+    let found = d?.plus(&field, field.negate(field.one()), &c?.multiply(&field, &x));
+    Some((field, found))
+}
+
+/// Whether a constant fault remains visible: no initial state and no time function of the unknown inputs gives the same
+/// readings from some time on. Exact; `None` for more states than [`MOST_EXACT`].
+///
+/// Method: the largest space of states, with the fault as one of them, in which some inputs keep the outputs at zero (the recursion of
+/// Wonham and Morse, for `E ẋ = A x + B u`); the fault is not detected if it moves in it.
+pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
+    let (n, p, m) = (system.states.len(), system.outputs.len(), unknown.len());
+    if n > MOST_EXACT {
+        return None;
+    }
+    let acts = |i: usize| match fault {
+        Fault::Input(j) => system.b[(i, j)].clone(),
+        Fault::Output(_) => Rational::ZERO,
+    };
+    let shows = |i: usize| match fault {
+        Fault::Input(j) => system.d[(i, j)].clone(),
+        Fault::Output(k) if k == i => Rational::ONE,
+        Fault::Output(_) => Rational::ZERO,
+    };
+    // Over the states and the fault; columns span the space.
+    let mut space: Matrix<Rational> = Matrix::identity(n + 1);
+    loop {
+        // E times what rates may be: of the fault it is zero.
+        let rates = system.e.multiply(&Matrix::from_fn(n, space.columns(), |i, j| space[(i, j)].clone()));
+        let still = |j: usize| space[(n, j)].clone();
+        let width = n + 1 + m + space.columns();
+        let matrix = Matrix::from_fn(n + 1 + p, width, |i, j| match (i, j) {
+            (i, j) if i < n && j < n => system.a[(i, j)].clone(),
+            (i, j) if i < n && j == n => acts(i),
+            (i, j) if i < n && j < n + 1 + m => system.b[(i, unknown[j - n - 1])].clone(),
+            (i, j) if i < n => Rational::ZERO.minus(&rates[(i, j - n - 1 - m)]),
+            (i, j) if i == n => {
+                if j > n + m {
+                    still(j - n - 1 - m)
+                } else {
+                    Rational::ZERO
+                }
+            }
+            (i, j) if j < n => system.c[(i - n - 1, j)].clone(),
+            (i, j) if j == n => shows(i - n - 1),
+            (i, j) if j < n + 1 + m => system.d[(i - n - 1, unknown[j - n - 1])].clone(),
+            _ => Rational::ZERO,
+        });
+        let kernel = echelon(&matrix, &(0..width).collect::<Vec<_>>()).kernel();
+        let states = Matrix::from_fn(kernel.columns(), n + 1, |i, j| kernel[(j, i)].clone());
+        let found = echelon(&states, &(0..=n).collect::<Vec<_>>());
+        let next = Matrix::from_fn(n + 1, found.rank(), |i, j| found.form[(j, i)].clone());
+        if next.columns() == space.columns() {
+            return Some((0..next.columns()).all(|j| next[(n, j)].is_zero()));
+        }
+        space = next;
+    }
+}
+
+/// The requirement on a set of sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// It detects a fault of an input.
+    Shows(usize),
+    /// It detects the faults of all inputs that may fail, and of its own sensors.
+    ShowsAll,
+    /// It also isolates each of them from the others.
+    Isolates,
+}
+
+/// The smallest sets of outputs that reach a goal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SmallestSets {
+    /// The sets.
+    pub sets: Vec<Vec<usize>>,
+    /// Whether all smaller sets were tried.
+    pub all: bool,
+}
+
+/// Tries sets of outputs, small ones first. Ranks are decided modulo random primes.
+pub fn smallest_sets(transfer: &Transfer, goal: Goal, failing: &[usize], unknown: &[usize]) -> SmallestSets {
+    let likely = Transfer { exact: Vec::new(), ..transfer.clone() };
+    let reaches = |set: &[usize]| {
+        let own = set.iter().map(|&k| Fault::Output(k));
+        let faults: Vec<Fault> = failing.iter().map(|&j| Fault::Input(j)).chain(own).collect();
+        match goal {
+            Goal::Shows(input) => likely.detects(set, Fault::Input(input), unknown),
+            Goal::ShowsAll => faults.iter().all(|&fault| likely.detects(set, fault, unknown)),
+            Goal::Isolates => likely.groups(set, &faults, unknown).0.len() == faults.len(),
+        }
+    };
+    let (mut tried, p) = (0, transfer.outputs);
+    for size in 1..=p {
+        tried += choices(p, size).unwrap_or(usize::MAX).min(2 * MOST_SETS);
+        if tried > MOST_SETS {
+            return SmallestSets { sets: Vec::new(), all: false };
+        }
+        let sets: Vec<Vec<usize>> = subsets(p, size).filter(|set| reaches(set)).collect();
+        if !sets.is_empty() {
+            return SmallestSets { sets, all: true };
+        }
+    }
+    SmallestSets { sets: Vec::new(), all: true }
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/detect.rs"]
+mod tests;

@@ -1,0 +1,161 @@
+//! The modes that lose controllability or observability.
+
+use faer::{Mat, c64};
+use kardan_rt::functions::hypot;
+
+use super::{ConstrainedSystem, LinearSystem};
+use kardan_math::num::{Matrix, Rational, null_vectors, rational_to_f64};
+use kardan_results::{Complex, FailingMode, Mode, NamedShare, Pole, Structure, Undecided};
+
+/// A system before reduction, with its basis: the data to name shafts and elements.
+#[derive(Debug, Clone, Copy)]
+pub struct Mechanics<'a> {
+    /// The terms.
+    pub system: &'a ConstrainedSystem,
+    /// K, one column per reduced coordinate.
+    pub basis: &'a Matrix<Rational>,
+}
+
+/// Which shafts and elements take part in the modes that inputs do not reach or outputs do not show.
+///
+/// The exact factors determine which eigenvalues fail and how often; floating point determines the motion only: the null
+/// vectors v of `[λ²H + λD + S; Fᵀ]` (of `[…; C]`), since the matrices are symmetric \[diss. (5.15), corrected\]. Shares are
+/// relative to the largest, independent of the basis chosen in the null space. Without mechanics the states are named.
+/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. What is not decided is not
+/// listed.
+pub fn failing_modes(
+    structure: &mut Structure,
+    modes: &mut [Mode],
+    system: &LinearSystem,
+    mechanics: Option<Mechanics<'_>>,
+) {
+    let factors = structure.factors.clone();
+    for factor in &factors {
+        for &eigenvalue in factor.roots.iter().filter(|root| root.im >= 0.0) {
+            let Undecided { controllability, observability } = structure.undecided;
+            for (defect, open, inputs) in
+                [(factor.input_defect, controllability, true), (factor.output_defect, observability, false)]
+            {
+                if defect == 0 || open {
+                    continue;
+                }
+                let (shafts, elements) = participants(system, mechanics, eigenvalue, defect, inputs);
+                let mode = FailingMode { factor: factor.polynomial.clone(), eigenvalue, defect, shafts, elements };
+                if inputs { structure.uncontrollable.push(mode) } else { structure.unobservable.push(mode) }
+            }
+        }
+    }
+    let size = |a: Pole, b: Pole| hypot(a.re - b.re, a.im - b.im);
+    for mode in modes.iter_mut().filter(|mode| mode.factor.is_empty()) {
+        let roots =
+            factors.iter().flat_map(|f| f.roots.iter().filter(|root| root.im >= 0.0).map(move |root| (f, *root)));
+        let nearest = roots.min_by(|a, b| size(a.1, mode.eigenvalue).total_cmp(&size(b.1, mode.eigenvalue)));
+        let Some((factor, root)) = nearest else {
+            (mode.controllable, mode.observable) = (structure.controllable(), structure.observable());
+            continue;
+        };
+        // A factor that is not written out has no roots here; its modes are those far from all others, and do not fail.
+        let near = size(root, mode.eigenvalue) <= 1e-6 * mode.natural_frequency.max(root.abs()).max(1e-9);
+        let complete = factors.iter().all(|f| !f.roots.is_empty());
+        if complete || near {
+            mode.factor.clone_from(&factor.polynomial);
+            mode.controllable = factor.input_defect == 0;
+            mode.observable = factor.output_defect == 0;
+        } else {
+            let open = factors.iter().filter(|f| f.roots.is_empty());
+            mode.controllable = open.clone().all(|f| f.input_defect == 0);
+            mode.observable = open.clone().all(|f| f.output_defect == 0);
+        }
+    }
+}
+
+/// Largest first.
+type Shares = Vec<NamedShare>;
+
+fn participants(
+    system: &LinearSystem,
+    mechanics: Option<Mechanics<'_>>,
+    eigenvalue: Pole,
+    defect: usize,
+    inputs: bool,
+) -> (Shares, Shares) {
+    let lambda = c64::new(eigenvalue.re, eigenvalue.im);
+    let number = |x: &Rational| c64::new(rational_to_f64(x), 0.0);
+    let n = system.states.len();
+    let (Some(r), Some(mechanics)) = (system.degrees_of_freedom, mechanics) else {
+        // Left null vectors of [λE − A, B], right ones of [λE − A; C].
+        let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
+        let matrix = Mat::from_fn(n + rows, n, |i, j| match (i < n, inputs) {
+            (true, true) => lambda * number(&system.e[(j, i)]) - number(&system.a[(j, i)]),
+            (true, false) => lambda * number(&system.e[(i, j)]) - number(&system.a[(i, j)]),
+            (false, true) => number(&system.b[(j, i - n)]),
+            (false, false) => number(&system.c[(i - n, j)]),
+        });
+        let moved = squares(&matrix, defect, n, |v, i| v[i]);
+        return (shares(system.states.iter().cloned().zip(moved.into_iter().map(f64::sqrt))), Vec::new());
+    };
+    let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
+    let matrix = Mat::from_fn(r + rows, r, |i, j| {
+        if i < r {
+            let (h, d, s) = (&system.e[(r + i, r + j)], &system.a[(r + i, r + j)], &system.a[(r + i, j)]);
+            return lambda * lambda * number(h) - lambda * number(d) - number(s);
+        }
+        if inputs {
+            number(&system.b[(r + j, i - r)])
+        } else {
+            number(&system.c[(i - r, j)]) + lambda * number(&system.c[(i - r, r + j)])
+        }
+    });
+    let basis = mechanics.basis.to_f64();
+    let component = |v: &[c64], row: &[(usize, Rational)]| {
+        row.iter().fold(c64::new(0.0, 0.0), |sum, (shaft, x)| {
+            let factor = rational_to_f64(x);
+            (0..r).fold(sum, |sum, j| sum + v[j] * (factor * basis[(*shaft, j)]))
+        })
+    };
+    let shafts = &mechanics.system.coordinates;
+    let moved = squares(&matrix, defect, shafts.len(), |v, i| component(v, &[(i, Rational::ONE)]));
+    let speed = if eigenvalue == Complex::default() { 1.0 } else { eigenvalue.abs() };
+    let kinetic = mechanics.system.inertias.iter().map(|term| (term, speed * speed));
+    let potential = mechanics.system.springs.iter().map(|term| (term, 1.0));
+    let mut elements: Shares = Vec::new();
+    for (term, factor) in kinetic.chain(potential) {
+        let energy = squares(&matrix, defect, 1, |v, _| component(v, &term.row))[0]
+            * factor
+            * rational_to_f64(&term.value).abs();
+        match elements.iter_mut().find(|one| one.name == term.element) {
+            Some(one) => one.share += energy,
+            None => elements.push(NamedShare { name: term.element.clone(), share: energy }),
+        }
+    }
+    let total: f64 = elements.iter().map(|one| one.share).sum();
+    elements.iter_mut().for_each(|one| one.share /= total);
+    elements.retain(|one| one.share > 1e-9);
+    elements.sort_by(|a, b| b.share.total_cmp(&a.share));
+    (shares(shafts.iter().cloned().zip(moved.into_iter().map(f64::sqrt))), elements)
+}
+
+/// `Σ |f(v, i)|²` over the null vectors v of a matrix whose rows are brought to one size.
+fn squares(matrix: &Mat<c64>, defect: usize, count: usize, f: impl Fn(&[c64], usize) -> c64) -> Vec<f64> {
+    let size = |i: usize| (0..matrix.ncols()).map(|j| matrix[(i, j)].norm()).fold(0.0, f64::max);
+    let sizes: Vec<f64> = (0..matrix.nrows()).map(|i| if size(i) > 0.0 { size(i) } else { 1.0 }).collect();
+    let scaled = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / sizes[i]);
+    let mut out = vec![0.0; count];
+    let Some(null) = null_vectors(scaled.as_ref(), defect) else { return out };
+    for vector in null.vectors {
+        let v: Vec<c64> = vector.into_iter().map(|(re, im)| c64::new(re, im)).collect();
+        for (i, sum) in out.iter_mut().enumerate() {
+            *sum += f(&v, i).norm_sqr();
+        }
+    }
+    out
+}
+
+fn shares(all: impl Iterator<Item = (String, f64)>) -> Shares {
+    let mut all: Shares = all.map(|(name, share)| NamedShare { name, share }).collect();
+    let largest = all.iter().map(|one| one.share).fold(f64::MIN_POSITIVE, f64::max);
+    all.iter_mut().for_each(|one| one.share /= largest);
+    all.retain(|one| one.share > 1e-9);
+    all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    all
+}

@@ -1,0 +1,331 @@
+//! Motions without inertia: found, and eliminated exactly.
+
+use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_results::signal_name::Quantity;
+
+use super::LinearSystem;
+
+/// Names with factors: a direction, or a combination of quantities.
+type Combination = Vec<(String, Rational)>;
+
+/// A system from which the motions without inertia are eliminated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Eliminated {
+    /// The remaining system, with regular E. A state that carries the name of an original one is that quantity.
+    pub system: LinearSystem,
+    /// States that are no original ones but combinations of them, such as `z1 = a.w + b.w`.
+    pub definitions: Vec<(String, Combination)>,
+    /// Original states that are no states any more.
+    pub removed: Vec<String>,
+}
+
+/// Why motions without inertia cannot be eliminated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MasslessError {
+    /// Along the direction (angles, or speeds where it ends in `.w`) the equations determine no motion.
+    #[error(
+        "the motion along {} is not determined by the equations: it has no inertia, and neither damping nor stiffness \
+         determine it",
+        combination(direction)
+    )]
+    Undetermined {
+        /// The coordinates that take part, with factors.
+        direction: Combination,
+    },
+    /// The output would need a derivative of the input.
+    #[error(
+        "output `{output}` would depend on derivative {order} of input `{input}`, which acts on the motion along {} without \
+         inertia",
+        combination(direction)
+    )]
+    InputDerivative {
+        /// The output.
+        output: String,
+        /// The input.
+        input: String,
+        /// The highest derivative needed.
+        order: usize,
+        /// What follows the derivative of the input, with factors.
+        direction: Combination,
+    },
+    /// There are no dynamics: all outputs follow the inputs without delay.
+    #[error("no motion is left: without inertia and damping all outputs follow the inputs without delay")]
+    Static,
+}
+
+/// `` `a` − 2·`b` `` for a message.
+pub fn combination(terms: &[(String, Rational)]) -> String {
+    let mut out = String::new();
+    for (i, (name, factor)) in terms.iter().enumerate() {
+        let negative = *factor < Rational::ZERO;
+        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
+        out += match (i, negative) {
+            (0, false) => "",
+            (0, true) => "−",
+            (_, false) => " + ",
+            (_, true) => " − ",
+        };
+        if size != Rational::ONE {
+            out += &format!("{size}·");
+        }
+        out += &format!("`{name}`");
+    }
+    out
+}
+
+/// `a - 2 b` for a text.
+pub fn plain_combination(terms: &[(String, Rational)]) -> String {
+    let mut out = String::new();
+    for (name, factor) in terms {
+        let negative = *factor < Rational::ZERO;
+        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        out += &if size == Rational::ONE { name.clone() } else { format!("{size} {name}") };
+    }
+    out
+}
+
+fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combination {
+    let terms: Combination = names.iter().cloned().zip(factors).filter(|(_, factor)| !factor.is_zero()).collect();
+    // The first factor becomes one.
+    let scale = terms.first().map_or(Rational::ONE, |(_, factor)| Rational::ONE.over(factor));
+    terms.into_iter().map(|(name, factor)| (name, factor.times(&scale))).collect()
+}
+
+/// A direction without inertia: the coordinates that move in it with factors, or `None` if the inertia matrix is regular.
+///
+/// Of a basis of all such directions the one with the fewest coordinates is given, the first one of these.
+///
+/// # Panics
+/// If `h` is not square with a row per coordinate.
+pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Option<Combination> {
+    assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of a different size");
+    let kernel = null_space(h);
+    let directions = (0..kernel.columns()).map(|j| named(coordinates, column(&kernel, j)));
+    directions.min_by_key(Vec::len)
+}
+
+/// Brings `H q̈ + D q̇ + S q = F u`, `y = C₀ q + C₁ q̇ + D₀ u` with singular H to a regular [`LinearSystem`] with the same
+/// transfer matrix, exactly.
+///
+/// The states are original ones `q.phi`, `q.w` as far as possible; `inputs` and `outputs` are names.
+///
+/// Method: the pencil sE − A of `x = [q; q̇]`, `E = diag(I, H)`, is split into its finite part V and its infinite part W
+/// (Wong sequences over the rationals, as in Berger, Ilchmann, Trenn 2012): `x = V z + W f`, where z moves by differential
+/// equations and `N ḟ = f + B_f u` with nilpotent N gives f from u at once. With L A W = 0 the equations of z are
+/// `L E V ż = L A V z + L B u`. Cost O(n⁴) rational operations at worst.
+///
+/// # Errors
+/// If the pencil is singular, an output needs derivatives of an input, or no state is left.
+///
+/// # Panics
+/// If sizes differ: H, D, S square with a row per coordinate, F with a column per input, C₀ and C₁ with a row per output.
+#[allow(clippy::too_many_arguments)]
+pub fn eliminate_massless(
+    coordinates: &[String],
+    inputs: &[String],
+    outputs: &[String],
+    h: &Matrix<Rational>,
+    d: &Matrix<Rational>,
+    s: &Matrix<Rational>,
+    f: &Matrix<Rational>,
+    c_pos: &Matrix<Rational>,
+    c_vel: &Matrix<Rational>,
+    d_through: &Matrix<Rational>,
+) -> Result<Eliminated, MasslessError> {
+    let (r, m, p) = (coordinates.len(), inputs.len(), outputs.len());
+    let sized = |matrix: &Matrix<Rational>, rows, columns| matrix.rows() == rows && matrix.columns() == columns;
+    assert!(sized(h, r, r) && sized(d, r, r) && sized(s, r, r), "a matrix has not a row and a column per coordinate");
+    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of a different size");
+    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of a different size");
+
+    let n = 2 * r;
+    let names: Vec<String> =
+        [Quantity::Angle, Quantity::Speed].iter().flat_map(|k| coordinates.iter().map(|q| k.of(q))).collect();
+    let negative = Rational::ZERO.minus(&Rational::ONE);
+    let e = blocks(&Matrix::identity(r), &Matrix::zeros(r, r), &Matrix::zeros(r, r), h);
+    let a = blocks(&Matrix::zeros(r, r), &Matrix::identity(r), &s.scale(&negative), &d.scale(&negative));
+    let b = Matrix::from_fn(n, m, |i, j| if i < r { Rational::ZERO } else { f[(i - r, j)].clone() });
+    let c = beside(c_pos, c_vel);
+
+    // Common kernel of H, D, S: named first because it is the most informative.
+    let all = beside(&beside(&h.transpose(), &d.transpose()), &s.transpose()).transpose();
+    let free = null_space(&all);
+    if free.columns() > 0 {
+        return Err(MasslessError::Undetermined { direction: named(coordinates, column(&free, 0)) });
+    }
+    let (finite, infinite) = (finite_part(&e, &a), infinite_part(&e, &a));
+    let common = null_space(&beside(&finite, &infinite));
+    if common.columns() > 0 {
+        let part = Matrix::from_fn(finite.columns(), 1, |i, _| common[(i, 0)].clone());
+        return Err(MasslessError::Undetermined {
+            direction: quantity(coordinates, &names, &finite.multiply(&part), 0),
+        });
+    }
+    if finite.columns() == 0 {
+        return Err(MasslessError::Static);
+    }
+
+    let (k, width) = (finite.columns(), infinite.columns());
+    let follows = following(&e, &a, &b, &finite, &infinite);
+    for (order, follow) in follows.iter().enumerate().skip(1).rev() {
+        let output_map = c.multiply(follow);
+        let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !output_map[*place].is_zero());
+        if let Some((i, j)) = place {
+            return Err(MasslessError::InputDerivative {
+                output: outputs[i].clone(),
+                input: inputs[j].clone(),
+                order,
+                direction: quantity(coordinates, &names, follow, j),
+            });
+        }
+    }
+    let through = d_through.plus(&c.multiply(&follows[0]).scale(&negative));
+
+    let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| beside(&all, follow));
+    let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
+    // V with M V = 1.
+    let basis = finite.multiply(&chosen.multiply(&finite).solve(&Matrix::identity(k)).expect("independent by choice"));
+    let left = null_space(&a.multiply(&infinite).transpose()).transpose();
+    let removed = names.iter().filter(|name| !states.contains(name)).cloned().collect();
+    let system = LinearSystem {
+        states,
+        inputs: inputs.to_vec(),
+        outputs: outputs.to_vec(),
+        e: left.multiply(&e).multiply(&basis),
+        a: left.multiply(&a).multiply(&basis),
+        b: left.multiply(&b),
+        c: c.multiply(&basis),
+        d: through,
+        degrees_of_freedom: (width == 0).then_some(r),
+    };
+    Ok(Eliminated { system, definitions, removed })
+}
+
+/// `f = −Σ Nⁱ B_f u⁽ⁱ⁾`, from `N ḟ = f + B_f u` in coordinates of W: what follows the inputs and their derivatives at once.
+fn following(
+    e: &Matrix<Rational>,
+    a: &Matrix<Rational>,
+    b: &Matrix<Rational>,
+    finite: &Matrix<Rational>,
+    infinite: &Matrix<Rational>,
+) -> Vec<Matrix<Rational>> {
+    let (k, width) = (finite.columns(), infinite.columns());
+    let split = beside(&e.multiply(finite), &a.multiply(infinite));
+    let solved = split.solve(&beside(&e.multiply(infinite), b)).expect("regular: the pencil is");
+    let nilpotent = Matrix::from_fn(width, width, |i, j| solved[(k + i, j)].clone());
+    let mut power = Matrix::from_fn(width, b.columns(), |i, j| solved[(k + i, width + j)].clone());
+    let mut out = vec![infinite.multiply(&power)];
+    for _ in 1..=width {
+        power = nilpotent.multiply(&power);
+        out.push(infinite.multiply(&power));
+    }
+    out
+}
+
+/// The states z = M x, M V regular: original ones that inputs do not move at once, then combinations of such.
+fn choose_states(
+    names: &[String],
+    finite: &Matrix<Rational>,
+    reached: &Matrix<Rational>,
+) -> (Vec<String>, Vec<(String, Combination)>, Matrix<Rational>) {
+    let (n, k) = (names.len(), finite.columns());
+    let unit = |i: usize| Matrix::from_fn(1, n, |_, j| if i == j { Rational::ONE } else { Rational::ZERO });
+    let still = null_space(&reached.transpose()).transpose();
+    let originals = (0..n).filter(|i| reached.row(*i).iter().all(|x| x.is_zero())).map(|i| (Some(i), unit(i)));
+    let combinations = (0..still.rows()).map(|i| (None, Matrix::from_fn(1, n, |_, j| still[(i, j)].clone())));
+    let candidates: Vec<(Option<usize>, Matrix<Rational>)> = originals.chain(combinations).collect();
+    let rows = Matrix::from_fn(candidates.len(), n, |i, j| candidates[i].1[(0, j)].clone());
+    // Pivot columns of the transpose are the first independent rows.
+    let images = rows.multiply(finite).transpose();
+    let retained = echelon(&images, &(0..candidates.len()).collect::<Vec<_>>()).pivots;
+    assert_eq!(retained.len(), k, "z is determined by what inputs do not move at once");
+    let (mut states, mut definitions) = (Vec::new(), Vec::new());
+    let mut chosen = Matrix::<Rational>::zeros(k, n);
+    for (row, candidate) in retained.iter().enumerate() {
+        let (original, functional) = &candidates[*candidate];
+        let mut functional: Vec<Rational> = functional.row(0).to_vec();
+        match original {
+            Some(i) => states.push(names[*i].clone()),
+            None => {
+                let lead = functional.iter().find(|x| !x.is_zero()).expect("a row of a basis").clone();
+                functional.iter_mut().for_each(|x| *x = x.over(&lead));
+                let name = (definitions.len() + 1..)
+                    .map(|i| format!("z{i}"))
+                    .find(|name| !names.contains(name))
+                    .expect("endless");
+                definitions.push((name.clone(), named(names, functional.clone())));
+                states.push(name);
+            }
+        }
+        chosen.row_mut(row).clone_from_slice(&functional);
+    }
+    (states, definitions, chosen)
+}
+
+/// The angles of a column of states as coordinates, or if it has none its speeds.
+fn quantity(coordinates: &[String], names: &[String], x: &Matrix<Rational>, j: usize) -> Combination {
+    let angles = named(coordinates, column(x, j).into_iter().take(coordinates.len()));
+    if angles.is_empty() { named(names, column(x, j)) } else { angles }
+}
+
+/// The largest V with A V ⊂ E V: where the differential equations live.
+fn finite_part(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Matrix<Rational> {
+    let mut space = Matrix::identity(e.columns());
+    loop {
+        let next = preimage(a, &e.multiply(&space));
+        if next.columns() == space.columns() {
+            return next;
+        }
+        space = next;
+    }
+}
+
+/// The limit of W ← E⁻¹(A W) from zero: where the equations are algebraic.
+fn infinite_part(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Matrix<Rational> {
+    let mut space = Matrix::zeros(e.columns(), 0);
+    loop {
+        let next = preimage(e, &a.multiply(&space));
+        if next.columns() == space.columns() {
+            return next;
+        }
+        space = next;
+    }
+}
+
+/// A basis of all x with `matrix · x` in the span of `image`.
+fn preimage(matrix: &Matrix<Rational>, image: &Matrix<Rational>) -> Matrix<Rational> {
+    let together = null_space(&beside(matrix, image));
+    let n = matrix.columns();
+    let parts = Matrix::from_fn(together.columns(), n, |i, j| together[(j, i)].clone());
+    let e = echelon(&parts, &(0..n).collect::<Vec<_>>());
+    Matrix::from_fn(n, e.rank(), |i, j| e.form[(j, i)].clone())
+}
+
+/// A basis of the kernel, one column per free column of the matrix.
+fn null_space(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
+}
+
+fn column(matrix: &Matrix<Rational>, j: usize) -> Vec<Rational> {
+    (0..matrix.rows()).map(|i| matrix[(i, j)].clone()).collect()
+}
+
+fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
+    let split = left.columns();
+    Matrix::from_fn(left.rows(), split + right.columns(), |i, j| {
+        if j < split { left[(i, j)].clone() } else { right[(i, j - split)].clone() }
+    })
+}
+
+fn blocks(a: &Matrix<Rational>, b: &Matrix<Rational>, c: &Matrix<Rational>, d: &Matrix<Rational>) -> Matrix<Rational> {
+    let (top, bottom) = (beside(a, b), beside(c, d));
+    Matrix::from_fn(top.rows() + bottom.rows(), top.columns(), |i, j| {
+        if i < top.rows() { top[(i, j)].clone() } else { bottom[(i - top.rows(), j)].clone() }
+    })
+}

@@ -1,0 +1,36 @@
+//! Branches of a circuit, between two nodes.
+
+use super::kind::KeyError;
+use kardan_math::units::Exact;
+use kardan_mechanics::equations::{Direction, Term};
+use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Kind};
+
+pub(in crate::element) const FROM: Field =
+    Field::required("from", Kind::Node, "The node that a positive current leaves.");
+pub(in crate::element) const TO: Field =
+    Field::required("to", Kind::Node, "The node that a positive current enters; `ground` is at 0 V.");
+
+/// A branch of a circuit: its charge, and the charge's share in the balances of the nodes at both ends.
+pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
+    let share = |key: &str, sign: i64| {
+        let direction = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
+        values.word(key).map(|node| Term::Balance { node: node.into(), direction })
+    };
+    let declared = Term::Charge { name: charge.to_string() };
+    std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
+}
+
+/// The ends of a branch must be two nodes.
+pub(in crate::element) fn check_branch(values: &Values) -> Vec<KeyError> {
+    check_ends(values, ["from", "to"])
+}
+
+pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
+    if values.word(from).is_none() || values.word(from) != values.word(to) {
+        return Vec::new();
+    }
+    let message =
+        format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
+    vec![KeyError::new(to, message, "name two different nodes")]
+}

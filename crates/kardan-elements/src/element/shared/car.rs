@@ -1,0 +1,151 @@
+//! The generator of a car: names of its parts, and their tables.
+
+use kardan_math::units::parse_number;
+use kardan_schema::entries::{Entries, RawValue};
+
+/// Lower limit of a friction that becomes zero or negative in a run.
+const LEAST_FRICTION: &str = "0.001";
+
+/// The generator of a car: its name and its keys.
+pub(in crate::element) struct Car<'a> {
+    pub(in crate::element) name: &'a str,
+    pub(in crate::element) entries: &'a Entries,
+}
+
+/// A name in the syntax of expressions.
+pub(in crate::element) fn quoted(name: String) -> String {
+    if name.contains('-') { format!("'{name}'") } else { name }
+}
+
+impl Car<'_> {
+    pub(in crate::element) fn has(&self, key: &str) -> bool {
+        self.entries.keyed(key).is_some()
+    }
+
+    /// Whether its tyre forces are limited, and its wheel angles exact.
+    pub(in crate::element) fn slides(&self) -> bool {
+        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "magic_formula" || word == "tmeasy")
+    }
+
+    /// Whether its tyres are those of TMeasy.
+    pub(in crate::element) fn tmeasy(&self) -> bool {
+        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "tmeasy")
+    }
+
+    /// A number of the car, by its name in expressions.
+    pub(in crate::element) fn own(&self, key: &str) -> String {
+        quoted(format!("{}.{key}", self.name))
+    }
+
+    /// The name of a part.
+    pub(in crate::element) fn part(&self, part: &str) -> String {
+        format!("{}_{part}", self.name)
+    }
+
+    /// A coordinate of a part, or its rate.
+    pub(in crate::element) fn of(&self, part: &str, quantity: &str) -> String {
+        quoted(format!("{}_{part}.{quantity}", self.name))
+    }
+
+    /// The expression of a key.
+    pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
+        match self.entries.get(key)? {
+            RawValue::Text(text) | RawValue::Number(text) => Some(format!("({text})")),
+            RawValue::Quantity(value, dimension) => Some(kardan_math::units::format_quantity(value, *dimension)),
+            _ => None,
+        }
+    }
+
+    pub(in crate::element) fn speed(&self) -> String {
+        self.formula("speed").unwrap_or_else(|| "0 m/s".into())
+    }
+
+    /// Whether it rolls.
+    pub(in crate::element) fn rolls(&self) -> bool {
+        self.has("roll_stiffness")
+    }
+
+    /// Height of the centre of gravity above the roll axis.
+    pub(in crate::element) fn roll_arm(&self) -> String {
+        format!("({} - {})", self.own("height"), self.own("roll_height"))
+    }
+
+    /// Lateral velocity of the roll axis, under the centre of gravity.
+    pub(in crate::element) fn at_axis(&self) -> String {
+        let v = self.of("lateral", "v");
+        if self.rolls() { format!("({v} + {} * {})", self.roll_arm(), self.of("roll", "w")) } else { v }
+    }
+
+    /// Adds the table of a part.
+    pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
+        let mut table = Entries::default();
+        keys.iter().for_each(|(key, text)| table.set(key, RawValue::Text(text.clone())));
+        out.table_mut(kind).set(&self.part(part), RawValue::Table(table));
+    }
+
+    /// A force along a direction: coefficients of parts.
+    pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, direction: &[(&str, String)], law: String) {
+        let mut coefficients = Entries::default();
+        direction.iter().for_each(|(body, text)| coefficients.set(&self.part(body), RawValue::Text(text.clone())));
+        let mut table = Entries::default();
+        table.set("coefficients", RawValue::Table(coefficients));
+        table.set("law", RawValue::Text(law));
+        out.table_mut("torque").set(&self.part(part), RawValue::Table(table));
+    }
+
+    /// A shared formula of laws, blocks and programs.
+    pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
+        let mut table = Entries::default();
+        table.set("kind", RawValue::Text("expression".into()));
+        table.set("value", RawValue::Text(value));
+        out.table_mut("signal").set(&format!("{}.{name}", self.name), RawValue::Table(table));
+    }
+
+    /// The friction of an axle.
+    pub(in crate::element) fn friction(&self, axle: &str) -> String {
+        if self.has("mu_left") {
+            let [left, right] = ["left", "right"].map(|side| self.friction_of(axle, side));
+            return format!("(({left} + {right}) / 2)");
+        }
+        let rear = if axle == "rear" { self.grip("mu_rear") } else { None };
+        rear.or_else(|| self.grip("mu")).unwrap_or_else(|| "1".into())
+    }
+
+    /// The friction of a key; a run limits it below by `LEAST_FRICTION`.
+    fn grip(&self, key: &str) -> Option<String> {
+        self.formula(key).map(|text| if self.varies(key) { format!("max({LEAST_FRICTION}, {text})") } else { text })
+    }
+
+    /// Whether a numeric key has an expression, which may change in a run.
+    fn varies(&self, key: &str) -> bool {
+        matches!(self.entries.get(key), Some(RawValue::Text(text)) if parse_number(text).is_err())
+    }
+
+    /// Signals of the frictions that may change, for blocks and runs.
+    pub(in crate::element) fn frictions(&self) -> Vec<(&'static str, String)> {
+        let keys = [
+            ("mu", "friction"),
+            ("mu_rear", "friction_rear"),
+            ("mu_left", "friction_left"),
+            ("mu_right", "friction_right"),
+        ];
+        let entries = keys.into_iter().filter(|(key, _)| self.varies(key));
+        entries.filter_map(|(key, name)| Some((name, self.formula(key)?))).collect()
+    }
+
+    /// The friction of a wheel.
+    pub(in crate::element) fn friction_of(&self, axle: &str, side: &str) -> String {
+        match self.grip(&format!("mu_{side}")) {
+            Some(own) => own,
+            None if self.has("mu_left") || self.has("mu_right") => "1".into(),
+            None => self.friction(axle),
+        }
+    }
+
+    /// The load of an axle at rest, N.
+    pub(in crate::element) fn load(&self, axle: &str) -> String {
+        let [a, b] = [self.own("front_axle"), self.own("rear_axle")];
+        let far_axle = if axle == "front" { &b } else { &a };
+        format!("({} * 9.80665 m/s^2 * {far_axle} / ({a} + {b}))", self.own("mass"))
+    }
+}

@@ -1,0 +1,119 @@
+//! The origin of a value that is not finite.
+
+use std::collections::BTreeMap;
+
+use kardan_rt::{Operator, Run};
+
+use super::Plan;
+use super::operators::word;
+
+/// Nesting depth of operations that are written out; deeper ones are written as their value.
+const DEPTH: usize = 3;
+
+impl Plan {
+    /// The first operation with finite operands and a result that is not finite, at the values of a memory, as text:
+    /// the operation as a formula, and its operands' values. `None` where all results are finite or an input is not.
+    ///
+    /// ```
+    /// use kardan_expr::expr::Graph;
+    /// use kardan_expr::plan::compile;
+    /// use kardan_math::units::Dimension;
+    /// let mut graph = Graph::default();
+    /// let [x, y] = ["x", "y"].map(|name| graph.symbol(name, Dimension::NONE));
+    /// let difference = graph.subtract(x, y);
+    /// let quotient = graph.divide(x, difference);
+    /// let symbols = [x, y].map(|expr| graph.symbol_of(expr).unwrap());
+    /// let plan = compile(&graph, &symbols, &[("q".into(), quotient)]).unwrap();
+    /// let mut memory = plan.memory();
+    /// memory[..2].copy_from_slice(&[3.0, 3.0]);
+    /// assert!(!plan.block().evaluate(&mut memory));
+    /// assert_eq!(plan.not_finite(&memory).unwrap(), "x/(x - y) = 3.0/0.0 is inf");
+    /// ```
+    pub fn not_finite(&self, memory: &[f64]) -> Option<String> {
+        let results = self.results();
+        let is_finite = |place: &u32| memory[*place as usize].is_finite();
+        let (place, _) =
+            results.iter().find(|(place, result)| !is_finite(place) && result.operands.iter().all(is_finite))?;
+        let writing = Writing { plan: self, memory, results: &results };
+        let (named, numbers) = (writing.infix(*place, DEPTH), writing.operation(&results[place], 0));
+        let numbers = if named == numbers { String::new() } else { format!(" = {numbers}") };
+        Some(format!("{named}{numbers} is {}", memory[*place as usize]))
+    }
+
+    /// An output as a formula, a few operations deep; deeper operations are written as their value in a memory.
+    pub fn formatted(&self, output: usize, memory: &[f64]) -> String {
+        Writing { plan: self, memory, results: &self.results() }.infix(self.place(output) as u32, DEPTH)
+    }
+
+    /// The operation that computes each index behind inputs and constants.
+    fn results(&self) -> BTreeMap<u32, Origin<'_>> {
+        let mut first = (self.inputs.len() + self.constants.len()) as u32;
+        let (mut results, mut operands) = (BTreeMap::new(), self.operands.as_slice());
+        for Run { operator, count } in &self.runs {
+            let (operator, count) = (*operator, *count as u32);
+            for k in 0..count {
+                let (own, rest) = operands.split_at(operator.operands());
+                operands = rest;
+                let operands = if operator == Operator::Table { &own[1..] } else { own };
+                for value in 0..operator.values() as u32 {
+                    results.insert(first + value * count + k, Origin { operator, is_second: value > 0, operands });
+                }
+            }
+            first += count * operator.values() as u32;
+        }
+        results
+    }
+}
+
+/// The operation that a result is of; the second result of two for the cosine.
+struct Origin<'a> {
+    operator: Operator,
+    is_second: bool,
+    operands: &'a [u32],
+}
+
+/// Values as text.
+struct Writing<'a> {
+    plan: &'a Plan,
+    memory: &'a [f64],
+    results: &'a BTreeMap<u32, Origin<'a>>,
+}
+
+impl Writing<'_> {
+    /// A value as a formula, `depth` operations deep.
+    fn infix(&self, place: u32, depth: usize) -> String {
+        match (self.plan.inputs.get(place as usize), self.results.get(&place)) {
+            (Some(input), _) if depth > 0 => input.clone(),
+            (None, Some(result)) if depth > 0 => self.operation(result, depth - 1),
+            _ => format!("{:?}", self.memory[place as usize]),
+        }
+    }
+
+    /// An operation whose operands are `depth` operations deep.
+    fn operation(&self, result: &Origin<'_>, depth: usize) -> String {
+        let inner = |k: usize| self.infix(result.operands[k], depth);
+        // A term that is not a single word or call is in parentheses.
+        let part = |k: usize| {
+            let text = inner(k);
+            let word = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '.' || c == '_');
+            let single =
+                word(&text) || text.ends_with(')') && text.split('(').next().is_some_and(|f| !f.is_empty() && word(f));
+            if single { text } else { format!("({text})") }
+        };
+        match result.operator {
+            Operator::Add => format!("{} + {}", inner(0), inner(1)),
+            Operator::Subtract => format!("{} - {}", inner(0), part(1)),
+            Operator::Negate => format!("-{}", part(0)),
+            Operator::Multiply => format!("{}*{}", part(0), part(1)),
+            Operator::Divide => format!("{}/{}", part(0), part(1)),
+            Operator::AddProduct => format!("{} + {}*{}", inner(2), part(0), part(1)),
+            Operator::SubtractProduct => format!("{} - {}*{}", inner(2), part(0), part(1)),
+            Operator::SineCosine if result.is_second => format!("cos({})", inner(0)),
+            Operator::SineCosine => format!("sin({})", inner(0)),
+            other => {
+                let list: Vec<String> = (0..result.operands.len()).map(inner).collect();
+                format!("{}({})", word(other), list.join(", "))
+            }
+        }
+    }
+}

@@ -1,0 +1,437 @@
+//! The torque balance as a linear equation in the coefficients of a model.
+
+mod rows;
+mod signals;
+
+use super::Coefficient;
+use super::extra::{Extra, ExtraDirection};
+use super::teeth::Teeth;
+use kardan_math::num::{Matrix, dot, echelon};
+use kardan_mechanics::assemble::{CoefficientKind as Kind, DirectionalTerm, SpringLaw};
+use kardan_mechanics::reduce::{Kinematics, LawTorques, Reduced, linearise};
+
+/// Motion of a plant: reduced coordinates (rad), their speeds (rad/s) and accelerations (rad/s²).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<'a> {
+    /// q_r
+    pub position: &'a [f64],
+    /// q̇_r
+    pub speed: &'a [f64],
+    /// q̈_r
+    pub acceleration: &'a [f64],
+}
+
+/// Variances of the measurements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variances<'a> {
+    /// Of the torques of the inputs, (N m)².
+    pub torques: &'a [f64],
+    /// Of reduced coordinates, their speeds and accelerations.
+    pub position: &'a [f64],
+    /// (rad/s)²
+    pub speed: &'a [f64],
+    /// (rad/s²)²
+    pub acceleration: &'a [f64],
+}
+
+/// A term: its direction over the shafts, its relaxed angle (of a spring).
+struct Term {
+    row: Vec<(usize, f64)>,
+    rest: f64,
+}
+
+impl Term {
+    fn projection(&self, of: &[f64]) -> f64 {
+        self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+    }
+}
+
+/// The torque balance as a linear equation `X θ = y` in coefficients of a model, at any motion:
+/// each term with the direction a and the coefficient c contributes `c g s` with `g = Kᵀa` and
+/// `s = aᵀφ̈` (inertia), `aᵀφ̇` (damping), `aᵀφ − rest` (stiffness), `sgn aᵀφ̇` (Coulomb friction) to the reduced torques
+/// `Σ Kᵀb τ` of the inputs \[diss. (6.28), (6.39), general\]. Coefficients that are not requested enter y with their values.
+pub struct Regressor {
+    kinematics: Kinematics,
+    degrees_of_freedom: usize,
+    /// Terms of each kind.
+    terms: [Vec<Term>; 4],
+    coefficients: Vec<(usize, Vec<usize>)>,
+    /// Coefficients that are known: kind, term, value.
+    fixed: Vec<(usize, usize, f64)>,
+    /// Stribeck friction that is known: friction, c_b − c, v_s.
+    stribeck: Vec<(usize, f64, f64)>,
+    inputs: Vec<Vec<(usize, f64)>>,
+    /// Torques given by expressions: their directions, their formulas, and the open parameters with the values of the file.
+    laws: Vec<Vec<(usize, f64)>>,
+    law_torques: LawTorques,
+    law_values: Vec<f64>,
+    /// Harmonics on which these laws depend, and their values.
+    law_harmonics: Vec<usize>,
+    law_waves: Vec<f64>,
+    teeth: Vec<Teeth>,
+    /// Backlashes: the direction of each, and its cut.
+    plays: Vec<Teeth>,
+    /// Current gear loads: T and the sign of the speed along them; none where unknown.
+    carried: Vec<Option<[f64; 2]>>,
+    /// Inputs with unmeasured torques and independent directions.
+    unmeasured: Vec<usize>,
+    /// Reflections that rotate their directions into the first rows.
+    reflections: Vec<Vec<f64>>,
+    extras: Vec<Extra>,
+    /// Whether unknown values of gear losses and backlashes are NaN and the window counts nevertheless.
+    lenient: bool,
+    /// Location of a motion in the logs: its recording, the time since its start (s), and the harmonics of angles there.
+    recording: usize,
+    time: f64,
+    /// Clock reading of the logs, s.
+    clock: f64,
+    harmonics: Vec<f64>,
+    /// Nominal coefficients of the terms of each kind, for the covariance.
+    nominal: [Vec<f64>; 4],
+    /// Row by row: X, extra columns, y, and the contribution of the noise of each measured quantity.
+    all: Vec<f64>,
+    width: usize,
+    direction: Vec<f64>,
+    accelerations: Vec<f64>,
+    /// Speeds below which the sign of each friction counts as unknown, rad/s.
+    rest_speeds: Vec<f64>,
+    /// Half the time over which the sign must stay the same, s.
+    half: f64,
+    /// Columns with computed errors, with the part of the motion that they multiply.
+    error_columns: Option<Vec<(usize, usize)>>,
+}
+
+impl Regressor {
+    /// The regressor of a model for these coefficients, all others as known. Torques of the inputs `unmeasured` (numbers in the
+    /// equations) are eliminated, which removes a row for each independent one. Below `rest_speed` (rad/s) along a direction with
+    /// friction its sign is unknown.
+    ///
+    /// # Panics
+    /// If a number is not that of an input.
+    pub fn new(reduced: &Reduced, coefficients: &[Coefficient], unmeasured: &[usize], rest_speed: f64) -> Self {
+        let equations = &reduced.equations;
+        let input = linearise(reduced, &vec![0.0; reduced.degrees_of_freedom()]).input;
+        let columns = Matrix::from_fn(input.rows(), unmeasured.len(), |i, j| input[(i, unmeasured[j])].clone());
+        let independent = echelon(&columns, &(0..unmeasured.len()).collect::<Vec<_>>()).pivots;
+        let unmeasured: Vec<usize> = independent.into_iter().map(|k| unmeasured[k]).collect();
+        let plain = |row: Vec<(usize, f64)>| Term { row, rest: 0.0 };
+        let spring = |term: &DirectionalTerm<SpringLaw>| Term { row: term.row_f64(), rest: term.value.rest.to_f64() };
+        let terms: [Vec<Term>; 4] = [
+            equations.inertias.iter().map(|term| plain(term.row_f64())).collect(),
+            equations.dampers.iter().map(|term| plain(term.row_f64())).collect(),
+            equations.springs.iter().map(spring).collect(),
+            equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
+        ];
+        let fixed = super::coefficients(reduced).into_iter().flat_map(|one| {
+            let Coefficient { kind, terms, value, .. } = one;
+            terms.into_iter().map(move |term| (kind as usize, term, value))
+        });
+        let is_fitted = |kind: usize, term: usize| {
+            coefficients.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term))
+        };
+        let values = |kind: Kind, count: usize| {
+            let mut out = vec![0.0; count];
+            super::coefficients(reduced)
+                .iter()
+                .filter(|one| one.kind == kind)
+                .for_each(|one| one.terms.iter().for_each(|&term| out[term] = one.value));
+            out
+        };
+        let nominal = [
+            values(Kind::Inertia, equations.inertias.len()),
+            values(Kind::Damping, equations.dampers.len()),
+            values(Kind::Stiffness, equations.springs.len()),
+            values(Kind::Friction, equations.frictions.len()),
+        ];
+        let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
+        Self {
+            fixed: fixed.filter(|(kind, term, value)| *value != 0.0 && !is_fitted(*kind, *term)).collect(),
+            stribeck: equations
+                .frictions
+                .iter()
+                .enumerate()
+                .filter_map(|(k, term)| {
+                    let found = term.value.stribeck.as_ref()?;
+                    Some((k, found.breakaway.to_f64() - term.value.torque.to_f64(), found.speed.to_f64()))
+                })
+                .collect(),
+            coefficients: coefficients.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
+            inputs: equations.inputs.iter().map(|input| input.row_f64()).collect(),
+            degrees_of_freedom: reduced.degrees_of_freedom(),
+            reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
+            unmeasured,
+            laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
+            law_torques: law_torques_of(reduced),
+            law_values: Vec::new(),
+            law_harmonics: Vec::new(),
+            law_waves: Vec::new(),
+            teeth: Vec::new(),
+            plays: Vec::new(),
+            carried: Vec::new(),
+            extras: Vec::new(),
+            lenient: false,
+            recording: 0,
+            time: 0.0,
+            clock: 0.0,
+            harmonics: Vec::new(),
+            nominal,
+            all: vec![0.0; reduced.degrees_of_freedom() * width],
+            width,
+            direction: vec![0.0; reduced.degrees_of_freedom()],
+            accelerations: vec![0.0; equations.coordinates.len()],
+            kinematics: Kinematics::new(reduced),
+            terms,
+            rest_speeds: vec![rest_speed; equations.frictions.len()],
+            half: 0.0,
+            error_columns: None,
+        }
+    }
+
+    /// The same with the effect of errors of the measured motion on the rows, by column; after [`Self::with_extras`]. [`Self::errors`] then
+    /// fills it, and [`super::Samples::with_errors`] requests it.
+    pub fn with_errors(mut self) -> Self {
+        let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
+            (*kind != Kind::Friction as usize).then_some((column, *kind))
+        };
+        let error_columns: Vec<(usize, usize)> = self.coefficients.iter().enumerate().filter_map(motion).collect();
+        self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
+        self.error_columns = Some(error_columns);
+        self
+    }
+
+    /// The columns with computed errors.
+    pub fn error_columns(&self) -> Option<&[(usize, usize)]> {
+        self.error_columns.as_deref()
+    }
+
+    /// Slopes of the errors at the motion of the last [`Self::fill_weighted`], in the order of [`super::Errors::slopes`].
+    ///
+    /// # Panics
+    /// If the length does not match.
+    pub fn errors(&self, slopes: &mut [f64]) {
+        let Some(error_columns) = &self.error_columns else { return };
+        let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
+        let fixed_columns = self.inputs.len() + 3 * r;
+        let first = self.columns() + 1 + fixed_columns;
+        let (of_fixed, of_columns) = slopes.split_at_mut(rows * fixed_columns);
+        for i in 0..rows {
+            let row = &self.all[(r - rows + i) * n + first..(r - rows + i + 1) * n];
+            of_fixed[i * fixed_columns..(i + 1) * fixed_columns].copy_from_slice(&row[..fixed_columns]);
+            for k in 0..error_columns.len() {
+                of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[fixed_columns + k * r..][..r]);
+            }
+        }
+    }
+
+    /// The same with more columns, after those of the coefficients.
+    ///
+    /// # Panics
+    /// If a number is not that of a friction, a spring or an input.
+    pub fn with_extras(mut self, extras: &[Extra]) -> Self {
+        for extra in extras {
+            let exists = match extra.direction() {
+                ExtraDirection::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
+                ExtraDirection::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
+                ExtraDirection::Input(k) => k < self.inputs.len(),
+                ExtraDirection::Teeth(k) => k < self.teeth.len(),
+                ExtraDirection::Laws => true,
+            };
+            assert!(exists, "a friction, a spring, an input or a gear of the model");
+            assert!(
+                !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
+                "an input of the model"
+            );
+        }
+        let fitted = |extra: &Extra, k: usize| matches!(extra, Extra::Stribeck { friction } if *friction == k);
+        self.stribeck.retain(|(k, ..)| !extras.iter().any(|extra| fitted(extra, *k)));
+        self.width += extras.len();
+        self.width -= self.extras.len();
+        self.extras = extras.to_vec();
+        let all = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        let harmonics = all.max().map_or(0, |most| most + 1);
+        self.harmonics = vec![0.0; harmonics];
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
+        self
+    }
+
+    /// The same with torques of expressions with open parameters, at these values for the propagated noise, and the numbers of the
+    /// harmonics that they use; before [`Self::with_extras`].
+    pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
+        self.law_torques = torques;
+        self.law_values = values.to_vec();
+        self.law_harmonics = harmonics.to_vec();
+        self.law_waves = vec![0.0; harmonics.len()];
+        self
+    }
+
+    /// The same with load-dependent gear losses; before [`Self::with_extras`].
+    pub fn with_teeth(mut self, teeth: Vec<Teeth>) -> Self {
+        self.carried = vec![None; teeth.len()];
+        self.teeth = teeth;
+        self
+    }
+
+    /// The same, but windows with unknown gear losses and backlashes count: their columns are NaN.
+    pub fn lenient(mut self, lenient: bool) -> Self {
+        self.lenient = lenient;
+        self
+    }
+
+    /// The same with backlashes, whose torques are among the unmeasured ones.
+    pub fn with_plays(mut self, plays: Vec<Teeth>) -> Self {
+        self.plays = plays;
+        self
+    }
+
+    /// The angle of a backlash (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without the contribution of the columns to that
+    /// torque, which `parts` receives: for each column by its value. `None` if the sign of a friction that enters it is unknown.
+    ///
+    /// # Panics
+    /// If there is no such backlash, or not a part for each column.
+    pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
+        assert!(parts.len() == self.columns(), "a part for each column");
+        let own = &self.plays[play];
+        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        let mut fixed = self.cut(own, torques)?;
+        parts.fill(0.0);
+        let (of_terms, of_extras) = parts.split_at_mut(self.coefficients.len());
+        for (part, (kind, terms)) in of_terms.iter_mut().zip(&self.coefficients) {
+            for &term in terms {
+                let lever = self.terms[*kind][term].projection(&own.cut);
+                if lever != 0.0 {
+                    let share = lever * self.signal(*kind, term)?;
+                    *part += share;
+                    fixed -= self.nominal[*kind][term] * share;
+                }
+            }
+        }
+        for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
+            let lever = match extra.direction() {
+                ExtraDirection::Friction(k) => self.terms[Kind::Friction as usize][k].projection(&own.cut),
+                ExtraDirection::Spring(k) => self.terms[Kind::Stiffness as usize][k].projection(&own.cut),
+                ExtraDirection::Input(k) => projection(&self.inputs[k]),
+                ExtraDirection::Teeth(k) => projection(&self.teeth[k].row),
+                ExtraDirection::Laws => 0.0,
+            };
+            if lever != 0.0 {
+                *part = lever * self.extra_signal(extra, torques)?;
+            }
+            if let Extra::Law { parameter } = *extra {
+                for (law, row) in self.laws.iter().enumerate() {
+                    let share = -projection(row) * self.law_torques.share(law, parameter);
+                    *part += share;
+                    fixed -= self.law_values[parameter] * share;
+                }
+            }
+        }
+        Some([own.projection(&self.kinematics.angles), fixed])
+    }
+
+    /// The same with a separate speed for each friction of the equations, below which its sign is unknown, rad/s.
+    ///
+    /// # Panics
+    /// If there is not one for each.
+    pub fn with_rest_speeds(mut self, speeds: &[f64]) -> Self {
+        assert_eq!(speeds.len(), self.rest_speeds.len(), "one for each friction");
+        self.rest_speeds.copy_from_slice(speeds);
+        self
+    }
+
+    /// The same for means over a time (s): a sign is known if the speed does not change it over that time.
+    pub fn with_window(mut self, width: f64) -> Self {
+        self.half = width / 2.0;
+        self
+    }
+
+    /// Location of the next motion in the logs, for extra columns and laws that need it: its recording, the time since its start and its clock
+    /// reading (s), and the harmonics of angles there by their numbers.
+    ///
+    /// # Panics
+    /// If there are fewer harmonics than extra columns need.
+    pub fn at(&mut self, recording: usize, [time, clock]: [f64; 2], harmonics: &[f64]) {
+        (self.recording, self.time, self.clock) = (recording, time, clock);
+        let count = self.harmonics.len();
+        self.harmonics.copy_from_slice(&harmonics[..count]);
+    }
+
+    /// Number of rows of one motion: the degrees of freedom, less one for each independent unmeasured torque.
+    pub fn rows(&self) -> usize {
+        self.degrees_of_freedom - self.unmeasured.len()
+    }
+
+    /// Number of columns: the requested coefficients, and the additional columns.
+    pub fn columns(&self) -> usize {
+        self.coefficients.len() + self.extras.len()
+    }
+
+    /// Fills X (rows × columns, row by row) and y at a motion under torques of all inputs, N m, in the order of the equations;
+    /// the values for unmeasured ones are irrelevant.
+    ///
+    /// False, and neither is to be used, if the sign of a Coulomb friction is unknown there: it sticks, or nearly. Allocates
+    /// nothing.
+    ///
+    /// # Panics
+    /// If a length does not fit.
+    pub fn fill(&mut self, motion: Motion<'_>, torques: &[f64], x: &mut [f64], y: &mut [f64]) -> bool {
+        let certain = self.collect(motion, torques, None);
+        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
+        let rows = self.rows();
+        assert!(x.len() == rows * p && y.len() == rows, "lengths of a regressor");
+        for i in 0..rows {
+            let row = &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
+            x[i * p..(i + 1) * p].copy_from_slice(&row[..p]);
+            y[i] = row[p];
+        }
+        certain
+    }
+
+    /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of the measurements give at the model's own values,
+    /// and the speeds (rad/s, without sign) along the frictions of the extra columns.
+    ///
+    /// # Panics
+    /// If a length does not fit.
+    pub fn fill_weighted(
+        &mut self,
+        motion: Motion<'_>,
+        torques: &[f64],
+        variances: Variances<'_>,
+        (x, y): (&mut [f64], &mut [f64]),
+        (covariance, speeds): (&mut [f64], &mut [f64]),
+    ) -> bool {
+        let certain = self.collect(motion, torques, Some(variances));
+        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
+        let rows = self.rows();
+        let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
+        assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
+        let row = |i: usize| &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
+        let noise = p + 1 + self.inputs.len() + 3 * r;
+        for i in 0..rows {
+            x[i * p..(i + 1) * p].copy_from_slice(&row(i)[..p]);
+            y[i] = row(i)[p];
+            for j in 0..rows {
+                covariance[i * rows + j] = dot(&row(i)[p + 1..noise], &row(j)[p + 1..noise]);
+            }
+        }
+        for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
+            *speed = match extra.direction() {
+                ExtraDirection::Friction(k) => {
+                    self.terms[Kind::Friction as usize][k].projection(&self.kinematics.speeds).abs()
+                }
+                _ => 0.0,
+            };
+        }
+        certain
+    }
+
+    /// Gear loads at the motion of the last [`Self::fill`] and the sign of the speed along them; none where unknown.
+    pub fn carried(&self) -> &[Option<[f64; 2]>] {
+        &self.carried
+    }
+}
+
+/// The laws of torques of a model, with all parameters known.
+fn law_torques_of(reduced: &Reduced) -> LawTorques {
+    let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
+    LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
+}

@@ -1,0 +1,120 @@
+//! The signals that coefficients multiply at a motion: of terms, of extra columns, of torques by expressions and of gear loads.
+
+use super::Regressor;
+use crate::extra::Extra;
+use crate::teeth::Teeth;
+use kardan_mechanics::assemble::CoefficientKind as Kind;
+use kardan_mechanics::reduce::Kinematics;
+
+impl Regressor {
+    /// s of a term; `None` for a friction with an unknown sign.
+    pub(super) fn signal(&self, kind: usize, number: usize) -> Option<f64> {
+        let term = &self.terms[kind][number];
+        let projection = |of: &[f64]| term.projection(of);
+        if kind == Kind::Inertia as usize {
+            return Some(projection(&self.accelerations));
+        }
+        if kind == Kind::Stiffness as usize {
+            return Some(projection(&self.kinematics.angles) - term.rest);
+        }
+        let speed = projection(&self.kinematics.speeds);
+        if kind == Kind::Damping as usize {
+            return Some(speed);
+        }
+        let change = self.half * projection(&self.accelerations).abs();
+        (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
+    }
+
+    /// s of an extra column; `None` if a sign that it needs is unknown.
+    pub(super) fn extra_signal(&self, extra: &Extra, torques: &[f64]) -> Option<f64> {
+        let sign = |friction: usize| self.signal(Kind::Friction as usize, friction);
+        let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].projection(&self.kinematics.speeds);
+        Some(match *extra {
+            Extra::Stribeck { friction } => sign(friction)?,
+            Extra::Load { friction, input } => sign(friction)? * torques[input].abs(),
+            Extra::Sense { .. } | Extra::Offset { .. } => 1.0,
+            Extra::SenseDamping { friction } => sign(friction)? * speed(friction),
+            Extra::Quadratic { friction } => sign(friction)? * speed(friction) * speed(friction),
+            Extra::Recording { friction, recording, last } => {
+                let of = |number: usize| f64::from(u8::from(self.recording == number));
+                sign(friction)? * (of(recording) - of(last))
+            }
+            Extra::Drift { friction } => sign(friction)? * self.time,
+            Extra::Cogging { harmonic, .. } => self.harmonics[harmonic],
+            Extra::Ripple { friction, harmonic } => sign(friction)? * self.harmonics[harmonic],
+            Extra::Backlash { spring, clear } => {
+                let term = &self.terms[Kind::Stiffness as usize][spring];
+                let twist = term.projection(&self.kinematics.angles) - term.rest;
+                let change = self.half * term.projection(&self.kinematics.speeds).abs();
+                (twist.abs() > clear + change).then(|| -twist.signum())?
+            }
+            Extra::Teeth { teeth, back } => {
+                let [carried, sign] = self.carried[teeth]?;
+                if (carried * sign > 0.0) == back { sign * carried.abs() } else { 0.0 }
+            }
+            Extra::Law { .. } => 0.0,
+        })
+    }
+
+    /// Torques given by expressions at this motion; whether none jumps in the window.
+    pub(super) fn take_laws(&mut self) -> bool {
+        let Kinematics { angles, speeds, .. } = &self.kinematics;
+        let waves = self.law_waves.iter_mut().zip(&self.law_harmonics);
+        waves.for_each(|(wave, harmonic)| *wave = self.harmonics[*harmonic]);
+        self.law_torques.update(angles, speeds, self.clock, [0.0; 2], &self.law_waves);
+        self.law_torques.is_smooth(self.half, speeds, &self.accelerations)
+    }
+
+    /// The gear loads, with unknown coefficients at the values of the file.
+    pub(super) fn carry(&mut self, torques: &[f64]) {
+        for k in 0..self.teeth.len() {
+            let own = &self.teeth[k];
+            let speed = own.projection(&self.kinematics.speeds);
+            let certain = speed.abs() > own.rest_speed + self.half * own.projection(&self.accelerations).abs();
+            self.carried[k] = match own.row.is_empty() {
+                true => Some([0.0, 1.0]),
+                false => self.cut(own, torques).filter(|_| certain).map(|carried| [carried, speed.signum()]),
+            };
+        }
+    }
+
+    /// T of a cut; `None` if the sign of a friction that enters it is unknown.
+    pub(super) fn cut(&self, own: &Teeth, torques: &[f64]) -> Option<f64> {
+        let mut carried = 0.0;
+        for (kind, terms) in self.terms.iter().enumerate() {
+            for (number, term) in terms.iter().enumerate() {
+                let (lever, value) = (term.projection(&own.cut), self.nominal[kind][number]);
+                if lever != 0.0 && value != 0.0 {
+                    carried += lever * value * self.signal(kind, number)?;
+                }
+            }
+        }
+        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
+        for (input, row) in self.inputs.iter().enumerate().filter(|(input, _)| !self.unmeasured.contains(input)) {
+            carried -= projection(row) * torques[input];
+        }
+        for (law, row) in self.laws.iter().enumerate() {
+            let open = self.law_values.iter().enumerate().map(|(k, value)| value * self.law_torques.share(law, k));
+            carried -= projection(row) * (self.law_torques.torque(law) + open.sum::<f64>());
+        }
+        Some(carried)
+    }
+
+    /// Gear losses, with the values of the file.
+    pub(super) fn lost(&mut self, teeth: usize) -> Option<f64> {
+        if self.teeth[teeth].loses_nothing() {
+            return Some(0.0);
+        }
+        let [carried, sign] = self.carried[teeth]?;
+        let speed = self.teeth[teeth].projection(&self.kinematics.speeds).abs();
+        let own = &mut self.teeth[teeth];
+        let back = carried * sign > 0.0;
+        let part = own.share_of_cut(own.fixed[usize::from(back)], back) * carried.abs();
+        let Kinematics { angles, speeds, .. } = &self.kinematics;
+        let besides = own.loss.as_mut().map_or(0.0, |loss| {
+            loss.update(angles, speeds, self.clock, [carried.abs(), speed], &[]);
+            loss.torque(0)
+        });
+        Some(sign * (part + besides))
+    }
+}

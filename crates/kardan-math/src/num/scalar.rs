@@ -1,0 +1,122 @@
+//! The numbers of matrices: exact fractions and doubles.
+
+use dashu_int::IBig;
+use dashu_ratio::RBig;
+
+/// An exact fraction of whole numbers of any size.
+pub type Rational = RBig;
+
+/// The operations that the matrix code needs of a number.
+///
+/// Implemented by `f64` and [`Rational`]. `Clone` is by value because a rational owns memory.
+pub trait Scalar: Clone + PartialEq + std::fmt::Debug {
+    /// 0.
+    fn zero() -> Self;
+    /// 1.
+    fn one() -> Self;
+    /// `self + other`.
+    fn plus(&self, other: &Self) -> Self;
+    /// `self − other`.
+    fn minus(&self, other: &Self) -> Self;
+    /// `self · other`.
+    fn times(&self, other: &Self) -> Self;
+    /// `self / other`; `other` must not be zero.
+    fn over(&self, other: &Self) -> Self;
+    /// Whether it is zero (exactly, also for `f64`).
+    fn is_zero(&self) -> bool;
+    /// From an exact fraction (rounded for `f64`).
+    fn from_rational(value: &Rational) -> Self;
+    /// To the nearest `f64`.
+    fn to_f64(&self) -> f64;
+}
+
+impl Scalar for f64 {
+    fn zero() -> Self {
+        0.0
+    }
+    fn one() -> Self {
+        1.0
+    }
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+    fn over(&self, other: &Self) -> Self {
+        self / other
+    }
+    fn is_zero(&self) -> bool {
+        *self == 0.0
+    }
+    fn from_rational(value: &Rational) -> Self {
+        rational_to_f64(value)
+    }
+    fn to_f64(&self) -> f64 {
+        *self
+    }
+}
+
+impl Scalar for Rational {
+    fn zero() -> Self {
+        RBig::ZERO
+    }
+    fn one() -> Self {
+        RBig::ONE
+    }
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+    fn over(&self, other: &Self) -> Self {
+        self / other
+    }
+    fn is_zero(&self) -> bool {
+        RBig::is_zero(self)
+    }
+    fn from_rational(value: &Rational) -> Self {
+        value.clone()
+    }
+    fn to_f64(&self) -> f64 {
+        rational_to_f64(self)
+    }
+}
+
+/// The `f64` nearest to an exact fraction.
+pub fn rational_to_f64(value: &Rational) -> f64 {
+    value.to_f64().value()
+}
+
+/// The exact value of a finite `f64`; `None` for NaN and infinities.
+///
+/// ```
+/// use kardan_math::num::{rational_from_f64, rational_to_f64};
+/// assert_eq!(rational_to_f64(&rational_from_f64(0.1).unwrap()), 0.1);
+/// assert!(rational_from_f64(f64::NAN).is_none());
+/// ```
+pub fn rational_from_f64(value: f64) -> Option<Rational> {
+    if !value.is_finite() {
+        return None;
+    }
+    if value == 0.0 {
+        return Some(RBig::ZERO);
+    }
+    let bits = value.to_bits();
+    let fraction = bits & ((1 << 52) - 1);
+    let biased = ((bits >> 52) & 0x7ff) as i64;
+    let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
+    let mantissa = IBig::from(mantissa) * if value < 0.0 { IBig::NEG_ONE } else { IBig::ONE };
+    Some(if exponent >= 0 {
+        RBig::from(mantissa << exponent as usize)
+    } else {
+        RBig::from_parts(mantissa, dashu_int::UBig::ONE << (-exponent) as usize)
+    })
+}

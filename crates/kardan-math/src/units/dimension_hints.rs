@@ -1,0 +1,182 @@
+//! Names of dimensions, and the help for a wrong one.
+
+use super::{Dimension, parse_quantity, split_unit};
+
+/// A dimension that has a name.
+pub(super) struct NamedDimension {
+    pub dimension: Dimension,
+    pub word: &'static str,
+    pub si: &'static str,
+    pub example: &'static str,
+}
+
+const fn named(dimension: Dimension, word: &'static str, si: &'static str, example: &'static str) -> NamedDimension {
+    NamedDimension { dimension, word, si, example }
+}
+
+pub(super) static NAMED_DIMENSIONS: [NamedDimension; 30] = [
+    named(Dimension::NONE, "number without a unit", "", "51/50"),
+    named(Dimension::ANGLE, "angle", "rad", "30 deg"),
+    named(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
+    named(Dimension::ANGULAR_ACCELERATION, "angular acceleration", "rad/s^2", "10 rad/s^2"),
+    named(Dimension::TORQUE, "torque", "N m", "1.3 N m"),
+    named(Dimension::TORQUE_RATE, "torque rate", "N m/s", "10 N m/s"),
+    named(Dimension::INERTIA, "moment of inertia", "kg m^2", "130 kg mm^2"),
+    named(Dimension::STIFFNESS, "torsional stiffness", "N m/rad", "100 N m/rad"),
+    named(Dimension::DAMPING, "torsional damping", "N m s/rad", "0.01 N m s/rad"),
+    named(Dimension::TIME, "time", "s", "2 ms"),
+    named(Dimension::mechanical(0, 0, -1, 0), "frequency", "Hz", "1 kHz"),
+    named(Dimension::MASS, "mass", "kg", "2 kg"),
+    named(Dimension::LENGTH, "length", "m", "20 mm"),
+    named(Dimension::VELOCITY, "velocity", "m/s", "0.1 m/s"),
+    named(Dimension::ACCELERATION, "acceleration", "m/s^2", "10 m/s^2"),
+    named(Dimension::FORCE, "force", "N", "10 N"),
+    named(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
+    named(Dimension::LINEAR_STIFFNESS, "translational stiffness", "N/m", "20 N/mm"),
+    named(Dimension::LINEAR_DAMPING, "translational damping", "N s/m", "50 N s/m"),
+    named(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
+    named(Dimension::mechanical(1, 2, -1, 0), "angular momentum", "N m s", "2 N m s"),
+    named(Dimension::mechanical(1, 1, -1, 0), "momentum", "N s", "2 N s"),
+    named(Dimension::CHARGE, "charge", "C", "2 uC"),
+    named(Dimension::CURRENT, "current", "A", "5 A"),
+    named(Dimension::VOLTAGE, "voltage", "V", "24 V"),
+    named(Dimension::RESISTANCE, "resistance", "Ohm", "0.5 Ohm"),
+    named(Dimension::INDUCTANCE, "inductance", "H", "2 mH"),
+    named(Dimension::CAPACITANCE, "capacitance", "F", "10 uF"),
+    named(Dimension::TORQUE_CONSTANT, "torque constant", "N m/A", "50 mN m/A"),
+    named(Dimension::FORCE_CONSTANT, "force constant", "N/A", "12 N/A"),
+];
+
+impl Dimension {
+    fn named(&self) -> Option<&'static NamedDimension> {
+        NAMED_DIMENSIONS.iter().find(|named| named.dimension == *self)
+    }
+
+    /// The field's word for it (`torsional stiffness`), if it has one.
+    ///
+    /// ```
+    /// use kardan_math::units::Dimension;
+    /// assert_eq!(Dimension::DAMPING.word(), Some("torsional damping"));
+    /// assert_eq!(Dimension::mechanical(3, 0, 0, 0).word(), None);
+    /// ```
+    pub fn word(&self) -> Option<&'static str> {
+        self.named().map(|named| named.word)
+    }
+
+    /// Its SI unit, written so that [`parse_quantity`] reads it; empty for a number without a unit.
+    ///
+    /// ```
+    /// use kardan_math::units::Dimension;
+    /// assert_eq!(Dimension::INERTIA.si(), "kg m^2");
+    /// assert_eq!(Dimension::mechanical(1, 0, -2, 1).si(), "kg rad/s^2");
+    /// ```
+    pub fn si(&self) -> String {
+        if let Some(named) = self.named() {
+            return named.si.to_string();
+        }
+        let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+        let powers = self.exponents.iter().chain([&self.angle]);
+        let (mut above, mut below) = (Vec::new(), String::new());
+        for (name, &power) in names.iter().zip(powers) {
+            let factor = match power.unsigned_abs() {
+                1 => name.to_string(),
+                size => format!("{name}^{size}"),
+            };
+            match power.signum() {
+                1 => above.push(factor),
+                -1 => below = below + "/" + &factor,
+                _ => (),
+            }
+        }
+        if above.is_empty() {
+            above.push("1".to_string());
+        }
+        above.join(" ") + &below
+    }
+
+    /// A quantity of this dimension as an author writes it, in quotes.
+    ///
+    /// ```
+    /// use kardan_math::units::Dimension;
+    /// assert_eq!(Dimension::STIFFNESS.example(), "\"100 N m/rad\"");
+    /// ```
+    pub fn example(&self) -> String {
+        match self.named() {
+            Some(named) => format!("\"{}\"", named.example),
+            None => format!("\"1 {}\"", self.si()),
+        }
+    }
+
+    /// The dimension with an article, for a sentence: `an angle`, `a quantity in kg rad/s^2`.
+    ///
+    /// ```
+    /// use kardan_math::units::Dimension;
+    /// assert_eq!(Dimension::INERTIA.noun(), "a moment of inertia");
+    /// assert_eq!(Dimension::NONE.noun(), "a number without a unit");
+    /// ```
+    pub fn noun(&self) -> String {
+        match self.word() {
+            Some(word) if word.starts_with(['a', 'e', 'i', 'o', 'u']) => format!("an {word}"),
+            Some(word) => format!("a {word}"),
+            None => format!("a quantity in {}", self.si()),
+        }
+    }
+
+    /// The help for a text that was read with another dimension than this one.
+    ///
+    /// ```
+    /// use kardan_math::units::Dimension;
+    /// assert_eq!(Dimension::STIFFNESS.hint("100 N m"), "did you mean \"100 N m/rad\"?");
+    /// assert_eq!(Dimension::STIFFNESS.hint("3 kg"), "write it like \"100 N m/rad\"");
+    /// assert_eq!(Dimension::ANGULAR_VELOCITY.hint("0.5 kHz"), "write it as \"500 rev/s\": a turn is 2 pi rad");
+    /// ```
+    pub fn hint(&self, text: &str) -> String {
+        let text = text.trim();
+        if *self == Self::NONE {
+            return "write the number without a unit".to_string();
+        }
+        if let (true, Ok((value, found))) = (*self == Self::ANGULAR_VELOCITY, parse_quantity(text))
+            && found == Self::mechanical(0, 0, -1, 0)
+        {
+            return match per_minute(text) {
+                true => format!("write it as \"{} rpm\": a turn is 2 pi rad", 60.0 * value.to_f64()),
+                false => format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64()),
+            };
+        }
+        if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
+            let turns = value.to_f64() / std::f64::consts::TAU;
+            return match per_minute(text) {
+                true => format!("write it as \"{} 1/min\": a turn is 2 pi rad", 60.0 * turns),
+                false => format!("write it as \"{turns} Hz\": a turn is 2 pi rad"),
+            };
+        }
+        let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
+        let candidates = if !bare {
+            vec![format!("{text}/rad")]
+        } else if *self == Self::ANGLE {
+            vec![format!("{text} deg"), format!("{text} rad")]
+        } else {
+            vec![format!("{text} {}", self.si())]
+        };
+        let suggestions: Vec<String> = candidates
+            .into_iter()
+            .filter(|candidate| matches!(parse_quantity(candidate), Ok((_, found)) if found == *self))
+            .map(|candidate| format!("\"{candidate}\""))
+            .collect();
+        match (suggestions.is_empty(), bare) {
+            (true, _) if text.split(|c: char| !c.is_alphanumeric()).any(|word| word == "t") => {
+                format!("write it like {}; `t` is a tonne here, not a time", self.example())
+            }
+            (true, _) => format!("write it like {}", self.example()),
+            (false, true) => format!("write the unit too: {}", suggestions.join(" or ")),
+            (false, false) => format!("did you mean {}?", suggestions.join(" or ")),
+        }
+    }
+}
+
+/// Whether the unit of a text counts events or turns per minute.
+fn per_minute(text: &str) -> bool {
+    let unit = |text: &str| split_unit(text).map(|(_, size, _)| size);
+    let (own, counted) = (unit(text), ["1 1/min", "1 rpm"].map(unit));
+    own.is_some() && counted.contains(&own)
+}

@@ -1,0 +1,250 @@
+//! Divisors that a tolerance may make zero, and functions that it may leave undefined.
+
+use std::collections::HashMap;
+
+use super::document::{Document, Setting};
+use super::table_reader::TableReader;
+use kardan_expr::expr::{Expr, Graph, Interval, Intervals, Named, lower};
+use kardan_math::num::rational_from_f64;
+use kardan_math::units::{Dimension, Exact, Expression, Restriction};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Scalar, Table, Value};
+
+/// Number of pieces of an interval that are examined.
+const PIECES: usize = 512;
+/// The smallest piece is the interval halved so often.
+const HALVINGS: usize = 12;
+
+/// A parameter that may lie anywhere in an interval.
+pub(super) struct Varied<'a> {
+    pub(super) parameter: &'a str,
+    pub(super) dimension: Dimension,
+    pub(super) lower: &'a Exact,
+    pub(super) upper: &'a Exact,
+    /// Where the interval is written.
+    pub(super) place: &'a Place,
+    /// It in words.
+    pub(super) shown: String,
+}
+
+/// The property to decide for all values of an interval.
+type Test = fn(Interval) -> bool;
+
+/// The verdict on a divisor over an interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Zero {
+    /// It is zero nowhere.
+    Excluded,
+    /// It is negative somewhere and positive elsewhere, and continuous.
+    Crossed,
+    /// Neither is proven.
+    Possible,
+}
+
+/// Reports divisors that are, or may be, zero somewhere in the interval of a parameter, and functions that have, or may have, no value there.
+pub(super) fn check_divisions(
+    document: &Document,
+    varied: &Varied<'_>,
+    settings: &[Setting],
+    out: &mut Vec<Diagnostic>,
+) {
+    let reader = TableReader::new(document, settings);
+    let mut graph = Graph::default();
+    let symbol = graph.symbol(varied.parameter, varied.dimension);
+    let varying = HashMap::from([(varied.parameter.to_string(), (symbol, varied.dimension))]);
+    let mut search = Search { reader, graph, varying, varied };
+    for parameter in document.in_order() {
+        let Some(expression) = &parameter.expression else { continue };
+        if settings.iter().any(|set| set.name == parameter.name) || !search.varies(expression) {
+            continue;
+        }
+        // Keys of elements are reported with their tables.
+        if document.parameters.has(&parameter.name) {
+            search.check(expression, (&parameter.place, &format!("parameter `{}`", parameter.name)), out);
+        }
+        if let Some((expr, dimension)) = search.lowered(expression)
+            && parameter.dimension.is_like(&dimension)
+        {
+            search.varying.insert(parameter.name.clone(), (expr, parameter.dimension));
+        }
+    }
+    let elements = document.elements.iter().map(|e| (e.kind.keyword, &e.name, &e.table));
+    let controls = document.controls.iter().map(|c| ("control", &c.name, &c.table));
+    for (keyword, name, table) in elements.chain(controls) {
+        search.table(table, &format!("{keyword} `{name}`"), out);
+    }
+}
+
+struct Search<'a> {
+    reader: TableReader<'a>,
+    graph: Graph,
+    /// The values that depend on the parameter.
+    varying: HashMap<String, (Expr, Dimension)>,
+    varied: &'a Varied<'a>,
+}
+
+impl Search<'_> {
+    fn varies(&self, expression: &Expression) -> bool {
+        expression.names().iter().any(|name| self.varying.contains_key(*name))
+    }
+
+    fn lowered(&mut self, expression: &Expression) -> Option<(Expr, Dimension)> {
+        let Self { reader, graph, varying, .. } = self;
+        let mut names = |_: &mut Graph, name: &str| match varying.get(name) {
+            Some((expr, dimension)) => Some(Named::Varying(*expr, *dimension)),
+            None => reader.exact_value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
+        };
+        graph.lowered(expression, &mut names).ok()
+    }
+
+    fn table(&mut self, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+        for (key, entry) in &table.values {
+            let label = format!("`{key}` of {what}");
+            match &entry.value {
+                Value::Scalar(Scalar::Expression(expression)) => self.check(expression, (&entry.place, &label), out),
+                Value::Map(entries) => {
+                    for (_, scalar) in entries {
+                        if let Scalar::Expression(expression) = &scalar.value {
+                            self.check(expression, (&scalar.place, &label), out);
+                        }
+                    }
+                }
+                Value::Tables(tables) => tables.iter().for_each(|table| self.table(table, &label, out)),
+                _ => {}
+            }
+        }
+    }
+
+    fn check(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
+        for divisor in expression.divisors().iter().filter(|divisor| self.varies(divisor)).collect::<Vec<_>>() {
+            let Some((expr, _)) = self.lowered(divisor) else { continue };
+            let found = zero_of(&self.graph, expr, self.varied, divisor.jumps());
+            let verdict = match found {
+                Zero::Excluded => continue,
+                Zero::Crossed => "is zero for a value",
+                Zero::Possible => "may be zero for a value",
+            };
+            let Varied { parameter, shown, .. } = self.varied;
+            let span = divisor.span();
+            let part = expression.text().get(span.clone()).unwrap_or_default();
+            let message =
+                format!("{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: {shown}");
+            let diagnostic = match found {
+                Zero::Crossed => Diagnostic::error("expression::division", message),
+                _ => Diagnostic::warning("expression::division", message),
+            };
+            out.push(
+                diagnostic
+                    .at(place.part(expression.text(), span), "divided by this")
+                    .at(self.varied.place.clone(), "this tolerance")
+                    .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
+            );
+        }
+        self.check_values(expression, (place, what), out);
+    }
+
+    /// Reports functions without a value.
+    fn check_values(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
+        for (part, restriction) in
+            expression.restricted().iter().filter(|(part, _)| self.varies(part)).collect::<Vec<_>>()
+        {
+            let Some((expr, _)) = self.lowered(part) else { continue };
+            let (never, always): (Test, Test) = match restriction {
+                Restriction::NotNegative => (|x| x.high < 0.0, |x| x.low >= 0.0),
+                Restriction::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
+                Restriction::UnitInterval => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
+            };
+            let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
+            if !(certain || possible) {
+                continue;
+            }
+            let verdict = if certain { "is" } else { "may be" };
+            let (function, rule) = match restriction {
+                Restriction::NotNegative => ("the square root", "negative"),
+                Restriction::Positive => ("the logarithm", "zero or below"),
+                Restriction::UnitInterval => ("the arc", "outside of -1 to 1"),
+            };
+            let Varied { parameter, shown, .. } = self.varied;
+            let span = part.span();
+            let inner = expression.text().get(span.clone()).unwrap_or_default();
+            let message = format!(
+                "{what}: {function} of `{inner}`, which {verdict} {rule} for a value within the tolerance of `{parameter}`: {shown}"
+            );
+            let diagnostic = match certain {
+                true => Diagnostic::error("expression::domain", message),
+                false => Diagnostic::warning("expression::domain", message),
+            };
+            out.push(
+                diagnostic
+                    .at(place.part(expression.text(), span), format!("{verdict} {rule}"))
+                    .at(self.varied.place.clone(), "this tolerance")
+                    .help("narrow the tolerance, or choose another value there with `if(x > ..., ..., ...)`"),
+            );
+        }
+    }
+}
+
+/// The ends of an interval in floating point, rounded outwards.
+fn ends(varied: &Varied<'_>) -> (f64, f64) {
+    let exact =
+        |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
+    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
+    (
+        if exact(varied.lower, low) { low } else { low.next_down() },
+        if exact(varied.upper, high) { high } else { high.next_up() },
+    )
+}
+
+/// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval: bisection with intervals. `never` and
+/// `always` decide for all values of an interval that they are out of, or within, bounds.
+fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
+    let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
+    let (low, high) = ends(varied);
+    let (mut intervals, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);
+    while let Some((low, high, depth)) = intervals.pop() {
+        let found = over(low, high);
+        looked_at += 1;
+        let middle = 0.5 * low + 0.5 * high;
+        if never(found) {
+            return (true, true);
+        }
+        if always(found) {
+            continue;
+        }
+        if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
+            intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        } else {
+            possible = true;
+        }
+    }
+    (false, possible)
+}
+
+/// Whether an expression of one symbol is zero somewhere in an interval: bisection with intervals.
+fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
+    let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
+    let (low, high) = ends(varied);
+    let (mut intervals, mut looked_at) = (vec![(low, high, 0)], 0);
+    let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
+    while let Some((low, high, depth)) = intervals.pop() {
+        let found = over(low, high);
+        looked_at += 1;
+        let middle = 0.5 * low + 0.5 * high;
+        if found.high < 0.0 {
+            negative = true;
+        } else if found.low > 0.0 {
+            positive = true;
+        } else if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
+            intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
+        } else {
+            possible = true;
+            finite &= found.low.is_finite() && found.high.is_finite();
+        }
+    }
+    match possible {
+        false => Zero::Excluded,
+        true if negative && positive && finite && !jumps => Zero::Crossed,
+        true => Zero::Possible,
+    }
+}

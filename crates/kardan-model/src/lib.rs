@@ -1,0 +1,190 @@
+//! From the text of a model file, or from a program, to a model: parse, resolve, describe.
+//!
+//! It runs nothing. Begin with [`Document`] (a file as read), [`Model`] (one variant of it) and [`Builder`].
+//!
+//! ```
+//! use kardan_model::read;
+//!
+//! let text = "[model]\nname = \"axle\"\n[element.axle]\nkind = \"shaft\"\ninertia = \"2 kg cm^2\"\n";
+//! let (document, diagnostics) = read(text);
+//! assert!(diagnostics.is_empty(), "{diagnostics:?}");
+//! let (model, _) = document.model(&[]);
+//! assert_eq!(model.all_coordinates.len(), 1);
+//! ```
+#![deny(clippy::disallowed_methods)]
+
+mod assignment;
+mod builder;
+mod composites;
+mod divisions;
+mod document;
+mod examples;
+mod functions;
+mod in_order;
+mod json_schema;
+mod keys;
+mod manoeuvres;
+mod manual;
+mod mechanism;
+mod monitors;
+mod outside;
+mod overlaps;
+mod parameters;
+pub mod parse;
+pub mod programs;
+mod reading;
+mod resolve;
+mod state_space;
+mod symbols;
+mod table_reader;
+pub mod tables;
+mod tolerance;
+mod variants;
+mod write;
+
+pub use assignment::assign;
+pub use builder::Builder;
+pub use document::{
+    BlockTable, Control, Document, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
+    SuppressedChecks, VariantSettings, Variants,
+};
+pub use functions::Functions;
+pub use json_schema::json_schema;
+pub use manual::{manual, manual_of, manual_tables, study_pages};
+pub use reading::{open, read, read_entries};
+pub use resolve::{ControlSpec, Model};
+pub use state_space::{DataDigits, StateSpace, read_state_space};
+pub use symbols::{NamedTerms, SymbolValue, constants};
+pub use table_reader::{Rounded, TableReader, occurrences, wrong_dimension};
+pub use tolerance::Tolerance;
+pub use variants::no_such_fault;
+pub use write::{NewValue, write_values};
+
+/// A model that is part of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Builtin {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// The model file.
+    pub source: &'static str,
+}
+
+impl Builtin {
+    /// Drawing of the mechanism: the lines that begin with `#|` in the comment at the head of its file; empty where there are none.
+    ///
+    /// ```
+    /// let model = kardan_model::builtin("two-bodies").unwrap();
+    /// assert!(model.sketch().lines().any(|line| line.contains("motor ===[ ]")));
+    /// ```
+    pub fn sketch(&self) -> String {
+        let comment = self.source.lines().take_while(|line| line.starts_with('#'));
+        let lines = comment.filter_map(|line| line.strip_prefix("#|"));
+        lines.map(|line| line.trim_end().to_owned() + "\n").collect()
+    }
+}
+
+/// The models that are part of the program; the files are in `models/`.
+pub const BUILTIN: &[Builtin] = &[
+    Builtin {
+        name: "sia-steering",
+        summary: "Car steering with a harmonic drive in differential mode, noninteracting control (source 6.3, Table 6.4)",
+        source: include_str!("../../../models/sia-steering.toml"),
+    },
+    Builtin {
+        name: "sia-joint-angle",
+        summary: "the same with a bent joint: force feedback of the linear and the nonlinear law, and a wrong joint angle",
+        source: include_str!("../../../models/sia-joint-angle.toml"),
+    },
+    Builtin {
+        name: "sia-steering-ecu",
+        summary: "the same on a real control unit: 1 kHz, delay, motor lag, torque limits, encoders, Coulomb friction",
+        source: include_str!("../../../models/sia-steering-ecu.toml"),
+    },
+    Builtin {
+        name: "steering-on-road",
+        summary: "The complete steering system: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
+        source: include_str!("../../../models/steering-on-road.toml"),
+    },
+    Builtin {
+        name: "afs-steering",
+        summary: "State of the art to compare: active front steering with planetary gear and worm, on the same car and road",
+        source: include_str!("../../../models/afs-steering.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive",
+        summary: "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
+        source: include_str!("../../../models/harmonic-drive.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-ecu",
+        summary: "the same with a flexible cup, angle and torque decoupled at 1 kHz with delay, lag, limits and encoders",
+        source: include_str!("../../../models/harmonic-drive-ecu.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-bench",
+        summary: "the same on a virtual test bench, its damping and friction to be identified (source 6.1.4)",
+        source: include_str!("../../../models/harmonic-drive-bench.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-spring",
+        summary: "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
+        source: include_str!("../../../models/harmonic-drive-spring.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-spring-ecu",
+        summary: "the same at 1 kHz with delay, motor lag, limits and encoders",
+        source: include_str!("../../../models/harmonic-drive-spring-ecu.toml"),
+    },
+    Builtin {
+        name: "robot-joint",
+        summary: "A robot's joint: motor, flexible harmonic drive, arm under gravity; controlled at 1 kHz on either side",
+        source: include_str!("../../../models/robot-joint.toml"),
+    },
+    Builtin {
+        name: "eps-column",
+        summary: "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping with hands off",
+        source: include_str!("../../../models/eps-column.toml"),
+    },
+    Builtin {
+        name: "hybrid-driveline",
+        summary: "Power split by a planetary gear, with road load: engine and car speed decoupled by two motors",
+        source: include_str!("../../../models/hybrid-driveline.toml"),
+    },
+    Builtin {
+        name: "universal-joints",
+        summary: "Two universal joints in series: Cardan error of equal, unequal and misaligned joints (source, figures 6.9, 6.10)",
+        source: include_str!("../../../models/universal-joints.toml"),
+    },
+    Builtin {
+        name: "unicycle",
+        summary: "A wheel that rolls on a plane without slip, driven on a circle: nonholonomic constraints (source, (4.4))",
+        source: include_str!("../../../models/unicycle.toml"),
+    },
+    Builtin {
+        name: "two-bodies",
+        summary: "Two equal bodies joined by a spring and a damper (source, appendix B)",
+        source: include_str!("../../../models/two-bodies.toml"),
+    },
+    Builtin {
+        name: "rack-and-pinion",
+        summary: "A measured rack-and-pinion mechanism: `kardan identify rack-and-pinion a3MR.csv a3NI.csv`",
+        source: include_str!("../../../models/rack-and-pinion.toml"),
+    },
+    Builtin {
+        name: "two-motor-drive",
+        summary: "Two measured servo motors on one shaft: `kardan identify two-motor-drive idf_*.mat`",
+        source: include_str!("../../../models/two-motor-drive.toml"),
+    },
+    Builtin {
+        name: "rlc-ladder",
+        summary: "A lossy line as an electrical ladder of four sections, driven by a voltage step (source, Table 4.3)",
+        source: include_str!("../../../models/rlc-ladder.toml"),
+    },
+];
+
+/// The built-in model of that name.
+pub fn builtin(name: &str) -> Option<&'static Builtin> {
+    BUILTIN.iter().find(|builtin| builtin.name == name)
+}

@@ -1,0 +1,693 @@
+//! Entries of a model as typed tables; all errors in keys, types and units are reported together.
+
+use std::collections::{BTreeSet, HashMap};
+use std::sync::LazyLock;
+
+use super::composites::with_parts;
+use super::document::{BlockTable, Control, Document, Instance, Parameter, SignalTable, SuppressedChecks};
+use super::examples::example_of;
+use super::keys::named_keys;
+use super::manoeuvres::{
+    check_drivers, check_manoeuvres, cones, lanes, leave_made_out, unfollowed_manoeuvres, with_manoeuvres,
+};
+use super::parameters::{
+    REMOVE_TOLERANCE, follow, implicit_nested, implicit_parameters, read_parameters, refuse_tolerances,
+};
+use super::parse::{Node, check_name, table, value};
+use super::tables;
+use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
+use kardan_elements::block;
+use kardan_elements::element;
+use kardan_elements::manoeuvre::{Manoeuvre, Path};
+use kardan_elements::signal;
+use kardan_math::names::{NamedList, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
+use kardan_math::units::{Dimension, Expression};
+use kardan_results::signal_name::SignalName;
+use kardan_schema::diagnostics::{Diagnostic, Severity, shortened};
+use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
+use kardan_schema::file::syntax;
+use kardan_schema::schema::{Field, Keys, Kind, Placed, Sign, Table};
+
+/// The key that selects the law of a `[control.<name>]`; the other keys are those of the law.
+pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
+
+/// The key that selects the kind of a `[signal.<name>]`; the other keys are those of the kind.
+pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
+
+/// The keywords of [`signal::REGISTRY`]; a test checks that they are equal.
+const SIGNALS: &[&str] =
+    &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
+
+/// The key that selects the kind of a `[block.<name>]`, and the common keys; the other keys are those of the kind.
+pub const BLOCK: &[Field] = &[
+    Field::required("kind", Kind::Choice(BLOCKS), "Which kind of block."),
+    Field::optional(
+        "sample_time",
+        Kind::Quantity(Dimension::TIME, Sign::Period),
+        "When it computes, as on a control unit; its output is held until the next sample. Left out: at every instant.",
+    ),
+    Field::optional(
+        "unit",
+        Kind::Text,
+        "Unit of its output, `N m`; needed where it depends on itself through other blocks, else kardan derives it from what it reads.",
+    ),
+];
+
+/// The keywords of [`block::REGISTRY`]; a test checks that they are equal.
+const BLOCKS: &[&str] = &[
+    "gain",
+    "table",
+    "transfer_function",
+    "low_pass",
+    "lead_lag",
+    "pid",
+    "integrator",
+    "rate_limit",
+    "saturation",
+    "dead_zone",
+    "hysteresis",
+    "delay",
+    "hold",
+    "observer",
+    "monitor",
+    "state_machine",
+];
+
+/// The keywords of [`kardan_synthesis::REGISTRY`]; a test checks that they are equal.
+const LAWS: &[&str] = &[
+    "computed_torque",
+    "decoupling",
+    "flatness",
+    "lqr",
+    "noninteracting",
+    "pole_placement",
+    "position_loop",
+    "program",
+    "sampled_noninteracting",
+];
+
+/// Reads a model file. All errors of syntax, keys, types and units are reported together.
+pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
+    let (entries, diagnostics, broken) = open(source);
+    read_entries(&entries, diagnostics, broken)
+}
+
+/// The entries of a model file, its TOML errors, and whether a broken line may have contained a header.
+pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
+    if source.trim().is_empty() {
+        let diagnostic = Diagnostic::error("file::empty", "the model file is empty")
+            .help("a model needs at least one shaft: `[shaft.motor]` with `inertia = \"1 kg m^2\"`");
+        return (Entries::default(), vec![diagnostic], true);
+    }
+    let (entries, diagnostics) = syntax(source);
+    // A broken line may have contained a header, a broken text or list may have swallowed one.
+    let broken = diagnostics.iter().any(|diagnostic| {
+        let harmless = ["text without quotes", "a key without a value", "a duplicate key", "invalid float"];
+        let start = diagnostic.labels.first().map_or(0, |label| label.place.span().start);
+        let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
+        source[line_start..].trim_start().starts_with('[')
+            || !harmless.iter().any(|message| diagnostic.message.contains(message))
+    });
+    (entries, diagnostics, broken)
+}
+
+/// Reads the entries of a model: `diagnostics` are those reported already, and after `broken` ones any name may exist.
+pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
+    let mut document = Document::default();
+    document.suppressed.all = broken;
+    if broken && entries.is_empty() {
+        return (document, diagnostics);
+    }
+    let driven = with_manoeuvres(entries);
+    let (source_entries, entries) = (entries, &*with_parts(&driven));
+    // Two lists: errors that make the equations doubtful and others. Both start with the broken parts, for `table`.
+    let broken = diagnostics.len();
+    let mut study = diagnostics.clone();
+    let mut out = diagnostics;
+    let root = Node::root(entries);
+    check_tables(&root, &mut document.suppressed, &mut out, &mut study);
+    document.model = single(&root, "model", tables::Header::FIELDS, &mut out);
+    (document.scenario, document.of_runs) = scenario(&root, &mut study);
+    document.analysis = single(&root, "analysis", tables::Analysis::FIELDS, &mut study);
+    document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
+    document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
+    document.safety = single(&root, "safety", tables::Safety::FIELDS, &mut study);
+    document.sweep = single(&root, "sweep", tables::Sweep::FIELDS, &mut study);
+    document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
+    document.figures = several(&root, "figure", tables::Figure::FIELDS, &mut study);
+    document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
+    let mut following = read_parameters(&root, &mut document, &mut out);
+    let tables = several(&root, "variant", tables::Variant::FIELDS, &mut study);
+    read_elements(&root, &mut document, &mut out);
+    following.extend(named_keys(entries, &mut document));
+    follow(following, &mut document, &mut out);
+    read_named_variants(&tables, &mut document, &mut study);
+    read_variants(&root, &mut document, &mut study);
+    read_controls(&root, &mut document, &mut out);
+    read_logs(&root, &mut document, &mut study);
+    read_faults(&root, &mut document, &mut study);
+    (document.cones, document.lanes) = (cones(source_entries), lanes(source_entries));
+    read_signals(&root, &mut document, &mut study);
+    read_blocks(&root, &mut document, &mut study);
+    read_tables(&root, &mut document, &mut out);
+    read_manoeuvres(&root, &tables, &mut document, (&mut out, &mut study));
+    check_drivers(&mut document, &mut out);
+    document.mark_formulas();
+    check_unique(&document, &mut out);
+    check_named_controls(&document, &mut study);
+    check_named_faults(&document, &mut study);
+    let is_error = |d: &Diagnostic| d.severity == Severity::Error;
+    if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
+        && !document.suppressed.all
+        && !out.iter().chain(&study).any(is_error)
+    {
+        out.push(
+            Diagnostic::error("model::no-shaft", "the model has no shaft")
+                .help("add at least one: `[shaft.motor]` with `inertia = \"1 kg m^2\"`"),
+        );
+    }
+    check_size(&document, &mut out);
+    document.suppressed.equations |= out.iter().any(is_error);
+    out.extend(study.drain(broken..));
+    if !out.iter().any(is_error) {
+        unused_parameters((entries, source_entries), &document, &mut out);
+        unused_tables(entries, &document, &mut out);
+        unfollowed_manoeuvres(source_entries, &document, texts, &mut out);
+    }
+    (document, out)
+}
+
+/// The most shafts, masses and charges of a model: matrices over all of them, of doubles and of fractions, then take about 1.5 GB.
+const MOST_COORDINATES: usize = 1500;
+
+/// Rejects a model whose matrices would need too much memory.
+fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
+    let coordinates = document.elements.iter().flat_map(|element| {
+        let charges = element.kind.charges(&element.name).len();
+        std::iter::repeat_n(element, charges + usize::from(element.body().is_some()))
+    });
+    let count = coordinates.clone().count();
+    if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
+        let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
+        let diagnostic =
+            Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
+        out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
+    }
+}
+
+/// Warns of unused parameters: a change of them has no effect.
+fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
+    let mut named = BTreeSet::new();
+    let is_own = |name: &str| source_entries.table("parameters").is_some_and(|table| table.get(name).is_some());
+    let used_entries = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
+    used_entries.for_each(|found| texts(&found.entry.value, &mut named));
+    let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
+    named.extend(following.flat_map(Expression::names).map(str::to_string));
+    let unused = |parameter: &&Parameter| !named.contains(parameter.name.as_str()) && is_own(&parameter.name);
+    for parameter in document.parameters.iter().filter(unused) {
+        let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
+        let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
+        let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);
+        out.push(Diagnostic::warning("parameter::unused", message).at(parameter.place.clone(), "not used").help(help));
+    }
+}
+
+/// Warns of unused tables: empty groups, springs without a law, and, in a model that has events and no
+/// bench, motors and disturbances that are never set.
+fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
+    let warning = |message: String, place: &Place, label: &str, help: &str| {
+        Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
+    };
+    for found in entries.iter().filter(|found| matches!(&found.entry.value, RawValue::Table(table) if table.is_empty()))
+    {
+        let named =
+            element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
+        let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
+        let help = format!("write its keys below `[{name}{dot}]`, or remove it");
+        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "empty", &help));
+    }
+    let laws = ["stiffness", "damping", "friction", "breakaway"];
+    for spring in document.elements.iter().filter(|element| element.kind.keyword == "spring_damper") {
+        if !laws.iter().any(|key| spring.table.values.contains_key(key)) {
+            let message = format!("spring_damper `{}` does nothing", spring.name);
+            let help = "give it `stiffness`, `damping` or `friction`, or remove it";
+            out.push(warning(message, &spring.place, "no law", help));
+        }
+    }
+    let mut named = BTreeSet::new();
+    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement", "figure"];
+    let used_entries = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
+    used_entries.for_each(|found| texts(&found.entry.value, &mut named));
+    if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
+        named.extend(signals.iter().map(|found| found.key.clone()));
+    }
+    let programs =
+        entries.table("control").into_iter().flat_map(|all| all.iter()).filter_map(|found| match &found.entry.value {
+            RawValue::Table(control) => control.table("commands"),
+            _ => None,
+        });
+    named.extend(programs.flat_map(|commands| commands.iter().map(|found| found.key.clone())));
+    let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
+    let has_events = has_events && document.bench.values.is_empty();
+    let moved: BTreeSet<&str> = named.iter().map(|text| SignalName::new(text).element).collect();
+    for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
+        if !moved.contains(input.name.as_str()) {
+            let (kind, name) = (input.kind.keyword, &input.name);
+            let message = format!("the model never sets the {kind} `{name}`: it stays at zero in every run");
+            let signal = match kind {
+                "motor" => format!("{name}.tau"),
+                "voltage_source" => format!("{name}.v"),
+                _ => name.clone(),
+            };
+            let help = format!("set it by `[[scenario.event]]` with `signal = \"{signal}\"`, or remove it");
+            out.push(warning(message, &input.place, "not used", &help));
+        }
+    }
+}
+
+/// All texts within a value, and the names in those that are expressions.
+fn texts(value: &RawValue, out: &mut BTreeSet<String>) {
+    match value {
+        RawValue::Text(text) => {
+            out.insert(text.trim().to_string());
+            if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
+                out.extend(read.names().into_iter().map(str::to_string));
+            }
+        }
+        RawValue::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
+        RawValue::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),
+        _ => {}
+    }
+}
+
+/// `[scenario]`, with its values that have a tolerance.
+fn scenario(root: &Node<'_>, out: &mut Vec<Diagnostic>) -> (Table, NamedList<Parameter>) {
+    let mut scenario = plain(root, "scenario", tables::Scenario::FIELDS, out);
+    let of_runs = implicit_nested("scenario", &mut scenario, false).into_iter().collect();
+    refuse_tolerances(&mut scenario, "`[scenario]`", REMOVE_TOLERANCE, out);
+    (scenario, of_runs)
+}
+
+/// The table `[key]`.
+fn single(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
+    let mut table = plain(root, key, fields, out);
+    refuse_tolerances(&mut table, &format!("`[{key}]`"), REMOVE_TOLERANCE, out);
+    table
+}
+
+/// The same with the tolerances that are in it.
+fn plain(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
+    let what = format!("`[{key}]`");
+    let empty = || Table { fields, ..Table::default() };
+    root.child(key, out).map_or_else(empty, |node| table(fields, &node.like(example_of(key)), &what, out))
+}
+
+/// The tables `[[key]]`.
+fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Vec<Table> {
+    let mut tables = Vec::new();
+    for node in root.list(key, out) {
+        let node = node.like(example_of(key));
+        let named = node.table.iter().find(|found| {
+            matches!(found.entry.value, RawValue::Table(_)) && fields.iter().all(|field| field.name != found.key)
+        });
+        if let Some(found) = named {
+            let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
+            out.push(
+                Diagnostic::error("type::wrong", message)
+                    .at(found.place.clone(), "a name")
+                    .help(format!("write each as `[[{key}]]`")),
+            );
+            continue;
+        }
+        let what = format!("`[[{key}]]`");
+        let mut table = table(fields, &node, &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        tables.push(table);
+    }
+    tables
+}
+
+/// The remedy if a key cannot have a tolerance, but may name a parameter.
+const DECLARE: &str = "declare a parameter with it under `[parameters]`, and write its name here";
+
+fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for kind in element::REGISTRY {
+        for node in named_tables(root, kind.keyword, kind.fields, &mut document.suppressed, out) {
+            let what = format!("{} `{}`", kind.keyword, shortened(node.name));
+            let before = out.len();
+            let mut table = table(kind.fields, &node.clone().like(kind.example), &what, out);
+            let implicit = implicit_parameters(node.name, &mut table);
+            refuse_tolerances(&mut table, &what, DECLARE, out);
+            if out.len() > before {
+                document.suppressed.names.insert(node.name.to_string());
+            }
+            document.implicit.extend(implicit);
+            // Blocks read these by name only.
+            let standalone = ["sensor", "disturbance"].contains(&kind.keyword);
+            if let Some(reason) =
+                reserved(node.name, document).filter(|_| standalone && ["t", "pi"].contains(&node.name))
+            {
+                let message = format!("`{}` cannot be the name of a {}: {reason}", node.name, kind.keyword);
+                let help = format!("choose another name, such as `{}_1`", node.name);
+                out.push(
+                    Diagnostic::error("name::reserved", message).at(node.name_place.clone(), "this name").help(help),
+                );
+            }
+            document.elements.push(Instance {
+                kind,
+                name: node.name.to_string(),
+                place: node.name_place.clone(),
+                table,
+            });
+        }
+    }
+}
+
+fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "control", CONTROL, &mut document.suppressed, out) {
+        let what = format!("control `{}`", shortened(node.name));
+        let entry = node.table.keyed("law").map(|found| &found.entry);
+        let word = entry.map(|entry| if let RawValue::Text(word) = &entry.value { word.as_str() } else { "" });
+        let law = word.and_then(|word| kardan_synthesis::REGISTRY.iter().position(|law| law.keyword == word));
+        let Some(number) = law else {
+            // Reports only the error in `law`: the other keys depend on it.
+            match entry {
+                Some(entry) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), entry, out)),
+                None => drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.suppressed.references = true;
+            document.suppressed.equations = true;
+            continue;
+        };
+        let before = out.len();
+        let mut table =
+            table(&CONTROL_FIELDS[number], &node.clone().like(kardan_synthesis::REGISTRY[number].example), &what, out);
+        refuse_tolerances(&mut table, &what, DECLARE, out);
+        document.suppressed.references |= out.len() > before;
+        let law = &kardan_synthesis::REGISTRY[number];
+        document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
+    }
+}
+
+fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "log", tables::Log::FIELDS, &mut SuppressedChecks::default(), out) {
+        let what = format!("log `{}`", shortened(node.name));
+        let mut table = table(tables::Log::FIELDS, &node.clone().like(example_of("log")), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        document.logs.push((node.name.to_string(), table));
+    }
+}
+
+fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut SuppressedChecks::default(), out) {
+        let what = format!("fault `{}`", shortened(node.name));
+        let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
+        document.of_runs.extend(implicit_nested(&format!("fault.{}", node.name), &mut table, true));
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
+        document.faults.push((name, table));
+    }
+}
+
+fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let mut suppressed = SuppressedChecks::default();
+    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut suppressed, out) {
+        let what = format!("table `{}`", shortened(node.name));
+        let before = out.len();
+        let mut table = table(tables::LookupTable::FIELDS, &node.clone().like(example_of("table")), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.suppressed.names.insert(node.name.to_string());
+        }
+        document.tables.push((node.name.to_string(), table));
+    }
+}
+
+/// Checks manoeuvres and paths, which have become other tables already.
+fn read_manoeuvres(
+    root: &Node<'_>,
+    variants: &[Table],
+    document: &mut Document,
+    (out, study): (&mut Vec<Diagnostic>, &mut Vec<Diagnostic>),
+) {
+    let mut diagnostics = Vec::new();
+    let [manoeuvres, paths] = [("manoeuvre", Manoeuvre::FIELDS), ("path", Path::FIELDS)].map(|(keyword, fields)| {
+        named_tables(root, keyword, fields, &mut SuppressedChecks::default(), &mut diagnostics)
+    });
+    let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut diagnostics);
+    document.suppressed.durations |= diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+    let nodes = [manoeuvres, paths].concat();
+    leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
+    study.extend(diagnostics);
+}
+
+fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "signal", SIGNAL, &mut SuppressedChecks::default(), out) {
+        let what = format!("signal `{}`", shortened(node.name));
+        let word = node.table.keyed("kind").map(|found| &found.entry);
+        let kind_index = |entry: &Entry| match &entry.value {
+            RawValue::Text(word) => signal::REGISTRY.iter().position(|kind| kind.keyword == word),
+            _ => None,
+        };
+        let Some(number) = word.and_then(kind_index) else {
+            // Reports only the error in `kind`: the other keys depend on it.
+            match word {
+                Some(entry) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), entry, out)),
+                None => drop(table(SIGNAL, &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.suppressed.names.insert(node.name.to_string());
+            continue;
+        };
+        let kind = &signal::REGISTRY[number];
+        let before = out.len();
+        let mut table = table(&SIGNAL_FIELDS[number], &node.clone().like(kind.example), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.suppressed.names.insert(node.name.to_string());
+            continue;
+        }
+        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        if let Some(reason) = reserved(&name, document) {
+            let message = format!("`{name}` cannot be the name of a signal: {reason}");
+            let help = format!("choose another name, such as `{name}_1`");
+            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+        }
+        document.signals.push(SignalTable { kind, name, place, table, formula: None });
+    }
+}
+
+fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "block", BLOCK, &mut SuppressedChecks::default(), out) {
+        let what = format!("block `{}`", shortened(node.name));
+        let word = node.table.keyed("kind").map(|found| &found.entry);
+        let kind_index = |entry: &Entry| match &entry.value {
+            RawValue::Text(word) => block::REGISTRY.iter().position(|kind| kind.keyword == word),
+            _ => None,
+        };
+        let Some(number) = word.and_then(kind_index) else {
+            match word {
+                Some(entry) => drop(value(&BLOCK[0].kind, &format!("`kind` of {what}"), entry, out)),
+                None => drop(table(&BLOCK[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.suppressed.names.insert(node.name.to_string());
+            continue;
+        };
+        let kind = &block::REGISTRY[number];
+        let before = out.len();
+        let mut table = table(&BLOCK_FIELDS[number], &node.clone().like(kind.example), &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        if out.len() > before {
+            document.suppressed.names.insert(node.name.to_string());
+            continue;
+        }
+        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        let of_signal = document.signals.has(&name).then_some("a signal has it");
+        if let Some(reason) = of_signal.or_else(|| reserved(&name, document)) {
+            let message = format!("`{name}` cannot be the name of a block: {reason}");
+            let help = format!("choose another name, such as `{name}_1`");
+            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+        }
+        document.blocks.push(BlockTable { kind, name, place, table });
+    }
+}
+
+/// Why a signal or a block cannot have that name.
+fn reserved(name: &str, document: &Document) -> Option<&'static str> {
+    match name {
+        "t" => Some("it means the time"),
+        "pi" => Some("it means a number"),
+        name if document.parameters.has(name) => Some("a parameter has it"),
+        _ => None,
+    }
+}
+
+/// The tables of the study; all others define the equations.
+const STUDY: [&str; 14] = [
+    "scenario",
+    "signal",
+    "manoeuvre",
+    "path",
+    "fault",
+    "safety",
+    "sweep",
+    "requirement",
+    "figure",
+    "plot",
+    "analysis",
+    "bench",
+    "identification",
+    "log",
+];
+
+/// Reports tables that a model file does not have.
+fn check_tables(
+    root: &Node<'_>,
+    suppressed: &mut SuppressedChecks,
+    out: &mut Vec<Diagnostic>,
+    study: &mut Vec<Diagnostic>,
+) {
+    let mut table_names = vec!["model", "parameters", "variants", "variant", "control", "block", "table"];
+    table_names.extend(STUDY);
+    table_names.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
+    for found in root.table.iter() {
+        let (name, value) = (found.key.as_str(), &found.entry.value);
+        if table_names.contains(&name) {
+            continue;
+        }
+        let nearest_name = nearest_or_similar(name, table_names.iter().copied());
+        let is_table = matches!(value, RawValue::Table(_) | RawValue::List(_));
+        let help = match (nearest_name, name) {
+            (Some(nearest_name), _) => format!("did you mean `{nearest_name}`?"),
+            (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
+            (None, "faults") => {
+                "write each as `[[scenario.fault]]`, or, where it happens in some runs only, as `[fault.NAME]`"
+                    .to_string()
+            }
+            (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
+            (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
+            (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
+            (None, "tolerance" | "tolerances") => "write a tolerance after its value: \"1 N m ± 10 %\"".to_string(),
+            (None, word) if is_fixed_name(word) => how_to_fix_shaft("SHAFT"),
+            (None, "sources" | "source" | "input" | "inputs") => {
+                "torques come from `motor` and `disturbance`".to_string()
+            }
+            (None, _) => format!(
+                "known tables are {}",
+                table_names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            ),
+        };
+        let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
+        let diagnostic =
+            Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
+                .at(found.place.clone(), label)
+                .help(help);
+        if !is_table || nearest_name.is_some_and(|nearest_name| STUDY.contains(&nearest_name)) {
+            study.push(diagnostic);
+            continue;
+        }
+        out.push(diagnostic);
+        suppressed.references |= nearest_name.is_none_or(|nearest_name| nearest_name == "control");
+        suppressed.variants |= nearest_name.is_none_or(|nearest_name| nearest_name == "variants");
+        suppressed.all |= !suppress_names(value, suppressed);
+    }
+}
+
+/// The names that a table of tables or a list of tables would have introduced; false if it is neither.
+fn suppress_names(value: &RawValue, suppressed: &mut SuppressedChecks) -> bool {
+    match value {
+        RawValue::Table(table) => suppressed.names.extend(table.iter().map(|found| found.key.clone())),
+        RawValue::List(list) => {
+            for entry in list {
+                let RawValue::Table(table) = &entry.value else { return false };
+                let Some(RawValue::Text(name)) = table.get("name") else { return false };
+                suppressed.names.insert(name.clone());
+            }
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// The tables `[keyword.NAME]`.
+fn named_tables<'t>(
+    root: &Node<'t>,
+    keyword: &str,
+    fields: &[Field],
+    suppressed: &mut SuppressedChecks,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Node<'t>> {
+    let Some(found) = root.table.keyed(keyword) else { return Vec::new() };
+    let entry = &found.entry.value;
+    let RawValue::Table(_) = entry else {
+        suppressed.all |= !suppress_names(entry, suppressed);
+        suppressed.references |= keyword == "control";
+        let what = if matches!(entry, RawValue::List(_)) { "a list" } else { "a value" };
+        out.push(
+            Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
+                .at(found.place.clone(), "not a table")
+                .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
+        );
+        return Vec::new();
+    };
+    let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
+    let is_table = |found: &&KeyedEntry| matches!(found.entry.value, RawValue::Table(_));
+    let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
+    if let Some(found) = loose {
+        suppressed.all = true;
+        let message = format!("a {keyword} needs a name: `{}` is in `[{keyword}]` itself", found.key);
+        out.push(
+            Diagnostic::error("name::missing", message)
+                .at(group.place.clone(), "no name")
+                .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
+        );
+    }
+    suppressed.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
+    group.name = if loose.is_some() { "" } else { group.name };
+    let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
+    let own = |place: &Place| {
+        let is_part = |found: &KeyedEntry| found.place == *place;
+        let of = |kind: &&element::Element| root.table.table(kind.keyword).is_some_and(|all| all.iter().any(is_part));
+        !element::COMPOSITES.iter().any(of) || element::COMPOSITES.iter().any(|kind| kind.keyword == keyword)
+    };
+    for node in nodes.iter().filter(|node| own(&node.name_place)) {
+        check_name(node.name, node.name_place.clone(), keyword, out);
+    }
+    nodes
+}
+
+fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
+    let mut first_uses: HashMap<&str, (&str, &Place)> = HashMap::new();
+    let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
+    let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
+    let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
+    for (name, kind, place) in elements.chain(controls).chain(blocks) {
+        match first_uses.get(name) {
+            Some((other_kind, other_span)) => out.push(
+                Diagnostic::error(
+                    "name::duplicate",
+                    format!("the name `{name}` has two uses, for {other_kind} and {kind}"),
+                )
+                .at(place.clone(), "again here")
+                .at((*other_span).clone(), "first here")
+                .help("give each element, controller and block a name of its own"),
+            ),
+            None => drop(first_uses.insert(name, (kind, place))),
+        }
+    }
+}
+
+/// All keys of a control table, by law.
+static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| kardan_synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
+
+/// All keys of a signal table, by kind.
+static SIGNAL_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| signal::REGISTRY.iter().map(|kind| [SIGNAL, kind.fields].concat()).collect());
+
+/// All keys of a block's table, by kind.
+static BLOCK_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| block::REGISTRY.iter().map(|kind| [BLOCK, kind.fields].concat()).collect());
+
+#[cfg(test)]
+#[path = "../tests/unit/reading.rs"]
+mod tests;

@@ -1,0 +1,246 @@
+//! Tolerances of parameters, and whether the model is valid within them.
+
+use super::divisions::{Varied, check_divisions};
+use super::document::{Document, Setting, keys_of};
+use super::table_reader::TableReader;
+use kardan_math::units::{Dimension, Exact};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::entries::Place;
+use kardan_schema::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
+
+/// A parameter with the interval that it may lie in; `lower <= nominal <= upper` and `lower < upper`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tolerance {
+    /// The parameter: an entry of `[parameters]`, or `<element>.<key>` for a key written with a tolerance.
+    pub parameter: String,
+    /// Its value, SI.
+    pub nominal: Exact,
+    /// Lower end, SI.
+    pub lower: Exact,
+    /// Upper end, SI.
+    pub upper: Exact,
+    /// The confidence of the interval (0.95 for `95 %`), if it is given.
+    pub confidence: Option<Exact>,
+    /// The dimension of all of them.
+    pub dimension: Dimension,
+    /// Place of the value in the file.
+    pub place: Place,
+}
+
+impl Document {
+    /// All tolerances, by name. Around a value that a setting replaces, `± …` moves with it; an interval does not.
+    pub fn tolerances(&self, settings: &[Setting]) -> Vec<Tolerance> {
+        let mut out: Vec<Tolerance> = self
+            .all_parameters()
+            .filter_map(|parameter| {
+                let spread = parameter.spread.as_ref()?;
+                let set = settings.iter().find(|set| set.name == parameter.name);
+                let nominal = set.map_or(&parameter.value, |set| &set.value);
+                let (lower, upper) = spread.limits_at(nominal);
+                // A percentage of zero in a variant is no tolerance.
+                (lower.to_f64() < upper.to_f64()).then(|| Tolerance {
+                    parameter: parameter.name.clone(),
+                    nominal: nominal.clone(),
+                    lower,
+                    upper,
+                    confidence: spread.confidence().cloned(),
+                    dimension: parameter.dimension,
+                    place: parameter.place.clone(),
+                })
+            })
+            .collect();
+        out.sort_by(|a, b| a.parameter.cmp(&b.parameter));
+        out
+    }
+
+    /// Those that the model itself depends on, regardless of initial values and events of runs.
+    pub(super) fn tolerances_of_model(&self, settings: &[Setting]) -> Vec<Tolerance> {
+        let mut out = self.tolerances(settings);
+        out.retain(|one| self.of_runs.iter().all(|candidate| candidate.name != one.parameter));
+        out
+    }
+
+    /// Reports tolerances that reach values which the model cannot take.
+    pub fn check_tolerances(&self, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+        for tolerance in self.tolerances(settings) {
+            let before = out.len();
+            self.check_inside(&tolerance, settings, out);
+            let elements = self.elements.iter().map(|e| (e.kind.keyword, &e.name, e.kind.fields, &e.table));
+            let controls = self.controls.iter().map(|c| ("control", &c.name, c.law.fields, &c.table));
+            let faults = self.faults.iter().map(|(name, table)| ("fault", &name.value, table.fields, table));
+            let named = elements.chain(controls).chain(faults);
+            let named = named.map(|(keyword, name, fields, table)| (format!("{keyword} `{name}`"), fields, table));
+            let scenario = ("`[scenario]`".to_string(), self.scenario.fields, &self.scenario);
+            for (what, fields, table) in named.chain([scenario]) {
+                // The first violated key suffices.
+                if out.len() == before {
+                    check_signs(&tolerance, fields, table, &what, out);
+                }
+            }
+            if out.len() == before {
+                self.check_ends(&tolerance, settings, out);
+            }
+            if out.len() == before {
+                let Tolerance { parameter, dimension, lower, upper, place, .. } = &tolerance;
+                let shown = format!("[{}, {}]", shown(lower, *dimension), shown(upper, *dimension));
+                let varied = Varied { parameter, dimension: *dimension, lower, upper, place, shown };
+                check_divisions(self, &varied, settings, out);
+            }
+        }
+    }
+
+    /// The value of a variant must lie in the interval too.
+    fn check_inside(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+        let Tolerance { parameter, nominal, lower, upper, place, .. } = tolerance;
+        let Some(set) = settings.iter().find(|set| set.name == *parameter) else { return };
+        if nominal.is_below(lower) || upper.is_below(nominal) {
+            let message = format!("`{parameter}` = {} lies outside the interval of its value", set.text);
+            let varied = self.variants.iter().find(|varied| varied.parameter.value == *parameter);
+            let mut diagnostic = Diagnostic::error("tolerance::bounds", message).at(place.clone(), "this interval");
+            if let Some(varied) = varied {
+                diagnostic = diagnostic.at(varied.parameter.place.clone(), "varied here");
+            }
+            out.push(diagnostic.help("write `± ...` after the value: it moves with the variants"));
+        }
+    }
+
+    /// Checks of an element over several keys must pass at both ends, and computed values must exist there.
+    fn check_ends(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+        let mut following = vec![tolerance.parameter.as_str()];
+        for parameter in self.in_order() {
+            if parameter.expression.as_ref().is_some_and(|one| one.names().iter().any(|name| following.contains(name)))
+            {
+                following.push(&parameter.name);
+            }
+        }
+        let elements = self
+            .elements
+            .iter()
+            .map(|e| (e.kind.keyword, &e.name, &e.table, e.kind.fields.to_vec(), Some(e.kind.check)));
+        let controls = self.controls.iter().map(|c| ("control", &c.name, &c.table, keys_of(c.law), None));
+        let users = elements.chain(controls).filter(|(_, _, table, ..)| {
+            table.unread.is_empty() && table.values.values().any(|entry| uses(entry, &following))
+        });
+        for (keyword, name, table, fields, check) in users {
+            let diagnostics = |settings: &[Setting]| -> Vec<(String, String)> {
+                let mut silent = Vec::new();
+                let reader = TableReader::new(self, settings);
+                let what = format!("{keyword} `{name}`");
+                let values = reader.values(&fields, table, &what, &mut silent);
+                if !silent.is_empty() {
+                    return silent.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect();
+                }
+                let checked = check.map(|check| check(&values)).unwrap_or_default();
+                checked.into_iter().map(|one| (one.message, one.help)).collect()
+            };
+            if !diagnostics(settings).is_empty() {
+                continue; // Reported of the model itself.
+            }
+            for (end, value) in [("lower", &tolerance.lower), ("upper", &tolerance.upper)] {
+                let set = Setting { name: tolerance.parameter.clone(), value: value.clone(), text: String::new() };
+                let mut settings: Vec<Setting> = settings.iter().filter(|s| s.name != set.name).cloned().collect();
+                settings.push(set);
+                for (message, help) in diagnostics(&settings) {
+                    let message = format!(
+                        "{keyword} `{name}`, at the {end} end of the tolerance of `{}` ({}): {}",
+                        tolerance.parameter,
+                        shown(value, tolerance.dimension),
+                        message
+                    );
+                    out.push(
+                        Diagnostic::error("element::invalid", message)
+                            .at(tolerance.place.clone(), "with this tolerance")
+                            .help(format!("narrow the tolerance, or: {help}")),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Whether a value of a table is one of these parameters, or computed from one.
+fn uses(entry: &Placed<Value>, parameters: &[&str]) -> bool {
+    let uses = |scalar: &Scalar| match scalar {
+        Scalar::Parameter(name) => parameters.contains(&name.as_str()),
+        Scalar::Expression(expression) => expression.names().iter().any(|name| parameters.contains(name)),
+        Scalar::Literal(..) | Scalar::Tolerated(_) => false,
+    };
+    match &entry.value {
+        Value::Scalar(scalar) => uses(scalar),
+        Value::Map(entries) => entries.iter().any(|(_, scalar)| uses(&scalar.value)),
+        Value::Tables(tables) => {
+            tables.iter().flat_map(|table| table.values.values()).any(|entry| self::uses(entry, parameters))
+        }
+        _ => false,
+    }
+}
+
+/// Whether a value of a table is this parameter.
+fn names(entry: &Placed<Value>, tolerance: &Tolerance) -> bool {
+    let is = |scalar: &Scalar| matches!(scalar, Scalar::Parameter(name) if *name == tolerance.parameter);
+    match &entry.value {
+        Value::Scalar(scalar) => is(scalar),
+        Value::Map(entries) => entries.iter().any(|(_, scalar)| is(&scalar.value)),
+        _ => false,
+    }
+}
+
+/// Reports an interval that violates the rule of a key.
+fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    for (field, entry) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
+        let sign = match (&field.kind.for_translation(table.translational), &entry.value) {
+            (Kind::Tables(inner) | Kind::Table(inner), Value::Tables(tables)) => {
+                for (i, table) in tables.iter().enumerate() {
+                    let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
+                    check_signs(tolerance, inner, table, &what, out);
+                }
+                continue;
+            }
+            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(entry, tolerance) => *sign,
+            _ => continue,
+        };
+        let Tolerance { nominal, lower, upper, .. } = tolerance;
+        let (reaches, rule) = match sign {
+            // A value that violates the rule itself is reported elsewhere.
+            Sign::Positive if lower.signum() <= 0 && nominal.signum() > 0 => {
+                (if lower.is_zero() { "zero" } else { "zero and below" }, "be above zero")
+            }
+            Sign::Period if lower.to_f64() < SHORTEST_PERIOD && nominal.to_f64() >= SHORTEST_PERIOD => {
+                ("below 1 us", "be at least 1 us")
+            }
+            Sign::NonNegative if lower.signum() < 0 && nominal.signum() >= 0 => ("below zero", "not be negative"),
+            Sign::NonZero if lower.signum() * upper.signum() <= 0 && !nominal.is_zero() => ("zero", "not be zero"),
+            _ => continue,
+        };
+        let interval = format!("[{}, {}]", shown(lower, tolerance.dimension), shown(upper, tolerance.dimension));
+        let is_own_place = tolerance.place == entry.place;
+        let whose =
+            if is_own_place { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
+        let message = format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {interval}", field.name);
+        let mut diagnostic =
+            Diagnostic::error("number::sign", message).at(tolerance.place.clone(), format!("reaches {reaches}"));
+        if !is_own_place {
+            diagnostic = diagnostic.at(entry.place.clone(), "used here");
+        }
+        let help = "narrow the tolerance, or write bounds of your own after the value: \"2 N m [0.5, 6]\"";
+        out.push(diagnostic.help(help));
+        return;
+    }
+}
+
+/// A value for a message; angles in degrees.
+fn shown(value: &Exact, dimension: Dimension) -> String {
+    let (value, unit) = match dimension {
+        Dimension::ANGLE => (value.to_f64().to_degrees(), "deg".to_string()),
+        _ => (value.to_f64(), dimension.si()),
+    };
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    let size = rounded.abs();
+    let number =
+        if size != 0.0 && !(1e-5..1e16).contains(&size) { format!("{rounded:e}") } else { rounded.to_string() };
+    format!("{number} {unit}").trim_end().to_string()
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/tolerance.rs"]
+mod tests;

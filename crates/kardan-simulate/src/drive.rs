@@ -1,0 +1,198 @@
+//! A motor in the loop: torque limit, then rate limit, then lag.
+
+use super::faults::{MotorFault, MotorFaultKind};
+use kardan_math::num::StateArchive;
+use kardan_math::units::Exact;
+use kardan_mechanics::equations::{Domain, Motor};
+use kardan_results::Span;
+
+/// A command at its controller's torque limit may miss the motor's torque limit by this part of it: the error of a
+/// limit stored in single precision.
+const AT_LIMIT: f64 = 1e-6;
+
+/// The mode of a motor without lag in its limits: it follows its command, or moves at its rate limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rate {
+    Follow,
+    Rise,
+    Fall,
+}
+
+/// The command relative to the torque limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Limit {
+    Inside,
+    High,
+    Low,
+}
+
+/// A motor in the loop: limit, then rate limit, then lag.
+#[derive(Debug, Clone)]
+pub(super) struct Drive {
+    /// The name of its effort: a torque, a force or a voltage.
+    pub(super) effort: &'static str,
+    pub(super) limit: Option<f64>,
+    /// Its torque limit at full supply, and its faults.
+    pub(super) full_limit: Option<f64>,
+    pub(super) faults: Vec<MotorFault>,
+    /// The stuck torque, zero without such a fault.
+    pub(super) stuck: f64,
+    pub(super) rate: Option<f64>,
+    pub(super) lag: Option<f64>,
+    /// Amplitude of its ripple, N m, and periods per turn.
+    pub(super) ripple: Option<(f64, f64)>,
+    pub(super) limit_mode: Limit,
+    pub(super) rate_mode: Rate,
+    /// Index of the rate limiter's output in the state.
+    pub(super) rate_state: Option<usize>,
+    /// Index of the lagged torque in the state.
+    pub(super) lag_state: Option<usize>,
+    /// When it was at its torque limit.
+    pub(super) at_limit: Spans,
+    /// When it moved at its rate limit.
+    pub(super) at_rate_limit: Spans,
+}
+
+/// Times during which a condition is true: `(from, until)`, s.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Spans {
+    closed: Vec<(f64, f64)>,
+    since: Option<f64>,
+}
+
+impl Spans {
+    /// Sets whether the condition is true from this time on.
+    pub(super) fn now(&mut self, time: f64, active: bool) {
+        match (self.since, active) {
+            (None, true) => self.since = Some(time),
+            (Some(from), false) => {
+                self.since = None;
+                if time > from {
+                    self.closed.push((from, time));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// All of them, the last one up to a time.
+    pub(super) fn until(&self, time: f64) -> Vec<Span> {
+        let open = self.since.filter(|from| *from < time).map(|from| (from, time));
+        self.closed.iter().copied().chain(open).map(|(from, until)| Span { start: from, end: until }).collect()
+    }
+}
+
+impl Spans {
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        archive.list(&mut self.closed, (0.0, 0.0), |archive, (from, until)| {
+            archive.number(from);
+            archive.number(until);
+        });
+        archive.optional(&mut self.since);
+    }
+}
+
+impl Drive {
+    /// A motor whose rate limiter and lag have these indices in the state, if it has them.
+    pub(super) fn new(
+        motor: &Motor,
+        domain: Domain,
+        [rate_state, lag_state]: [Option<usize>; 2],
+        faults: Vec<MotorFault>,
+    ) -> Self {
+        let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
+        Self {
+            effort: domain.effort_word(),
+            limit: number(&motor.torque_limit),
+            full_limit: number(&motor.torque_limit),
+            faults,
+            stuck: 0.0,
+            rate: number(&motor.rate_limit),
+            lag: number(&motor.lag),
+            ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
+            limit_mode: Limit::Inside,
+            rate_mode: Rate::Follow,
+            rate_state,
+            lag_state,
+            at_limit: Spans::default(),
+            at_rate_limit: Spans::default(),
+        }
+    }
+
+    /// Resets to the start of a run.
+    pub(super) fn begin_anew(&mut self) {
+        (self.limit_mode, self.rate_mode) = (Limit::Inside, Rate::Follow);
+        (self.at_limit, self.at_rate_limit) = Default::default();
+    }
+
+    /// Its modes, and the state of its limits.
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        let mut mode = [self.limit_mode as usize, self.rate_mode as usize];
+        mode.iter_mut().for_each(|number| archive.count(number));
+        self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
+        self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];
+        if let Some(limit) = &mut self.limit {
+            archive.number(limit);
+        }
+        archive.number(&mut self.stuck);
+        self.at_limit.archive_state(archive);
+        self.at_rate_limit.archive_state(archive);
+    }
+
+    /// Whether it has a stuck-torque fault during the run.
+    pub(super) fn sticks(&self) -> bool {
+        self.faults.iter().any(|fault| fault.kind == MotorFaultKind::Stuck)
+    }
+
+    pub(super) fn limited(&self, command: f64) -> f64 {
+        match (self.limit, self.limit_mode) {
+            (Some(limit), Limit::High) => limit,
+            (Some(limit), Limit::Low) => -limit,
+            _ => command,
+        }
+    }
+
+    /// A command under its torque limit: a factor and an addend.
+    pub(super) fn leaves(&self) -> [f64; 2] {
+        match (self.limit, self.limit_mode) {
+            (Some(limit), Limit::High) => [0.0, limit],
+            (Some(limit), Limit::Low) => [0.0, -limit],
+            _ => [1.0, 0.0],
+        }
+    }
+
+    /// Whether its torque follows the command, 1, or the state of its rate limiter, 0.
+    pub(super) fn follows(&self) -> f64 {
+        f64::from(u8::from(self.rate_mode == Rate::Follow))
+    }
+
+    /// The rate of its rate limiter's state.
+    pub(super) fn limiter_rate(&self) -> f64 {
+        match self.rate_mode {
+            Rate::Follow => 0.0,
+            Rate::Rise => self.rate.unwrap_or(0.0),
+            Rate::Fall => -self.rate.unwrap_or(0.0),
+        }
+    }
+
+    /// Records whether it is at its limits from a time on; `constant`: its command is constant until the next decision,
+    /// so a controller may have limited it itself.
+    pub(super) fn note_limits(&mut self, time: f64, command: f64, constant: bool) {
+        let reaches = |limit: f64| constant && command.abs() >= limit * (1.0 - AT_LIMIT);
+        let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(reaches);
+        self.at_limit.now(time, at);
+        self.at_rate_limit.now(time, self.rate_mode != Rate::Follow);
+    }
+
+    pub(super) fn limit_mode(&self, command: f64) -> Limit {
+        match self.limit {
+            Some(limit) if command > limit => Limit::High,
+            Some(limit) if command < -limit => Limit::Low,
+            _ => Limit::Inside,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/drive.rs"]
+mod tests;

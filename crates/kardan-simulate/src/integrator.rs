@@ -1,0 +1,206 @@
+//! The integrator of a run: one of the methods, on the machine.
+
+use super::dop853::{Counts, Dop853, StepError};
+use super::machine::{Machine, Prospect};
+use super::radau::{Descriptor, Equations, Radau};
+use super::taylor::{self, Taylor};
+use kardan_math::num::StateArchive;
+use kardan_mechanics::reduce::Reduced;
+use kardan_results::IntegrationMethod;
+
+/// A method with its memory.
+pub(super) enum Integrator {
+    Dop853(Box<Dop853>),
+    Taylor(Box<Taylor>),
+    Radau(Box<Radau>),
+}
+
+impl Equations for Machine {
+    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        self.derivative(time, state, out);
+    }
+
+    fn linearise(&mut self, time: f64, state: &[f64], out: &mut Descriptor) {
+        self.find_descriptor(time, state, out);
+    }
+}
+
+/// Calls the method of the same name.
+macro_rules! each {
+    ($self:ident, $method:ident $(, $argument:expr)*) => {
+        match $self {
+            Self::Dop853(solver) => solver.$method($($argument),*),
+            Self::Taylor(solver) => solver.$method($($argument),*),
+            Self::Radau(solver) => solver.$method($($argument),*),
+        }
+    };
+}
+
+impl Integrator {
+    /// The reference method.
+    pub(super) fn dop853(relative: f64, absolute: &[f64]) -> Self {
+        Self::Dop853(Box::new(Dop853::new(relative, absolute)))
+    }
+
+    /// Taylor series, if the machine has them; with the series of the angles and of the speeds of some shafts.
+    pub(super) fn taylor(
+        relative: f64,
+        absolute: &[f64],
+        machine: &mut Machine,
+        shafts: &[Vec<usize>; 2],
+    ) -> Option<Self> {
+        let able = machine.prepare_series(taylor::order(relative), shafts);
+        // The values that decide pieces have terms where the states have none.
+        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute).with_all_terms(machine.has_kinks()))))
+    }
+
+    /// The method for stiff loops, if the machine has a Jacobian.
+    pub(super) fn radau(relative: f64, absolute: &[f64], machine: &mut Machine, reduced: &Reduced) -> Option<Self> {
+        let able = machine.prepare_jacobian(reduced);
+        able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
+    }
+
+    /// Its method; `exact` where it was not needed.
+    pub(super) fn method(&self, exact: bool) -> IntegrationMethod {
+        match self {
+            _ if exact => IntegrationMethod::Exponential,
+            Self::Dop853(_) => IntegrationMethod::Dop853,
+            Self::Taylor(_) => IntegrationMethod::Taylor,
+            Self::Radau(_) => IntegrationMethod::Radau,
+        }
+    }
+
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        each!(self, archive_state, archive)
+    }
+
+    /// Starts at a state, which the machine has then evaluated.
+    pub(super) fn start(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        match self {
+            Self::Dop853(solver) => {
+                solver.start(time, state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx))
+            }
+            Self::Taylor(solver) => solver.start(time, state, |k, x| machine.expand(time, k, x)),
+            Self::Radau(solver) => solver.start(time, state, machine),
+        }
+    }
+
+    /// One step, at most to a time; the states within it are available then.
+    pub(super) fn step(&mut self, machine: &mut Machine, until: f64) -> Result<(), StepError> {
+        match self {
+            Self::Dop853(solver) => {
+                let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
+                solver.step(until, &mut rates)?;
+                solver.prepare_dense(&mut rates);
+                Ok(())
+            }
+            Self::Taylor(solver) => {
+                let time = solver.time();
+                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
+                solver.look_inside(|t, x, dx| machine.derivative(t, x, dx))?;
+                solver.look_at_rounding(|t, x, dx| machine.derivative(t, x, dx));
+                Ok(())
+            }
+            Self::Radau(solver) => solver.step(until, machine),
+        }
+    }
+
+    /// Repeats the last step so that it ends earlier, where states within it are less accurate than at its end.
+    /// `scratch` is memory for a state.
+    pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
+        let (from, next) = (self.previous_time(), self.next_step());
+        scratch.copy_from_slice(self.previous_state());
+        match self {
+            Self::Taylor(_) => return Ok(()),
+            Self::Dop853(_) | Self::Radau(_) => self.start(machine, from, scratch),
+        }
+        self.set_step(end - from);
+        self.step(machine, end)?;
+        self.set_step(next);
+        Ok(())
+    }
+
+    /// The known validity of the machine's modes within the last step.
+    pub(super) fn prospect(&self, machine: &mut Machine) -> Prospect {
+        match self {
+            Self::Dop853(_) | Self::Radau(_) => Prospect::Unknown,
+            Self::Taylor(solver) => machine.prospect(solver.time() - solver.previous_time(), solver.order()),
+        }
+    }
+
+    /// Order and begin of the series of the last step; where `complete`, of all values.
+    pub(super) fn series(&self, machine: &mut Machine, complete: bool) -> Option<(usize, f64)> {
+        let Self::Taylor(solver) = self else { return None };
+        if complete {
+            machine.complete_series(solver.order(), solver.coefficients());
+        }
+        Some((solver.order(), solver.previous_time()))
+    }
+
+    /// Whether [`shorten`](Self::shorten) has an effect.
+    pub(super) fn shortens(&self) -> bool {
+        matches!(self, Self::Dop853(_))
+    }
+
+    /// The state at a time within the last step.
+    pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
+        each!(self, interpolate, time, out)
+    }
+
+    pub(super) fn rests(&self) -> bool {
+        each!(self, rests)
+    }
+
+    pub(super) fn rest(&mut self, until: f64) {
+        each!(self, rest, until)
+    }
+
+    /// The length that the next step is to have, where the method does not choose it by itself.
+    pub(super) fn set_step(&mut self, step: f64) {
+        match self {
+            Self::Dop853(solver) => solver.set_step(step),
+            Self::Radau(solver) => solver.set_step(step),
+            Self::Taylor(_) => {}
+        }
+    }
+
+    pub(super) fn next_step(&self) -> f64 {
+        each!(self, next_step)
+    }
+
+    pub(super) fn previous_time(&self) -> f64 {
+        each!(self, previous_time)
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        each!(self, time)
+    }
+
+    pub(super) fn previous_state(&self) -> &[f64] {
+        each!(self, previous_state)
+    }
+
+    pub(super) fn state(&self) -> &[f64] {
+        each!(self, state)
+    }
+
+    /// Continues the counts of another one.
+    pub(super) fn go_on_counting(&mut self, counts: Counts) {
+        each!(self, set_counts, counts)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        each!(self, counts)
+    }
+
+    /// The largest error that rounding alone caused in each component in a measured step, and the largest of all in
+    /// tolerances.
+    pub(super) fn rounding(&self) -> (&[f64], f64) {
+        let rounding = match self {
+            Self::Dop853(solver) => return (solver.rounding(), solver.rounding_in_tolerances()),
+            Self::Taylor(solver) => solver.rounding(),
+            Self::Radau(solver) => solver.rounding(),
+        };
+        (&rounding.largest, rounding.tolerances)
+    }
+}

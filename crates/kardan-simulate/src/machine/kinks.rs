@@ -1,0 +1,105 @@
+//! Expressions whose zeros are points where a loop has a jump or kink.
+
+use kardan_native::Native;
+use kardan_rt::Operator;
+
+use super::expressions::Places;
+use kardan_expr::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lower};
+use kardan_expr::plan::{Plan, compile};
+use kardan_mechanics::reduce::{Extension, Motion};
+
+/// The time-dependent inputs at an instant.
+#[derive(Debug, Clone, Copy)]
+enum TimeInput {
+    Source(usize),
+    Timed(usize),
+}
+
+/// Expressions whose zeros are points where the loop has a jump or kink.
+#[derive(Debug, Default)]
+pub(super) struct Kinks {
+    /// Those of the time alone, in a graph of their own, with the meaning of its symbols.
+    graph: Graph,
+    pub of_time: Vec<Expr>,
+    time_inputs: Vec<(Symbol, TimeInput)>,
+    /// The number of the others; a separate plan evaluates them faster than the whole loop.
+    pub of_state: usize,
+    plan: Plan,
+    native: Option<Native<f64>>,
+    memory: Vec<f64>,
+}
+
+impl Kinks {
+    /// From expressions of the time alone of a motion, and a loop that was written into it.
+    pub fn new(motion: &Motion, of_time: &[Expr], (extension, places): (&Extension, &Places)) -> Self {
+        let (graph, inputs) = (&motion.graph, &extension.inputs);
+        let mut own = Graph::default();
+        let (mut time_inputs, mut pairs) = (Vec::new(), Vec::new());
+        for symbol in graph.symbols(of_time) {
+            let Some(place) = inputs.iter().position(|input| *input == symbol) else { continue };
+            let what = match place.checked_sub(places.sources.start).filter(|_| places.sources.contains(&place)) {
+                Some(source) => TimeInput::Source(source),
+                None => TimeInput::Timed(place - places.timed.start),
+            };
+            let (name, dimension) = graph.name(symbol);
+            let copy = own.new_symbol(name.to_string(), dimension);
+            pairs.push((symbol, copy));
+            time_inputs.extend(own.symbol_of(copy).map(|symbol| (symbol, what)));
+        }
+        let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
+        let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
+        let plan =
+            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop declares all its inputs");
+        let native = if places.kinks.is_empty() { None } else { Native::new(&plan.block()) };
+        let memory = plan.memory();
+        Self { graph: own, of_time, time_inputs, of_state: places.kinks.len(), plan, native, memory }
+    }
+
+    /// The numbers that depend on states, for the given motion and inputs.
+    pub fn find(&mut self, motion: &[f64], time_inputs: &[f64], out: &mut [f64]) {
+        let Self { plan, native, memory, .. } = self;
+        let later = motion.len()..plan.inputs.len();
+        memory[..later.start].copy_from_slice(motion);
+        memory[later.clone()].copy_from_slice(&time_inputs[..later.len()]);
+        // A value that is not a number is on no side.
+        let _ = match native {
+            Some(native) => native.evaluate(memory),
+            None => plan.block().evaluate(memory),
+        };
+        out.iter_mut().enumerate().for_each(|(k, out)| *out = memory[plan.place(k)]);
+    }
+
+    fn of(&self, symbol: Symbol) -> TimeInput {
+        self.time_inputs
+            .iter()
+            .find(|(own, _)| *own == symbol)
+            .map_or(TimeInput::Source(0), |(_, time_inputs)| *time_inputs)
+    }
+
+    /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.
+    pub fn at(&self, kink: Expr, time: f64, lines: &[(f64, f64, f64)], time_inputs: &[f64]) -> f64 {
+        let symbol = |symbol: Symbol| match self.of(symbol) {
+            TimeInput::Source(k) => lines[k].0 + lines[k].1 * (time - lines[k].2),
+            TimeInput::Timed(k) => time_inputs[k],
+        };
+        lower(&self.graph, &[kink], &mut Floating::<f64>::default(), symbol)[0]
+    }
+
+    /// Its values over an interval of time.
+    pub fn between(&self, kink: Expr, span: Interval, lines: &[(f64, f64, f64)], timed: &[Interval]) -> Interval {
+        let symbol = |symbol: Symbol| match self.of(symbol) {
+            TimeInput::Source(k) => line_range(lines[k], span),
+            TimeInput::Timed(k) => timed[k],
+        };
+        lower(&self.graph, &[kink], &mut Intervals, symbol)[0]
+    }
+}
+
+/// The values of a line over an interval of time.
+pub(super) fn line_range((value, slope, start): (f64, f64, f64), span: Interval) -> Interval {
+    if slope == 0.0 {
+        return Interval::point(value);
+    }
+    let later = Intervals.operation(Operator::Subtract, &[span, Interval::point(start)]);
+    Intervals.operation(Operator::AddProduct, &[Interval::point(slope), later, Interval::point(value)])
+}

@@ -1,0 +1,239 @@
+//! Which motors are at a limit.
+
+use super::Machine;
+use super::connected_law::ConnectedLaw;
+use crate::drive::{Drive, Limit, Rate};
+use crate::faults::MotorFaultKind;
+use crate::scenario::SourceTarget;
+use kardan_results::MotorLoad;
+
+/// Relative difference of two times within which a located event lies.
+const SAME_INSTANT: f64 = 1e-12;
+
+impl Machine {
+    /// Motors with a stuck torque from this time on keep the torque that they have reached; the lines and functions of
+    /// time are still those before it.
+    pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
+        let begins = |drive: &Drive| {
+            drive
+                .faults
+                .iter()
+                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.is_active(time) && fault.at == time)
+        };
+        if !self.drives.iter().any(begins) {
+            return;
+        }
+        self.forces(time, state);
+        let torques = self.torques.clone();
+        for (drive, torque) in self.drives.iter_mut().zip(torques).filter(|(drive, _)| begins(drive)) {
+            drive.stuck = torque;
+        }
+    }
+
+    /// Torque limits of motors whose supply is low from a time on.
+    pub(super) fn enter_faults(&mut self, time: f64) {
+        for drive in self.drives.iter_mut().filter(|drive| !drive.faults.is_empty()) {
+            let low = drive.faults.iter().find(|fault| fault.is_active(time)).map(|fault| fault.kind);
+            let voltage_share = if let Some(MotorFaultKind::Undervoltage(part)) = low { part } else { 1.0 };
+            drive.limit = drive.full_limit.map(|limit| voltage_share * limit);
+            if low != Some(MotorFaultKind::Stuck) {
+                drive.stuck = 0.0;
+            }
+        }
+    }
+
+    /// Motors whose limits no longer fit their mode at this point.
+    pub fn drives_switch(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        derivative: &mut [f64],
+        moved: &mut [f64],
+        out: &mut Vec<usize>,
+    ) {
+        out.clear();
+        if self.timed.limits_rest {
+            return;
+        }
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let (drive, command) = (&self.drives[k], self.commands[k]);
+            let slack = 1e-13 * drive.limit.unwrap_or(0.0);
+            let leaves_limit = match (drive.limit, drive.limit_mode) {
+                (None, _) => false,
+                (Some(limit), Limit::Inside) => command.abs() > limit + slack,
+                (Some(limit), Limit::High) => command < limit - slack,
+                (Some(limit), Limit::Low) => command > -limit + slack,
+            };
+            let leaves_rate_limit = match (drive.rate_state, drive.rate_mode) {
+                (None, _) | (Some(_), Rate::Follow) => false,
+                (Some(place), Rate::Rise) => drive.limited(command) < state[place],
+                (Some(place), Rate::Fall) => drive.limited(command) > state[place],
+            };
+            if leaves_limit || leaves_rate_limit {
+                out.push(k);
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let rates = self.command_rates(time, state, derivative, moved);
+            for (k, drive) in self.drives.iter().enumerate() {
+                let fast = drive.rate.is_some_and(|rate| rates[k].abs() > rate * (1.0 + 1e-6));
+                if drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside && fast && !out.contains(&k) {
+                    out.push(k);
+                }
+            }
+        }
+    }
+
+    /// Whether no motor reaches or leaves its limit until the next sample or breakpoint: commands of those with a limit
+    /// are constant.
+    pub(super) fn no_limit_moves(&self) -> bool {
+        let rests = |(input, drive): (usize, &Drive)| {
+            drive.rate.is_none() && (drive.limit.is_none() || self.command_rests(input))
+        };
+        self.drives.iter().enumerate().all(rests)
+    }
+
+    /// Whether commands of motors with a torque limit only have steps, throughout the run.
+    pub(super) fn limits_meet_steps(&self) -> bool {
+        let steps = |input: usize| {
+            let mut own = self.targets.iter().zip(&self.profiles).enumerate();
+            self.laws.iter().all(|connected_law| {
+                connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input)
+            }) && own.all(|(source, (target, profile))| {
+                *target != SourceTarget::Input(input) || profile.is_level() && !self.timed.follows(source)
+            })
+        };
+        self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
+    }
+
+    /// Whether the command of one motor is constant until the next sample or breakpoint.
+    pub(super) fn command_rests(&self, input: usize) -> bool {
+        let sources = self.targets.iter().zip(&self.lines).enumerate();
+        let mut own = sources.filter(|(_, (target, _))| **target == SourceTarget::Input(input));
+        self.laws
+            .iter()
+            .all(|connected_law| connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input))
+            && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
+    }
+
+    /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field.
+    pub(super) fn command_rates(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        derivative: &mut [f64],
+        moved: &mut [f64],
+    ) -> Vec<f64> {
+        self.derivative(time, state, derivative);
+        let before = self.commands.clone();
+        let step = 1e-7;
+        for ((value, x), dx) in moved.iter_mut().zip(state).zip(derivative.iter()) {
+            *value = x + step * dx;
+        }
+        self.forces(time + step, moved);
+        self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
+    }
+
+    /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
+    pub(crate) fn motor_loads(
+        &self,
+        (names, units): (&[String], &[&'static str]),
+        end: f64,
+        demand: impl Fn(&str) -> f64,
+    ) -> Vec<MotorLoad> {
+        let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
+        let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
+            let commands = |connected_law: &&ConnectedLaw| connected_law.inputs.contains(&k);
+            MotorLoad {
+                motor: name.clone(),
+                unit: units[k],
+                controller: self
+                    .laws
+                    .iter()
+                    .find(commands)
+                    .map(|connected_law| connected_law.law.describe().controller),
+                torque_limit: drive.limit,
+                rate_limit: drive.rate,
+                demand: demand(name),
+                at_torque_limit: drive.at_limit.until(end),
+                at_rate_limit: drive.at_rate_limit.until(end),
+            }
+        };
+        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(motor_load).collect()
+    }
+
+    pub(super) fn settle_drives(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        everything: bool,
+        names: &[String],
+        events: &mut Vec<String>,
+    ) {
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let command = self.commands[k];
+            let drive = &mut self.drives[k];
+            let mode = drive.limit_mode(command);
+            if mode != drive.limit_mode {
+                events.push(match mode {
+                    Limit::Inside => format!("{} leaves its {} limit", names[k], drive.effort),
+                    _ => format!("{} reaches its {} limit", names[k], drive.effort),
+                });
+                drive.limit_mode = mode;
+            }
+            let limited = drive.limited(command);
+            if let Some(place) = drive.rate_state {
+                if everything {
+                    state[place] = 0.0;
+                }
+                let gap = limited - state[place];
+                // A gap that the limiter closes within the resolution of the time counts as zero.
+                let instant = SAME_INSTANT * time.abs();
+                let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
+                let mode = if gap > small {
+                    Rate::Rise
+                } else if gap < -small {
+                    Rate::Fall
+                } else {
+                    Rate::Follow
+                };
+                drive.rate_mode = mode;
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let (mut derivative, mut moved) = (vec![0.0; self.size], vec![0.0; self.size]);
+            let rates = self.command_rates(time, state, &mut derivative, &mut moved);
+            for (k, rate) in rates.iter().enumerate() {
+                let drive = &mut self.drives[k];
+                let inside = drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside;
+                if let Some(limit) = drive.rate
+                    && inside
+                    && rate.abs() > limit
+                {
+                    drive.rate_mode = if *rate > 0.0 { Rate::Rise } else { Rate::Fall };
+                }
+            }
+        }
+        for k in 0..self.drives.len() {
+            let resting = self.command_rests(k);
+            self.drives[k].note_limits(time, self.commands[k], resting);
+        }
+    }
+
+    /// Before a restart: a rate limiter that followed its command takes its value as state.
+    pub fn remember_commands(&mut self, time: f64, state: &mut [f64]) {
+        if self.drives.iter().all(|drive| drive.rate_state.is_none()) {
+            return;
+        }
+        self.forces(time, state);
+        for (k, drive) in self.drives.iter().enumerate() {
+            if let Some(place) = drive.rate_state
+                && drive.rate_mode == Rate::Follow
+            {
+                state[place] = drive.limited(self.commands[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,619 @@
+//! The columns of a run: which signals there are and how they are read from the machine.
+
+use std::collections::{HashMap, HashSet};
+
+use super::failing_sensor::FailingSensor;
+use super::machine::{Found, Machine};
+use super::readings::{Read, Readings};
+use super::sampler::{Compliance, Sampler, stiffness};
+use super::scenario::{Scenario, Source, SourceTarget};
+use kardan_expr::expr::Expr;
+use kardan_math::num::{StateArchive, rational_to_f64};
+use kardan_mechanics::assemble::DirectionalTerm;
+use kardan_mechanics::equations::{Domain, InputKind, Measured, UnilateralConstraint};
+use kardan_mechanics::reduce::{Motion, Multipliers, Reduced};
+use kardan_results::signal_name::Quantity;
+use kardan_results::{Physical, Signal};
+
+/// Names and kinds of all signals of a run, in the order of the columns.
+pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Physical)> {
+    Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
+}
+
+/// The columns of a run, as they are listed: name, kind, description and where the values come from.
+struct Columns<'a> {
+    reduced: &'a Reduced,
+    multipliers: &'a Multipliers,
+    list: Vec<(String, Physical, String, Read)>,
+}
+
+impl Columns<'_> {
+    fn add(&mut self, name: String, physical: Physical, description: String, read: Read) {
+        self.list.push((name, physical, description, read));
+    }
+
+    /// Angles and speeds; charges, currents and voltages of branches.
+    fn add_shafts(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, shaft) in equations.coordinates.iter().enumerate() {
+            let domain = equations.domain(k);
+            if domain != Domain::Charge {
+                for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
+                    let physical = quantity.physical();
+                    let description = format!("{} of {} {shaft}", physical.word(), domain.carrier());
+                    self.add(quantity.of(shaft), physical, description, read);
+                }
+                continue;
+            }
+            self.add(Quantity::Charge.of(shaft), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
+            self.add(
+                Quantity::Current.of(shaft),
+                Physical::Current,
+                format!("current through {shaft}"),
+                Read::Speed(k),
+            );
+            // A source has its own voltage.
+            if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+                // A current source counts it as the voltage that supplies power.
+                let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
+                let is_prescribed = equations.moving.keys().chain(own).any(|element| element == shaft);
+                let sign = if is_prescribed { -1.0 } else { 1.0 };
+                let share = |(row, directional): (usize, &DirectionalTerm<_>)| {
+                    let share = directional.row_f64().into_iter().find(|(charge, _)| *charge == k);
+                    share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, sign * x))
+                };
+                let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
+                let description = format!("voltage across {shaft}");
+                self.add(Quantity::Voltage.of(shaft), Physical::Voltage, description, Read::Potentials(shares));
+            }
+        }
+    }
+
+    /// Torques of motors, voltages of sources.
+    fn add_inputs(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, input) in equations.inputs.iter().enumerate() {
+            let name = &input.element;
+            let effort = equations.domain_of(input).effort();
+            let (physical, word) = (effort.physical(), effort.physical().word());
+            let InputKind::Motor(motor) = &input.value else { continue };
+            self.add(effort.of(name), physical, format!("{word} of {name}"), Read::Torque(k));
+            if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
+                let description = format!("commanded {word} of {name}, before limits and lag");
+                self.add(Quantity::Command.of(name), physical, description, Read::Command(k));
+            }
+            if motor.ripple.is_some() {
+                let description = format!("{word} that {name} adds to its reported value");
+                self.add(Quantity::Ripple.of(name), physical, description, Read::Ripple(k));
+            }
+        }
+    }
+
+    /// Multipliers and their torques on shafts; potentials of nodes.
+    fn add_constraints(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, element) in self.multipliers.elements.iter().enumerate() {
+            if equations.node(k).is_some() {
+                let description = format!("potential of node {element}");
+                self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
+                continue;
+            }
+            // The torques of a transformer are the voltages of its windings, which are listed already.
+            if equations.is_equilibrium(k) {
+                continue;
+            }
+            let linear = self.reduced.linear_constraint(k);
+            if linear.is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
+                continue;
+            }
+            let effort = equations
+                .measures
+                .get(element)
+                .copied()
+                .unwrap_or_else(|| linear.map_or(Domain::Rotation, |row| equations.domain_of(row)));
+            let effort = effort.effort();
+            let description = format!("constraint multiplier of {element}");
+            self.add(effort.of(element), effort.physical(), description, Read::Multiplier(k));
+            let shafts: Vec<usize> = match linear {
+                Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
+                None => {
+                    let transmission = &equations.transmissions[k - equations.constraints.len()];
+                    vec![transmission.driven, transmission.driving]
+                }
+            };
+            // An angle behind backlash has the name of its element.
+            for shaft in shafts.into_iter().filter(|shaft| equations.coordinates[*shaft] != *element) {
+                let what = |physical: Physical| format!("constraint {}", physical.word());
+                self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
+            }
+        }
+    }
+
+    /// Multipliers of multiplier constraints, and of those that follow from them, and their torques on shafts.
+    fn add_multipliers(&mut self) {
+        let equations = &self.reduced.equations;
+        let number =
+            |name: &str| equations.multiplier_constraints.iter().position(|constraint| constraint.element == *name);
+        let own =
+            equations.multiplier_constraints.iter().enumerate().map(|(k, constraint)| (constraint, vec![(k, 1.0)]));
+        let again = equations.dependent_constraints.iter().map(|again| {
+            let parts = again.shares.iter().filter_map(|(name, x)| Some((number(name)?, rational_to_f64(x))));
+            (&again.row, parts.collect())
+        });
+        for ((constraint, parts), shares) in own.chain(again).zip(self.reduced.split_multipliers()) {
+            if equations.domain_of_multiplier(constraint) == Some(Domain::Charge) {
+                continue;
+            }
+            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+            let element = &constraint.element;
+            let (multiplier, physical) = equations.multiplier_quantity(constraint);
+            let description = format!("constraint multiplier of {element}");
+            self.add(multiplier.of(element), physical, description, Read::MultiplierConstraint(shares.clone()));
+            for shaft in equations.shafts_of(&constraint.law) {
+                let what = |physical: Physical| format!("constraint {}", physical.word());
+                let parts: Vec<(usize, f64)> = Vec::clone(&parts);
+                self.on_body(element, shaft, what, Read::MultiplierOn(parts, shares.clone(), shaft));
+            }
+        }
+    }
+
+    fn add_compliances(&mut self) {
+        let reduced = self.reduced;
+        for compliance in &reduced.equations.compliances {
+            let element = &compliance.element;
+            let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
+            let effort = reduced.equations.domain_of(compliance).effort();
+            let description = format!("{} of {element} in place of a constraint multiplier", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, torque(None));
+            for (shaft, _) in &compliance.row {
+                self.on_body(element, *shaft, |physical| physical.word().into(), torque(Some(*shaft)));
+            }
+        }
+    }
+
+    /// Springs and dampers between shafts.
+    fn add_couplings(&mut self) {
+        let (reduced, equations) = (self.reduced, &self.reduced.equations);
+        let is_rotation = |spring: &&DirectionalTerm<_>| equations.domain_of(spring) != Domain::Charge;
+        let mut couplings: Vec<&str> =
+            equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
+        couplings
+            .extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.coordinate(e).is_none()));
+        couplings.sort_unstable();
+        couplings.dedup();
+        let compliances: HashSet<&str> = equations.compliances.iter().map(|one| one.element.as_str()).collect();
+        let (of_springs, of_dampers) = (by_element(&equations.springs), by_element(&equations.dampers));
+        for element in couplings.into_iter().filter(|element| !compliances.contains(element)) {
+            let numbers = |all: &HashMap<&str, Vec<usize>>| all.get(element).cloned().unwrap_or_default();
+            let (springs, dampers) = (numbers(&of_springs), numbers(&of_dampers));
+            let spring = springs.first().map(|k| equations.domain_of(&equations.springs[*k]));
+            let damper = dampers.first().map(|k| equations.domain_of(&equations.dampers[*k]));
+            let effort = spring.or(damper).unwrap_or_default().effort();
+            let read = Read::SpringDamper { springs, dampers };
+            let description = format!("spring and damper {} of {element}", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, read);
+        }
+    }
+
+    /// Clutches, stops and locks: for each element its torque, summed over both ends.
+    fn add_unilaterals(&mut self) {
+        let equations = &self.reduced.equations;
+        let (first, unilaterals) = (equations.frictions.len(), &equations.unilaterals);
+        for (k, unilateral) in unilaterals.iter().enumerate() {
+            if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
+                let physical = equations.domain_of_unilateral(unilateral).effort().physical();
+                let description = format!("gear loss of {}", unilateral.element);
+                self.add(Quantity::Friction.of(&unilateral.element), physical, description, Read::Friction(first + k));
+                continue;
+            }
+            let of_same = |other: &&DirectionalTerm<UnilateralConstraint>| {
+                other.element == unilateral.element && !matches!(other.value, UnilateralConstraint::GearLoss(_))
+            };
+            if unilaterals[..k].iter().any(|other| of_same(&other)) {
+                continue;
+            }
+            let own: Vec<(usize, &DirectionalTerm<UnilateralConstraint>)> =
+                unilaterals.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
+            let bent = equations.transmissions.iter().any(|bent| bent.element == unilateral.element);
+            // For a nonlinear transmission the multiplier is that torque.
+            if !bent {
+                let shares =
+                    own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
+                let effort = equations.domain_of(unilateral).effort();
+                let description = format!("{} of {}", effort.physical().word(), unilateral.element);
+                self.add(
+                    effort.of(&unilateral.element),
+                    effort.physical(),
+                    description,
+                    Read::Unilaterals(shares.collect()),
+                );
+            }
+            let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
+            if bent || equations.measures.contains_key(&unilateral.element) || differ() {
+                self.add_play(&own, first);
+            }
+        }
+    }
+
+    /// The torques of the backlash sides of a transmission on its bodies, in units of these.
+    fn add_play(&mut self, own: &[(usize, &DirectionalTerm<UnilateralConstraint>)], first: usize) {
+        let element = &own[0].1.element;
+        let bodies = own[0].1.row.iter().map(|(body, _)| *body);
+        let bodies: Vec<usize> = bodies.filter(|body| self.reduced.equations.coordinates[*body] != *element).collect();
+        for body in bodies {
+            let share = |directional: &DirectionalTerm<UnilateralConstraint>| {
+                directional.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x)
+            };
+            let shares = own.iter().map(|(k, directional)| (first + k, share(directional))).collect();
+            self.on_body(
+                element,
+                body,
+                |physical| format!("constraint {}", physical.word()),
+                Read::Unilaterals(shares),
+            );
+        }
+    }
+
+    /// Torques that expressions give.
+    fn add_laws(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, law) in equations.laws.iter().enumerate() {
+            let (element, effort) = (&law.element, equations.domain_of(law).effort());
+            if effort == Quantity::Voltage {
+                // The voltage of the branch is that of its ends.
+                let emf = effort.of(&format!("{element}.emf"));
+                self.add(emf, effort.physical(), format!("back-emf of {element}"), Read::Law(k));
+                continue;
+            }
+            let description = format!("{} of {element}", effort.physical().word());
+            self.add(effort.of(element), effort.physical(), description, Read::Law(k));
+        }
+    }
+
+    fn springs_of(&self, element: &str) -> Vec<usize> {
+        numbered(element, &self.reduced.equations.springs)
+    }
+
+    fn add_sources(&mut self, sources: &[Source]) {
+        for (k, Source { name, physical, description, target }) in sources.iter().enumerate() {
+            // The command of a motor without a law is that motor's torque, which is listed already.
+            if let SourceTarget::Input(input) = target
+                && matches!(self.reduced.equations.inputs[*input].value, InputKind::Motor(_))
+            {
+                continue;
+            }
+            self.add(name.clone(), *physical, description.clone(), Read::Source(k));
+        }
+    }
+
+    /// The measured quantity of each sensor, and the sensor.
+    fn add_sensors(&mut self, scenario: &Scenario) -> Vec<SensorColumn> {
+        let reduced = self.reduced;
+        let mut samplers = Vec::new();
+        let all = reduced.equations.sensors.iter().chain(&reduced.equations.signal_sensors);
+        for (name, sensor) in all {
+            let measured = &sensor.measured;
+            let (shown, physical, quantity) = match measured {
+                Measured::Signal(signal) => {
+                    let source = scenario.sources.iter().position(|source| source.name == *signal);
+                    // In a file with an error it may be missing.
+                    let Some(source) = source else { continue };
+                    (name.clone(), scenario.sources[source].physical, Read::Source(source))
+                }
+                _ => {
+                    let (physical, quantity) = self.read(measured);
+                    (reduced.equations.reading(measured).of(name), physical, quantity)
+                }
+            };
+            let quantity = match (measured, Sampler::differentiates(sensor)) {
+                (Measured::Speed(name), true) => Read::Angle(reduced.coordinate(name).expect("a sensor names a shaft")),
+                _ => quantity,
+            };
+            let description = format!("reading of sensor {name}");
+            self.add(shown, physical, description, Read::Sensor(samplers.len()));
+            let seed = scenario.seed;
+            samplers.push(SensorColumn {
+                read: quantity,
+                sampler: Sampler::new(name, sensor, stiffness(reduced, measured), seed),
+                failing: FailingSensor::new(name, name, &scenario.faults.sensors, seed),
+                shown: 0.0,
+            });
+        }
+        samplers
+    }
+
+    /// The torque of an element on one of its bodies.
+    fn on_body(&mut self, element: &str, body: usize, what: impl Fn(Physical) -> String, read: Read) {
+        let equations = &self.reduced.equations;
+        let (name, domain) = (&equations.coordinates[body], equations.domain(body));
+        let effort = domain.effort();
+        let description = format!("{} of {element} on {} {name}", what(effort.physical()), domain.carrier());
+        self.add(format!("{element}.{}", effort.of(name)), effort.physical(), description, read);
+    }
+
+    /// The quantity that a sensor measures.
+    fn read(&self, measured: &Measured) -> (Physical, Read) {
+        let reduced = self.reduced;
+        let physical = reduced.equations.reading(measured).physical();
+        let shaft = |name: &str| reduced.coordinate(name).expect("a sensor names a shaft");
+        let torque = match measured {
+            Measured::Angle(s) => return (physical, Read::Angle(shaft(s))),
+            Measured::Speed(s) => return (physical, Read::Speed(shaft(s))),
+            Measured::SpringTorque(element) => {
+                Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
+            }
+            Measured::NetTorque(s) => Read::NetTorque(shaft(s)),
+            Measured::ComplianceTorque(element, s) => {
+                let torque = Compliance::new(reduced, element, Some(shaft(s)));
+                Read::Compliance(torque.expect("a sensor names a compliance"))
+            }
+            Measured::ConstraintTorque(element, s) => {
+                let mut elements = self.multipliers.elements.iter();
+                let k = elements.position(|e| e == element).expect("a sensor names a constraint");
+                Read::ConstraintTorque(k, shaft(s))
+            }
+            Measured::Signal(name) => unreachable!("the signal `{name}` is a source"),
+        };
+        (physical, torque)
+    }
+}
+
+/// A sensor that has a column.
+struct SensorColumn {
+    /// The measured quantity.
+    read: Read,
+    sampler: Sampler,
+    failing: FailingSensor,
+    /// The value of its column: its output, and where that is not a number, its previous output.
+    shown: f64,
+}
+
+impl SensorColumn {
+    /// Reads if it is due, with its faults.
+    fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
+        if self.sampler.next_time().is_some_and(|next| next > time) {
+            return;
+        }
+        self.sampler.sample(time, exact);
+        let reading = self.failing.reading(self.sampler.zoh_output, time);
+        if reading.is_finite() || !self.failing.fails() {
+            self.shown = reading;
+        }
+    }
+}
+
+/// Sensors that change the measured value; the columns of the others become those of the measured quantity.
+fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
+    let mut real_sensors = Vec::new();
+    let places: Vec<Read> = sensors
+        .into_iter()
+        .map(|sensor| {
+            if sensor.sampler.is_ideal() && !sensor.failing.fails() {
+                return sensor.read;
+            }
+            real_sensors.push(sensor);
+            Read::Sensor(real_sensors.len() - 1)
+        })
+        .collect();
+    for (.., read) in columns {
+        if let Read::Sensor(k) = read {
+            *read = places[*k].clone();
+        }
+    }
+    real_sensors
+}
+
+/// Numbers of the terms of each element.
+fn by_element<T>(terms: &[DirectionalTerm<T>]) -> HashMap<&str, Vec<usize>> {
+    let mut found: HashMap<&str, Vec<usize>> = HashMap::new();
+    terms.iter().enumerate().for_each(|(k, term)| found.entry(&term.element).or_default().push(k));
+    found
+}
+
+/// Numbers of the terms of an element.
+fn numbered<T>(element: &str, terms: &[DirectionalTerm<T>]) -> Vec<usize> {
+    terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
+}
+
+/// Signals by their source.
+pub(super) struct SplitSignals {
+    pub signals: Vec<Signal>,
+    /// The expressions of the first ones.
+    pub direct: Vec<Expr>,
+    /// The readings of those behind them, in their order.
+    pub machine_readings: Option<Readings>,
+}
+
+/// Reads all signals of a run.
+pub(super) struct Outputs {
+    reads: Vec<Read>,
+    /// The signals, filled row by row.
+    pub signals: Vec<Signal>,
+    /// The measured quantity of each sensor, and the sensor.
+    samplers: Vec<SensorColumn>,
+    /// Values of signals, then of measured quantities; `None` until they are compiled.
+    readings: Option<Readings>,
+    /// The series of each signal, if all of them have one.
+    series: Vec<usize>,
+    /// Whether rows must have the same bits as with all signals recorded.
+    as_all: bool,
+}
+
+impl Outputs {
+    /// Lists the signals of a model.
+    pub fn new(reduced: &Reduced, scenario: &Scenario) -> Self {
+        let equations = &reduced.equations;
+        let multipliers = Multipliers::new(reduced);
+        let mut columns = Columns { reduced, multipliers: &multipliers, list: Vec::new() };
+        columns.add_shafts();
+        columns.add_inputs();
+        columns.add_constraints();
+        columns.add_multipliers();
+        columns.add_compliances();
+        columns.add_couplings();
+        columns.add_laws();
+        for (k, friction) in equations.frictions.iter().enumerate() {
+            let name = &friction.element;
+            let physical = equations.domain_of(friction).effort().physical();
+            let description = format!("friction {} of {name}", physical.word());
+            columns.add(Quantity::Friction.of(name), physical, description, Read::Friction(k));
+        }
+        columns.add_unilaterals();
+        columns.add_sources(&scenario.sources);
+        let sensors = columns.add_sensors(scenario);
+        let mut columns = columns.list;
+        let samplers = resolve(sensors, &mut columns);
+        let (mut reads, mut signals) = (Vec::new(), Vec::new());
+        let is_recorded =
+            |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
+        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| is_recorded(name)) {
+            reads.push(read);
+            signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
+        }
+        let as_all = scenario.recorded.as_ref().is_some_and(|recorded| recorded.as_all);
+        Self { reads, signals, samplers, readings: None, series: Vec::new(), as_all }
+    }
+
+    /// Compiles the expressions of signals and sensors.
+    pub fn compile(&mut self, motion: &mut Motion, reduced: &Reduced, found: &Found) {
+        let reads: Vec<&Read> = self.reads.iter().chain(self.samplers.iter().map(|sensor| &sensor.read)).collect();
+        self.readings = Some(Readings::new(motion, reduced, found, &reads));
+    }
+
+    /// The signals, first those that follow from the state and from the inputs ([`Readings::direct`]), with their
+    /// expressions, then the others, with their readings. None where one is the reading of a sensor.
+    pub fn split_signals(self, motion: &mut Motion, reduced: &Reduced, found: &Found) -> Option<SplitSignals> {
+        if self.reads.iter().any(|read| matches!(read, Read::Sensor(_))) {
+            return None;
+        }
+        let mut out = SplitSignals { signals: Vec::new(), direct: Vec::new(), machine_readings: None };
+        let (mut signals, mut reads) = (Vec::new(), Vec::new());
+        let direct = Readings::direct(motion, reduced, found, &self.reads);
+        for ((signal, read), direct) in self.signals.into_iter().zip(&self.reads).zip(direct) {
+            match direct {
+                Some(expr) => {
+                    out.signals.push(signal);
+                    out.direct.push(expr);
+                }
+                None => {
+                    signals.push(signal);
+                    reads.push(read);
+                }
+            }
+        }
+        out.signals.extend(signals);
+        out.machine_readings = (!reads.is_empty()).then(|| Readings::new(motion, reduced, found, &reads));
+        Some(out)
+    }
+
+    /// Whether sensors read at times of their own.
+    pub fn samples(&self) -> bool {
+        !self.samplers.is_empty()
+    }
+
+    /// The shafts whose angles, and those whose speeds, make a row, where all signals are angles and speeds.
+    pub fn shafts(&self) -> Option<[Vec<usize>; 2]> {
+        let mut shafts = [Vec::new(), Vec::new()];
+        for read in &self.reads {
+            match read {
+                Read::Angle(shaft) => shafts[0].push(*shaft),
+                Read::Speed(shaft) => shafts[1].push(*shaft),
+                _ => return None,
+            }
+        }
+        (!self.samples() && !self.as_all).then_some(shafts)
+    }
+
+    /// Prepares rows from the series of a machine: where all signals are angles and speeds, and need not have the same
+    /// bits as among others.
+    pub fn prepare_series(&mut self, machine: &Machine) {
+        let of = |read: &Read| match read {
+            Read::Angle(shaft) => Some(machine.shaft_series(*shaft)?[0]),
+            Read::Speed(shaft) => Some(machine.shaft_series(*shaft)?[1]),
+            _ => None,
+        };
+        let series = if self.samples() || self.as_all { None } else { self.reads.iter().map(of).collect() };
+        self.series = series.unwrap_or_default();
+    }
+
+    /// Whether rows follow from the series of the motion.
+    pub fn has_series(&self) -> bool {
+        !self.series.is_empty()
+    }
+
+    /// Appends a row, from series of that order, at a time after the last expansion.
+    pub fn record_series(&mut self, machine: &Machine, order: usize, later: f64) {
+        for (signal, place) in self.signals.iter_mut().zip(&self.series) {
+            signal.values.push(machine.series_at(*place, order, later));
+        }
+    }
+
+    /// Appends to one signal.
+    pub fn push(&mut self, signal: usize, value: f64) {
+        self.signals[signal].values.push(value);
+    }
+
+    /// Appends several rows to one signal.
+    pub fn extend(&mut self, signal: usize, values: &[f64]) {
+        self.signals[signal].values.extend_from_slice(values);
+    }
+
+    /// The state that the next readings of the sensors depend on.
+    pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
+            sampler.archive_state(archive);
+            failing.archive_state(archive);
+            archive.number(shown);
+        }
+    }
+
+    /// The value of a signal at the point that was observed last.
+    pub fn value(&self, signal: usize) -> f64 {
+        match &self.reads[signal] {
+            Read::Sensor(k) => self.samplers[*k].shown,
+            _ => self.reading(signal),
+        }
+    }
+
+    fn reading(&self, reading: usize) -> f64 {
+        self.readings.as_ref().map_or(f64::NAN, |readings| readings.value(reading))
+    }
+
+    /// The next time at which a sampled sensor reads, s.
+    pub fn next_sample(&self) -> f64 {
+        self.samplers.iter().filter_map(|sensor| sensor.sampler.next_time()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Evaluates the sources of signals and sensors at a point; before `sample` and `record`.
+    pub fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        if let Some(readings) = &mut self.readings {
+            readings.observe(machine, time, state);
+        }
+    }
+
+    /// Sensors that are due at this time, which was observed last, read.
+    pub fn sample(&mut self, time: f64) {
+        let first = self.reads.len();
+        let Self { samplers, readings, .. } = self;
+        for (k, sensor) in samplers.iter_mut().enumerate() {
+            sensor.sample(time, || readings.as_ref().map_or(f64::NAN, |readings| readings.value(first + k)));
+        }
+    }
+
+    /// Appends the last row `count` times more.
+    pub fn record_again(&mut self, count: usize) {
+        for values in self.signals.iter_mut().map(|signal| &mut signal.values) {
+            if let Some(&last) = values.last() {
+                values.extend(std::iter::repeat_n(last, count));
+            }
+        }
+    }
+
+    /// Appends one row, at the point that was observed last.
+    pub fn record(&mut self) {
+        for k in 0..self.reads.len() {
+            let value = self.value(k);
+            self.signals[k].values.push(value);
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Signals of a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns
+//! and sensors.
+
+use kardan_native::Native;
+
+use super::machine::{Found, Machine};
+use super::sampler::Compliance;
+use kardan_expr::expr::{Expr, Symbol};
+use kardan_expr::plan::{Plan, compile};
+use kardan_math::num::{Rational, rational_from_f64};
+use kardan_math::units::Dimension;
+use kardan_mechanics::reduce::{Acting, Motion, Reduced};
+
+/// The quantity of a signal or a sensor.
+#[derive(Debug, Clone)]
+pub(super) enum Read {
+    Angle(usize),
+    Speed(usize),
+    Torque(usize),
+    Command(usize),
+    Ripple(usize),
+    Multiplier(usize),
+    NetTorque(usize),
+    ConstraintTorque(usize, usize),
+    /// Sum of multipliers, each times a number.
+    Potentials(Vec<(usize, f64)>),
+    SpringDamper {
+        springs: Vec<usize>,
+        dampers: Vec<usize>,
+    },
+    Compliance(Compliance),
+    Friction(usize),
+    /// Torques of unilateral constraints, each times a number.
+    Unilaterals(Vec<(usize, f64)>),
+    /// The multiplier of a multiplier constraint, as a sum of those of independent rows, each times a number.
+    MultiplierConstraint(Vec<(usize, f64)>),
+    /// Its torque on a shaft: first its row as a sum of independent rows.
+    MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
+    Law(usize),
+    Source(usize),
+    Sensor(usize),
+}
+
+/// The plan of all readings, with its memory.
+pub(super) struct Readings {
+    plan: Plan,
+    native: Option<Native<f64>>,
+    memory: Vec<f64>,
+    /// The arguments: the inputs of the loop, accelerations, friction torques.
+    counts: [usize; 3],
+    /// The indices of the sources among the inputs of the loop, and the terms that depend on time.
+    sources: usize,
+    timed: usize,
+    /// Whether any reading depends on more than angles, speeds and sources.
+    needs_forces: bool,
+}
+
+/// Expressions that several readings share.
+struct Shared<'a> {
+    motion: &'a mut Motion,
+    reduced: &'a Reduced,
+    found: &'a Found,
+    accelerations: Vec<Expr>,
+    frictions: Vec<Expr>,
+    /// Multipliers, where they are requested.
+    multipliers: Option<Vec<Expr>>,
+}
+
+impl Readings {
+    /// The plan of readings of a loop; those of sensors are zero in it.
+    pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
+        let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
+        let (loop_inputs, sources) = (inputs.len(), motion.symbols.len() + found.sources.start);
+        let timed = motion.symbols.len() + found.timed.start;
+        let motion_inputs: Vec<Symbol> = inputs[..motion.symbols.len()]
+            .iter()
+            .chain(&inputs[sources..motion.symbols.len() + found.sources.end])
+            .chain(&inputs[timed..motion.symbols.len() + found.timed.end])
+            .copied()
+            .collect();
+        let motion_rows = motion.frictions.len();
+        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
+            let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
+            let new: Vec<Expr> = (0..count).map(new).collect();
+            inputs.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
+            new
+        };
+        let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
+        let frictions = symbols("friction", motion_rows);
+        let counts = [loop_inputs, accelerations.len(), frictions.len()];
+        let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
+        let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
+        let graph = &shared.motion.graph;
+        let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !motion_inputs.contains(symbol));
+        let outputs: Vec<(String, Expr)> =
+            exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
+        let plan = compile(graph, &inputs, &outputs).expect("readings depend on inputs only");
+        Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
+    }
+
+    /// The same as expressions of the loop alone; `None` for those that need accelerations or friction torques, or are
+    /// a sensor's.
+    pub(super) fn direct(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[Read]) -> Vec<Option<Expr>> {
+        let mut shared =
+            Shared { motion, reduced, found, accelerations: Vec::new(), frictions: Vec::new(), multipliers: None };
+        let one = |read: &Read| match read {
+            Read::Angle(_) | Read::Speed(_) | Read::Torque(_) | Read::Command(_) | Read::Ripple(_) => {
+                Some(shared.expression(read))
+            }
+            Read::SpringDamper { .. } | Read::Compliance(_) | Read::Law(_) | Read::Source(_) => {
+                Some(shared.expression(read))
+            }
+            _ => None,
+        };
+        reads.iter().map(one).collect()
+    }
+
+    /// Evaluates a machine at a point, and all readings there.
+    pub(super) fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        let accelerations = self.counts[1];
+        if self.needs_forces {
+            machine.observe(time, state);
+            return self.take(machine);
+        } else {
+            machine.set_sources(time);
+            self.memory[..2 * accelerations].copy_from_slice(&state[..2 * accelerations]);
+            self.memory[self.sources..][..machine.sources.len()].copy_from_slice(&machine.sources);
+            let timed = machine.timed_at(time);
+            self.memory[self.timed..][..timed.len()].copy_from_slice(timed);
+        }
+        self.evaluate();
+    }
+
+    /// The same where the rates were computed last.
+    pub(super) fn observe_here(&mut self, machine: &mut Machine) {
+        machine.observe_here();
+        self.take(machine);
+    }
+
+    fn take(&mut self, machine: &Machine) {
+        let [inputs, accelerations, frictions] = self.counts;
+        let (loop_inputs, later) = self.memory.split_at_mut(inputs);
+        loop_inputs.copy_from_slice(&machine.work.values()[..inputs]);
+        later[..accelerations].copy_from_slice(&machine.acceleration);
+        later[accelerations..][..frictions].copy_from_slice(&machine.friction_torques);
+        self.evaluate();
+    }
+
+    fn evaluate(&mut self) {
+        // A value that is not a number is detected where it is used.
+        let _ = match &self.native {
+            Some(native) => native.evaluate(&mut self.memory),
+            None => self.plan.block().evaluate(&mut self.memory),
+        };
+    }
+
+    /// A reading at the point observed last.
+    pub(super) fn value(&self, reading: usize) -> f64 {
+        self.memory[self.plan.place(reading)]
+    }
+}
+
+impl Shared<'_> {
+    fn expression(&mut self, read: &Read) -> Expr {
+        match read {
+            Read::Angle(shaft) => self.motion.angles[*shaft],
+            Read::Speed(shaft) => self.motion.speeds[*shaft],
+            Read::Torque(input) => self.found.torques[*input],
+            Read::Command(input) => self.found.commands[*input],
+            Read::Ripple(input) => {
+                let Found { applied, torques, .. } = self.found;
+                self.motion.graph.subtract(applied[*input], torques[*input])
+            }
+            Read::Multiplier(constraint) => self.multiplier(*constraint),
+            Read::NetTorque(shaft) => {
+                let inertia = self.reduced.equations.own_inertia(*shaft);
+                let acceleration = self.motion.shaft_accelerations(&self.accelerations)[*shaft];
+                self.motion.graph.scale(inertia, acceleration)
+            }
+            Read::ConstraintTorque(constraint, shaft) => {
+                let multiplier = self.multiplier(*constraint);
+                let row = self.motion.constraint_row(self.reduced, *constraint);
+                let own = row.into_iter().find(|(candidate, _)| candidate == shaft);
+                let zero = self.motion.graph.integer(0);
+                own.map_or(zero, |(_, coefficient)| self.motion.graph.multiply(coefficient, multiplier))
+            }
+            Read::Potentials(shares) => {
+                let terms: Vec<(Expr, Rational)> =
+                    shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
+                self.motion.graph.sum(Rational::ZERO, &terms)
+            }
+            Read::SpringDamper { springs, dampers } => self.torques(springs, dampers),
+            Read::Compliance(Compliance { springs, dampers, factor }) => {
+                let torque = self.torques(springs, dampers);
+                self.motion.graph.scale(exact(*factor), torque)
+            }
+            Read::Friction(k) => self.frictions[*k],
+            Read::Unilaterals(shares) => {
+                let terms: Vec<(Expr, Rational)> =
+                    shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
+                self.motion.graph.sum(Rational::ZERO, &terms)
+            }
+            Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
+            Read::MultiplierOn(parts, shares, shaft) => {
+                let multiplier = self.enforced_multiplier(shares);
+                let entry = |k: usize| {
+                    self.motion.multiplier_constraints[k].row.iter().find(|(candidate, _)| candidate == shaft)
+                };
+                let entries: Vec<(Expr, Rational)> =
+                    parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
+                let entry = self.motion.graph.sum(Rational::ZERO, &entries);
+                self.motion.graph.multiply(entry, multiplier)
+            }
+            Read::Law(k) => self.motion.laws[*k],
+            Read::Source(k) => self.found.source_values[*k],
+            Read::Sensor(_) => self.motion.graph.integer(0),
+        }
+    }
+
+    /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
+    fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
+        let first = self.reduced.equations.set_valued().count();
+        let terms: Vec<(Expr, Rational)> =
+            shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+        self.motion.graph.sum(Rational::ZERO, &terms)
+    }
+
+    fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {
+        let mut terms: Vec<Expr> = springs.iter().map(|&k| self.motion.spring_torque(self.reduced, k)).collect();
+        terms.extend(dampers.iter().map(|&k| self.motion.damper_torque(self.reduced, k)));
+        let terms: Vec<(Expr, Rational)> = terms.into_iter().map(|term| (term, Rational::ONE)).collect();
+        self.motion.graph.sum(Rational::ZERO, &terms)
+    }
+
+    fn multiplier(&mut self, constraint: usize) -> Expr {
+        let Self { motion, reduced, found, accelerations, frictions, multipliers } = self;
+        let all = multipliers.get_or_insert_with(|| {
+            motion.multipliers(reduced, Acting { accelerations, inputs: &found.applied, frictions })
+        });
+        all[constraint]
+    }
+}
+
+fn exact(value: f64) -> Rational {
+    rational_from_f64(value).unwrap_or(Rational::ZERO)
+}

@@ -1,0 +1,255 @@
+//! One step of the integrator, of an exact solution or of rest, up to the next event or the end of the segment.
+
+use super::jamming_gears::UNJAM;
+use super::segments::SAME;
+use super::undefined_value::{is_undefined, undefined};
+use super::{RunLoop, failed};
+use crate::dop853::StepError;
+use crate::linear::LinearSegment;
+use kardan_results::{Outcome, Physical};
+
+/// Steps between two reports of the progress.
+const PROGRESS_STEPS: usize = 64;
+/// Part of a step by which a repeated step ends after the event it was shortened for.
+const BEYOND: f64 = 1e-3;
+/// The energy residual that a segment solved at once may have, in tolerances.
+const OUT_OF_BALANCE: f64 = 10.0;
+/// The longest step where no event ends the present equations, s.
+const LONGEST: f64 = 1e9;
+/// A speed that no drivetrain reaches, rad/s.
+const DIVERGED: f64 = 1e6;
+
+impl RunLoop {
+    /// One step of the integrator towards the end of the segment, or up to the next event in it.
+    pub(super) fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
+        let most = self.most_steps;
+        if self.solver.counts().accepted as usize > most {
+            return Err(failed(
+                self.time,
+                format!(
+                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. kardan keeps the results up to this time; `kardan check` names the fastest motion"
+                ),
+            ));
+        }
+        let end = self.segment_end.min(self.time + LONGEST);
+        self.segment = None;
+        self.complete = false;
+        self.resting = self.rests();
+        if !self.resting && self.linear && self.solve_segment(end) {
+            return self.report_progress(progress);
+        }
+        if self.resting {
+            self.solver.rest(end);
+            self.time = end;
+            self.pending.boundary = end >= self.segment_end;
+            return self.report_progress(progress);
+        }
+        self.stepped = true;
+        self.machine.begin_notes();
+        let mut made = self.solver.step(&mut self.machine, end);
+        if made.is_err() && !self.referred && self.change_method() {
+            self.solver.start(&mut self.machine, self.time, &self.state);
+            made = self.solver.step(&mut self.machine, end);
+        }
+        if let Err(error) = made {
+            let before = self.jammed;
+            if let Some(direction) = self.resolve_jamming() {
+                self.count_jams(direction, before)?;
+                return self.report_progress(progress);
+            }
+            return Err(self.step_failed(error));
+        }
+        self.resolve()?;
+        self.end_at_kink()?;
+        let length = self.solver.time() - self.solver.previous_time();
+        let mut event = self.find_event(length);
+        if let Some(at) = event.filter(|_| self.solver.shortens()) {
+            self.shorten_step(at)?;
+            event = self.look_for_event(length, true);
+        }
+        let cut = self.missed_event(event.unwrap_or(self.solver.time()))?;
+        let event = if cut.is_some() { None } else { event };
+        self.time = cut.or(event).unwrap_or(self.solver.time());
+        if self.time >= self.segment_end * (1.0 - SAME) {
+            // Times that differ only by rounding are one time.
+            self.time = self.segment_end;
+        }
+        self.pending.event = event.is_some();
+        self.pending.boundary = self.time >= self.segment_end;
+        if event.is_some() {
+            self.located += 1;
+            self.chattering.longest = self.chattering.longest.max(length);
+        }
+        match cut.or(event) {
+            Some(at) => self.solver.interpolate(at, &mut self.state),
+            None => self.state.copy_from_slice(self.solver.state()),
+        }
+        // Its end is searched within the step.
+        if self.has_diverged() {
+            return Err(self.diverged());
+        }
+        self.check_gear_ambiguity();
+        let moved = self.put_on_rows()?;
+        if (moved || cut.is_some()) && !self.pending.boundary {
+            self.observe_until(self.time, None);
+            let next = if cut.is_some() { 0.0 } else { self.solver.next_step() };
+            self.restart(self.time);
+            self.solver.set_step(next);
+        }
+        self.end_where_unfit()?;
+        self.machine.clear_jammed_gear();
+        self.report_progress(progress)
+    }
+
+    /// Solves a linear loop up to the end of the segment; false if its numbers exceed those of a drivetrain; the
+    /// integrator then locates that time.
+    fn solve_segment(&mut self, end: f64) -> bool {
+        let span = (self.time, end);
+        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, self.tolerance)
+        else {
+            return false;
+        };
+        segment.finish(&mut self.looked);
+        let r = self.machine.degrees_of_freedom();
+        if self.looked[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
+            return false;
+        }
+        // The energy balance shows errors that the states do not.
+        let size = self.looked.len();
+        let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
+        let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
+        let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
+        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * self.tolerance * sizes {
+            return false;
+        }
+        self.state.copy_from_slice(&self.looked);
+        self.segments.steps += 1;
+        self.segments.evaluations += segment.evaluations as usize;
+        self.segment = Some(segment);
+        self.time = end;
+        self.pending.boundary = end >= self.segment_end;
+        true
+    }
+
+    /// Whether the state stays exactly constant until the segment ends: all coordinates are at rest, and no source
+    /// changes.
+    fn rests(&mut self) -> bool {
+        self.solver.rests() && self.machine.is_steady() && {
+            self.looked.copy_from_slice(&self.state);
+            !self.leaves_equilibrium(self.time)
+        }
+    }
+
+    /// Reports the progress from time to time; an error if the receiver ends the run.
+    fn report_progress(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
+        self.steps_since_progress += 1;
+        if self.steps_since_progress >= PROGRESS_STEPS {
+            self.steps_since_progress = 0;
+            if let Some(why) = progress(self.time / self.scenario.duration) {
+                self.observe_until(self.time, None);
+                return Err(failed(self.time, why));
+            }
+        }
+        Ok(())
+    }
+
+    /// Repeats the last step so that it ends just after an event found in it: near the end of a step the dense output
+    /// is as accurate as the step, in its middle it is not.
+    pub(super) fn shorten_step(&mut self, at: f64) -> Result<(), Outcome> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let end = at + BEYOND * (to - from);
+        if end >= to {
+            return Ok(());
+        }
+        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
+        shortened.map_err(|error| self.step_failed(error))
+    }
+
+    /// Changes between the method and the reference; false where there is none beside it.
+    pub(super) fn change_method(&mut self) -> bool {
+        let Some(reference_solver) = &mut self.reference else { return false };
+        std::mem::swap(&mut self.solver, reference_solver);
+        self.solver.go_on_counting(reference_solver.counts());
+        self.referred = !self.referred;
+        true
+    }
+
+    pub(super) fn restart(&mut self, time: f64) {
+        self.solver.start(&mut self.machine, time, &self.state);
+        // Which has evaluated the machine there.
+        self.event_samples.take(0, time, &mut self.machine);
+    }
+
+    /// Whether a speed exceeds that of any drivetrain.
+    fn has_diverged(&self) -> bool {
+        let r = self.machine.degrees_of_freedom();
+        self.state[r..2 * r].iter().any(|w| w.abs() > DIVERGED)
+    }
+
+    /// Ends the run where a speed exceeded that in the last step.
+    fn diverged(&mut self) -> Outcome {
+        let (mut low, mut high) = (self.solver.previous_time(), self.time);
+        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+            let middle = 0.5 * (low + high);
+            self.solver.interpolate(middle, &mut self.state);
+            if self.has_diverged() { high = middle } else { low = middle }
+        }
+        self.observe_until(low, None);
+        self.solver.interpolate(high, &mut self.state);
+        self.machine.evaluate(high, &self.state);
+        self.time = high;
+        let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
+        let rows = match self.machine.watches_rows() {
+            true => {
+                format!(
+                    "; {} may have no solution beyond this position, as where a rod is too short",
+                    self.quoted_constraints()
+                )
+            }
+            false => String::new(),
+        };
+        failed(high, format!("{what}: {}{rows}", self.fastest()))
+    }
+
+    /// Which coordinate is faster than any drivetrain.
+    fn fastest(&self) -> String {
+        let speeds = &self.machine.work.kinematics.speeds;
+        let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
+        fastest.map_or_else(String::new, |k| {
+            self.outputs
+                .signals
+                .iter()
+                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current))
+                .nth(k)
+                .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
+        })
+    }
+
+    pub(super) fn step_failed(&mut self, error: StepError) -> Outcome {
+        let at = self.solver.time();
+        self.state.copy_from_slice(self.solver.state());
+        let [diverges, or_diverges] = match self.machine.has_laws() {
+            true => ["the loop diverges", "or the loop diverges"],
+            false => {
+                ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
+            }
+        };
+        let what = self.nonfinite_signal(at);
+        let text = match (error, what) {
+            _ if let Some(direction) = self.machine.jammed_gear() => format!(
+                "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
+                self.names[direction]
+            ),
+            (_, Some(what)) if is_undefined(&what) => undefined(&what),
+            (StepError::StepTooSmall { step, .. }, _) => format!(
+                "the step became too small ({step:.3e} s): a time constant is too short for this mode, {or_diverges}"
+            ),
+            (StepError::NotFinite { .. }, Some(what)) => format!("{what}: {diverges}, or the inertia becomes singular"),
+            (StepError::NotFinite { .. }, None) => format!(
+                "within the next step, however short, the equations have no finite value: {diverges}, a function is \
+                 undefined there, such as a square root of a negative number, or the inertia becomes singular"
+            ),
+        };
+        failed(at, text)
+    }
+}

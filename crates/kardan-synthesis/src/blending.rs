@@ -1,0 +1,163 @@
+//! A sampled law whose commands a blending signal scales.
+
+use std::sync::Arc;
+
+use kardan_rt::Health;
+
+use super::{Block, Clock, ExactLoop, Frozen, Kinks, Law, LinearLaw, Observation, Reference};
+use kardan_analysis::OutputSignal;
+use kardan_expr::expr::Side;
+use kardan_math::num::{Matrix, StateArchive};
+use kardan_math::units::Dimension;
+use kardan_results::{Design, Physical};
+use kardan_schema::schema::Values;
+
+/// The signal that multiplies the commands of a controller, if there is one.
+pub fn blending_signal(values: &Values) -> Option<Reference> {
+    let description = "share of the controller's commands that is applied".to_string();
+    Some(Reference {
+        name: values.word("blending_signal")?.into(),
+        physical: Physical::of_unit(&Dimension::NONE.si()),
+        description,
+    })
+}
+
+/// A law whose commands the last of its references multiplies.
+struct BlendedLaw {
+    law: Arc<dyn Law>,
+    references: Vec<Reference>,
+}
+
+/// The law with its commands times what `blending_signal` of its keys names; the law itself where that is left out.
+pub fn blending(law: Arc<dyn Law>, values: &Values) -> Arc<dyn Law> {
+    let Some(blending_signal) = blending_signal(values) else { return law };
+    let references = law.references().iter().cloned().chain([blending_signal]).collect();
+    Arc::new(BlendedLaw { law, references })
+}
+
+/// A block whose commands the last reference multiplies; it knows the scaled commands of its inputs.
+struct BlendedBlock {
+    block: Box<dyn Block>,
+}
+
+/// The observation of a block without a blending signal, and the share of its commands: from 0 to 1, and 0 where that is not a number.
+fn split_share<'a>(observation: Observation<'a>) -> (Observation<'a>, f64) {
+    match observation.references.split_last() {
+        Some((share, references)) => {
+            (Observation { references, ..observation }, if *share > 0.0 { share.min(1.0) } else { 0.0 })
+        }
+        None => (observation, 0.0),
+    }
+}
+
+impl Block for BlendedBlock {
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
+        let (observation, share) = split_share(observation);
+        let found = self.block.command(observation, out);
+        out.iter_mut().for_each(|command| *command *= share);
+        found
+    }
+
+    fn states(&mut self, observation: Observation<'_>, torques: &[f64], out: &mut [f64]) -> bool {
+        self.block.states(split_share(observation).0, torques, out)
+    }
+
+    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        self.block.archive_state(archive);
+    }
+
+    fn health(&self) -> Health {
+        self.block.health()
+    }
+}
+
+/// The linear part with all its commands: to first order the share has no effect there.
+fn with_share(law: LinearLaw) -> LinearLaw {
+    let wider = |columns: &Matrix<f64>| {
+        let last = columns.columns();
+        Matrix::from_fn(columns.rows(), last + 1, |i, j| if j < last { columns[(i, j)] } else { 0.0 })
+    };
+    LinearLaw { references: wider(&law.references), on_references: wider(&law.on_references), ..law }
+}
+
+impl Law for BlendedLaw {
+    fn kinks(&self) -> Kinks {
+        self.law.kinks()
+    }
+
+    fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
+        Some(Arc::new(Self { law: self.law.on_side(side)?, references: self.references.clone() }))
+    }
+
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn references_at_rest(&self) -> Vec<f64> {
+        self.law.references_at_rest().into_iter().chain([1.0]).collect()
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.law.states()
+    }
+
+    fn estimates(&self) -> Vec<(String, usize)> {
+        self.law.estimates()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        self.law.start(angles, speeds, out);
+    }
+
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(Box::new(BlendedBlock { block: self.law.block(clock)? }))
+    }
+
+    fn on_full_model(&self) -> bool {
+        self.law.on_full_model()
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.law.friction_width()
+    }
+
+    fn linear(&self) -> LinearLaw {
+        with_share(self.law.linear())
+    }
+
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        Some(with_share(self.law.linear_sampled(clock)?))
+    }
+
+    fn is_nonlinear(&self) -> bool {
+        true
+    }
+
+    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        Some(with_share(self.law.linear_at(position, clock)?))
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        self.law.sensors()
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        self.law.clock()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn keeps(&self) -> Frozen {
+        self.law.keeps()
+    }
+
+    fn describe(&self) -> Design {
+        self.law.describe()
+    }
+}

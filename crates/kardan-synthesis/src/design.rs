@@ -1,0 +1,49 @@
+//! From the keys of a controller to a designed law.
+
+use std::sync::Arc;
+
+use super::at_operating_point::at_operating_point;
+use super::observed;
+use super::{Law, LawKind, Plant, Program, Request, SynthesisError, clock};
+use kardan_schema::schema::LawKeys;
+use kardan_schema::schema::Values;
+
+/// Designs a law with the observer that its keys ask for.
+///
+/// # Errors
+/// Why it cannot be designed.
+pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Arc<dyn Law>, SynthesisError> {
+    #[cfg(test)]
+    count_design(name);
+    if clock(values)?.is_none() && kind.samples {
+        return Err(SynthesisError::SampledOnly { law: kind.keyword });
+    }
+    let disturbances = observed::disturbances(values, plant)?;
+    let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
+    // A program reads the actual values.
+    let law = if kind.keyword == Program::KEYWORD { law } else { at_operating_point(law, values, plant)? };
+    match values.table("observer") {
+        Some(observer) if kind.samples && observer.has("plant") => {
+            Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })
+        }
+        Some(_) if kind.samples => Ok(law),
+        Some(observer) => Ok(Arc::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
+        None => Ok(law),
+    }
+}
+
+/// Designs made so far, by controller.
+#[cfg(test)]
+static DESIGNS: std::sync::Mutex<std::collections::BTreeMap<String, usize>> =
+    std::sync::Mutex::new(std::collections::BTreeMap::new());
+
+#[cfg(test)]
+fn count_design(controller: &str) {
+    *DESIGNS.lock().expect("no panic").entry(controller.into()).or_default() += 1;
+}
+
+/// How often a controller of that name was designed.
+#[cfg(test)]
+pub(crate) fn designs_of(controller: &str) -> usize {
+    DESIGNS.lock().expect("no panic").get(controller).copied().unwrap_or(0)
+}

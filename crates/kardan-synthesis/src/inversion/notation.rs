@@ -1,0 +1,73 @@
+//! Writes combinations of signals and their derivatives as text.
+
+use super::polynomial_matrix::{is_zero, scaled};
+use kardan_math::num::{Polynomial, Rational, Scalar, rational_to_f64};
+
+/// `wg_motor - 50 rk_motor`; `0` if all weights vanish.
+pub(super) fn combination(weights: &[Rational], names: &[String]) -> String {
+    let polynomials: Vec<Polynomial> = weights.iter().map(|w| Polynomial::new(vec![w.clone()])).collect();
+    sum(&polynomials, names)
+}
+
+/// `(s^2 + 2 s) rk.phi - 50 fs.phi`; `0` if all factors vanish.
+pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
+    let mut out = String::new();
+    for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !is_zero(f)) {
+        let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
+        // A sign comes first.
+        let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
+        let text = polynomial(&if negative { scaled(factor, &Rational::NEG_ONE) } else { factor.clone() });
+        let size = if terms > 1 { format!("({text})") } else { text };
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        if size != "1" {
+            out = out + &size + " ";
+        }
+        out += name;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// `5 s^2 + 3 s - 0.25`, highest power first.
+fn polynomial(p: &Polynomial) -> String {
+    let mut out = String::new();
+    for (k, c) in p.coefficients().iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
+        let text = number(c);
+        let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let power = match k {
+            0 => String::new(),
+            1 => "s".into(),
+            _ => format!("s^{k}"),
+        };
+        out += &match (size == "1", k == 0) {
+            (_, true) => size.to_string(),
+            (true, false) => power,
+            (false, false) => format!("{size} {power}"),
+        };
+    }
+    out
+}
+
+/// `50`, `2/3`; what needs more than twelve digits is rounded: `1.234568e15`.
+fn number(x: &Rational) -> String {
+    let exact = x.to_string();
+    if exact.len() <= 12 {
+        return exact;
+    }
+    let rounded = rational_to_f64(x);
+    if (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:.6}") } else { format!("{rounded:.6e}") }
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/inversion/notation.rs"]
+mod tests;

@@ -1,0 +1,222 @@
+//! The law `flatness`: trajectories by inversion of the model.
+
+use std::sync::Arc;
+
+use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
+use crate::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
+use crate::linear_law::{Linear, LinearBlock};
+use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, exact, inputs, references};
+use crate::regulator::{Weights, lqr, place_poles};
+use crate::{ExactLoop, Law, LawKind, Request, SynthesisError, rounded};
+use kardan_analysis::LinearSystem;
+use kardan_math::num::{Matrix, Rational, rational_to_f64};
+use kardan_results::{Design, Pole};
+use kardan_schema::schema::{Keys, LawKeys, keys};
+
+keys! {
+    /// A channel of the law `flatness`.
+    table FlatnessChannel {
+        required {
+            output: Output as OUTPUT;
+            reference: Name as REFERENCE;
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as NATURAL_FREQUENCY;
+            damping_ratio: Number(Sign::Positive) as DAMPING_RATIO;
+            crossover_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as CROSSOVER;
+        }
+    }
+}
+
+law_keys! {
+    /// Trajectories planned by inversion of the model, \[diss. Theorem 6.4\].
+    law Flatness("flatness") {
+        required {
+            inputs: Elements(&["motor", "voltage_source"]) as AS_MANY_INPUTS;
+            channels: Tables(FlatnessChannel),
+                "One table for each output, as many as motors.";
+        }
+        optional {
+            poles: Poles,
+                "Poles of the feedback, as many as states; left out: feedback of least cost that weighs outputs of 0.1 \
+                 rad (N m) and torques of 1 N m equally.";
+        }
+    }
+}
+
+/// Trajectories planned by inversion of the model, \[diss. Theorem 6.4\].
+pub const FLATNESS: LawKind = LawKind {
+    keyword: Flatness::KEYWORD,
+    summary: "Trajectory planner by inversion: references pass smooth filters, states and torques follow from the outputs \
+              and their derivatives (through a stable filter where the outputs are not flat), and feedback u = u_ref - \
+              K (x - x_ref) keeps the plant on its trajectory.",
+    fields: Flatness::FIELDS,
+    example: "\
+[control.column]
+law = \"flatness\"
+inputs = [\"wg_motor\", \"rk_motor\"]
+
+[[control.column.channels]]
+output = \"fs.phi\"
+reference = \"ref_fs\"
+crossover_frequency = \"30 rad/s\"
+
+[[control.column.channels]]
+output = \"cj.phi\"
+reference = \"ref_cj\"
+crossover_frequency = \"30 rad/s\"
+",
+    template: |inputs, outputs| {
+        let channels = channels_for(outputs, |output, reference| FlatnessChannel::new(output, reference));
+        Some(Flatness::new(inputs.to_vec(), channels).entries())
+    },
+    inputs,
+    references,
+    samples: false,
+    design,
+};
+
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+    let mut task = Task::new(request)?;
+    task.leave_counters(request.plant);
+    let system = &task.system;
+    let flat = flat_parametrisation(system).map_err(|error| match error {
+        FlatnessError::Dependent(obstruction) => SynthesisError::Impossible {
+            outputs: task.names.clone(),
+            reasons: reasons(&obstruction, &task.outputs, &request.plant.constrained(&task.inputs), &|name| {
+                format!("`{name}`")
+            }),
+        },
+        FlatnessError::NotSquare { .. } => {
+            SynthesisError::NotSquare { reason: error.to_string(), outputs: task.names.clone() }
+        }
+    })?;
+    let mut filters = Vec::new();
+    for ((dynamics, output), degree) in task.dynamics.iter().zip(&task.names).zip(flat.derivatives()) {
+        let wrong = |error| SynthesisError::Compensation { output: output.clone(), error: Box::new(error) };
+        filters.push(dynamics.polynomial(degree.max(1)).map_err(wrong)?);
+    }
+    let plan = planner(&flat, &filters)
+        .map_err(|error| SynthesisError::Planner { outputs: task.names.clone(), error: Box::new(error) })?;
+    let (k, how) = feedback(request, &task)?;
+    let mut notes = vec![how];
+    notes.push(if flat.is_flat() {
+        "the outputs are flat: states and torques are functions of them and finitely many derivatives".into()
+    } else {
+        format!("the outputs are not flat: the planner contains the stable filter 1/({})", flat.z)
+    });
+    if !task.disturbed.is_empty() {
+        notes.push("the planner does not feed estimated disturbances forward".into());
+    }
+    let k_exact = exact(&k).ok_or(SynthesisError::TooLarge)?;
+    let block = block(&plan, &task, &k);
+    let states = system.states.clone();
+    let design = Design {
+        controller: request.name.into(),
+        law: FLATNESS.keyword.into(),
+        gains: vec![rounded(("K", "gain K of u = u_ref - K (x - x_ref)", ""), &task.inputs, &states, &k)],
+        states,
+        inputs: task.inputs.clone(),
+        outputs: task.names.clone(),
+        notes,
+        ..Design::default()
+    };
+    let exact = ExactLoop {
+        plant: system.clone(),
+        system: system.clone(),
+        closed: closed(&task, &plan, &k_exact),
+        units: task.references.iter().map(|r| r.physical.unit().to_string()).collect(),
+        channels: (0..task.references.len()).collect(),
+        behind: None,
+        inverts: true,
+        law: None,
+    };
+    Ok(Arc::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
+}
+
+/// K and how it was found.
+fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String), SynthesisError> {
+    if let Some(poles) = request.values.poles("poles") {
+        let poles: Vec<Pole> = poles
+            .iter()
+            .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
+            .collect();
+        if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
+            return Err(SynthesisError::UnstablePole { real: pole.re });
+        }
+        let found = place_poles(&task.system, &poles)?;
+        return Ok((found.gain, format!("the poles of the feedback are met with the residual {:.1e}", found.residual)));
+    }
+    let c = task.system.c.to_f64();
+    let (n, m) = (c.columns(), task.inputs.len());
+    let square = |i: usize, j: usize| 100.0 * (0..c.rows()).map(|k| c[(k, i)] * c[(k, j)]).sum::<f64>();
+    let weights = Weights { state: Matrix::from_fn(n, n, square), input: Matrix::identity(m), cross: None };
+    let found = lqr(&task.system, &weights)?;
+    Ok((found.gain, format!("feedback of least cost; the residual of its Riccati equation is {:.1e}", found.residual)))
+}
+
+/// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.
+fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
+    let (m, n, own, references) = (k.rows(), k.columns(), plan.states.len(), plan.inputs.len());
+    let disturbances = task.disturbed.len();
+    let (c, d) = (plan.c.to_f64(), plan.d.to_f64());
+    let with_feedback = |of: &Matrix<f64>| {
+        Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
+    };
+    let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
+    let k = task.over_motions(k);
+    let all = k.columns();
+    let b = plan.b.to_f64();
+    let place = |j: usize| (all..all + references).contains(&j).then(|| j - all);
+    LinearBlock {
+        states: plan.states.iter().map(|state| format!("planned {state}")).collect(),
+        a: plan.a.to_f64(),
+        b: Matrix::from_fn(own, all + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
+        c: on_states,
+        d: Matrix::from_fn(m, all + references + disturbances, |i, j| match place(j) {
+            Some(reference) => on_references[(i, reference)],
+            None if j < all => -k[(i, j)],
+            None => 0.0,
+        }),
+    }
+}
+
+/// From the references to the outputs, with plant and planner.
+fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSystem {
+    let LinearSystem { a, b, c, d, states, outputs, .. } = &task.system;
+    let (n, m, own) = (a.rows(), b.columns(), plan.states.len());
+    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize| {
+        Matrix::from_fn(rows, matrix.columns(), |i, j| matrix[(first + i, j)].clone())
+    };
+    let command = |of: &Matrix<Rational>| part(of, n, m).plus(&k.multiply(&part(of, 0, n)));
+    let (on_states, on_references) = (command(&plan.c), command(&plan.d));
+    let minus = k.scale(&Rational::NEG_ONE);
+    let (loop_a, loop_c) = (a.plus(&b.multiply(&minus)), c.plus(&d.multiply(&minus)));
+    let (drive, drive_b) = (b.multiply(&on_states), b.multiply(&on_references));
+    let through = d.multiply(&on_states);
+    let names = plan.states.iter().map(|state| format!("planned {state}"));
+    LinearSystem {
+        states: states.iter().cloned().chain(names).collect(),
+        inputs: task.reference_names(),
+        outputs: outputs.clone(),
+        e: Matrix::identity(n + own),
+        a: Matrix::from_fn(n + own, n + own, |i, j| match (i < n, j < n) {
+            (true, true) => loop_a[(i, j)].clone(),
+            (true, false) => drive[(i, j - n)].clone(),
+            (false, true) => Rational::ZERO,
+            (false, false) => plan.a[(i - n, j - n)].clone(),
+        }),
+        b: Matrix::from_fn(n + own, plan.inputs.len(), |i, j| {
+            if i < n { drive_b[(i, j)].clone() } else { plan.b[(i - n, j)].clone() }
+        }),
+        c: Matrix::from_fn(
+            c.rows(),
+            n + own,
+            |i, j| {
+                if j < n { loop_c[(i, j)].clone() } else { through[(i, j - n)].clone() }
+            },
+        ),
+        d: d.multiply(&on_references),
+        degrees_of_freedom: None,
+    }
+}

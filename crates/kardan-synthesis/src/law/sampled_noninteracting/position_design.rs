@@ -1,0 +1,188 @@
+//! The design at one position of the joints: feedback, observer and governor, and the matrices of the block from them.
+
+use kardan_rt::Bounds;
+
+use crate::decoupling::observable_quotient;
+use crate::outputs::channels;
+use crate::sampled::{Problem, RegulatorData, Solution, Target, zoh_plant};
+use crate::{Clock, Request, SynthesisError, effective_inertia};
+use kardan_analysis::OutputSignal;
+use kardan_math::num::{Matrix, rational_to_f64};
+use kardan_results::Definition;
+
+use super::channel_tasks::Task;
+use super::governor::governor;
+use super::observer::{Observer, observer};
+
+/// The specification of the law, at any position of the joints.
+pub(super) struct DesignSpec<'a> {
+    pub(super) inputs: &'a [String],
+    pub(super) tasks: &'a [Task],
+    pub(super) outputs: &'a [OutputSignal],
+    pub(super) lags: &'a [f64],
+    pub(super) changes: &'a [f64],
+    pub(super) bounds: &'a [Bounds<f64>],
+    pub(super) clock: Clock,
+}
+
+/// The design at one position.
+pub(super) struct Designed {
+    pub(super) problem: Problem,
+    pub(super) solution: Solution,
+    pub(super) observed: Observer,
+    pub(super) data: RegulatorData,
+    pub(super) definitions: Vec<Definition>,
+}
+
+/// The design at the position of the plant. `forces`: including the response of the law to forces on the coordinates that it gets as inputs.
+pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: bool) -> Result<Designed, SynthesisError> {
+    let (plant, values) = (request.plant, request.values);
+    let DesignSpec { inputs, tasks, outputs, lags, clock, .. } = *spec;
+    // What the channels do not see of the plant (the angle of a free wheel) is left out of the design.
+    let shown = plant.system(inputs, outputs);
+    let quotient = observable_quotient(&shown, &plant.twists());
+    let external: &[usize] = if forces { &plant.reduced.coordinates } else { &[] };
+    let disturbed = [request.disturbances, external].concat();
+    let (torques, direct) = plant.torques(&disturbed, outputs);
+    let (a, b, w) = (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
+    let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
+    let mut targets = Vec::new();
+    for (k, (channel, task)) in channels(values).zip(tasks).enumerate() {
+        let bandwidth = channel.number_or_default("bandwidth");
+        let acceptable = match task {
+            Task::Position => channel.number_or_default("acceptable_angle"),
+            Task::Speed => channel.number_or_default("acceptable_speed"),
+            _ => channel.number_or_default("acceptable_torque"),
+        };
+        let (mut on_state, mut on_torque, mut on_disturbance) =
+            (c.row(k).to_vec(), d.row(k).to_vec(), f.row(k).to_vec());
+        if let Task::Torque(shaft) | Task::NetTorque(shaft) = task {
+            // J ÿ + J ẏ/T, less what acts on the shaft from outside, for the speed ẏ = c z.
+            let inertia = rational_to_f64(&match task {
+                Task::NetTorque(_) => plant.reduced.equations.own_inertia(*shaft),
+                _ => effective_inertia(&plant.linear, *shaft),
+            });
+            let row = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)]);
+            let coasting = channel.number_or_default("coasting_time");
+            let acceleration = row.multiply(&a).plus(&row.scale(&(1.0 / coasting)));
+            on_state = acceleration.scale(&inertia).row(0).to_vec();
+            on_torque = row.multiply(&b).scale(&inertia).row(0).to_vec();
+            on_disturbance = row.multiply(&w).scale(&inertia).row(0).to_vec();
+            let outside = matches!(task, Task::Torque(_));
+            for (share, disturbed) in on_disturbance.iter_mut().zip(request.disturbances) {
+                *share -= f64::from(u8::from(outside && disturbed == shaft));
+            }
+        }
+        if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
+            return Err(SynthesisError::Unreached { output: outputs[k].name.clone() });
+        }
+        targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
+    }
+    let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
+    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
+    let lift = quotient.projection.to_f64();
+    let observed = observer(request, inputs, lags, clock)?;
+    let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
+    let force_input = pushed(request, external, inputs, lags, clock)?;
+    let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
+        .ok_or(SynthesisError::TooLarge)?;
+    if values.word("governor") != Some("off") {
+        let responses = unit_torque_responses(request, tasks, inputs, lags, clock)?;
+        data.governor = governor(&data, &problem, &responses);
+    }
+    Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
+}
+
+/// The effect of a torque of 1 N m along each of these shafts, constant over a sample, on the plant's states, those of lagging motors
+/// included.
+fn pushed(
+    request: &Request<'_>,
+    shafts: &[usize],
+    inputs: &[String],
+    lags: &[f64],
+    clock: Clock,
+) -> Result<Matrix<f64>, SynthesisError> {
+    let system = request.plant.system(inputs, &[]);
+    let (torques, _) = request.plant.torques(shafts, &[]);
+    let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
+        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+    let own = discrete.flow.rows() - shafts.len();
+    Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
+}
+
+/// The block's matrices from feedback, observer and reference models.
+fn assemble(
+    problem: &Problem,
+    solution: &Solution,
+    lift: &Matrix<f64>,
+    observed: &Observer,
+    compensation: f64,
+    pushed: &Matrix<f64>,
+    bounds: &[Bounds<f64>],
+) -> Option<RegulatorData> {
+    let (m, c) = (problem.b.columns(), problem.targets.len());
+    let states = lift.columns();
+    let lagged = solution.on_lagged.columns();
+    let disturbances = observed.disturbances.len();
+    let own = states + lagged + disturbances;
+    let past = solution.on_past.columns();
+    let n = own + past;
+    let on_state = solution.on_state.multiply(lift);
+    let mut prediction = Matrix::zeros(n, n);
+    let mut input = Matrix::zeros(n, m);
+    for i in 0..own {
+        (0..n).for_each(|j| prediction[(i, j)] = observed.prediction[(i, j)]);
+        (0..m).for_each(|j| input[(i, j)] = observed.prediction[(i, n + j)]);
+    }
+    for i in 0..past {
+        if i < m {
+            input[(own + i, i)] = 1.0;
+        } else {
+            prediction[(own + i, own + i - m)] = 1.0;
+        }
+    }
+    let p = observed.output.rows();
+    let output = Matrix::from_fn(p, n, |i, j| if j < own { observed.output[(i, j)] } else { 0.0 });
+    let correction = Matrix::from_fn(n, p, |i, j| if i < own { observed.correction[(i, j)] } else { 0.0 });
+    let (model, model_input) = problem.models()?;
+    let feedback = Matrix::from_fn(m, n + 3 * c, |i, j| match j {
+        j if j < states => on_state[(i, j)],
+        j if j < states + lagged => solution.on_lagged[(i, j - states)],
+        j if j < own => compensation * solution.on_disturbance[(i, j - states - lagged)],
+        j if j < n => solution.on_past[(i, j - own)],
+        j if j < n + 2 * c => solution.on_model[(i, j - n)],
+        j => solution.on_reference[(i, j - n - 2 * c)],
+    });
+    let forces = pushed.columns();
+    Some(RegulatorData {
+        prediction,
+        input,
+        output,
+        correction,
+        model,
+        model_input,
+        feedback,
+        bounds: bounds.to_vec(),
+        governor: None,
+        on_forces: Matrix::from_fn(m, forces, |i, j| solution.on_disturbance[(i, disturbances + j)]),
+        force_input: Matrix::from_fn(n, forces, |i, j| if i < pushed.rows() { pushed[(i, j)] } else { 0.0 }),
+    })
+}
+
+/// Channels of torques whose shaft carries no estimated disturbance, each with the effect of a torque of 1 N m along it on the
+/// plant's states in one sample.
+fn unit_torque_responses(
+    request: &Request<'_>,
+    tasks: &[Task],
+    inputs: &[String],
+    lags: &[f64],
+    clock: Clock,
+) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
+    let column =
+        |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
+    let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
+        Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
+        _ => None,
+    });
+    unknown.map(|(k, shaft)| Ok((k, column(shaft)?))).collect()
+}

@@ -1,0 +1,195 @@
+//! The linear part of a law.
+
+use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64};
+
+/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
+/// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearLaw<S = f64> {
+    /// A, states × states.
+    pub states: Matrix<S>,
+    /// Bφ, states × shafts.
+    pub angles: Matrix<S>,
+    /// Bω, states × shafts.
+    pub speeds: Matrix<S>,
+    /// Bδ, states × disturbances.
+    pub disturbances: Matrix<S>,
+    /// Bτ, states × inputs.
+    pub torques: Matrix<S>,
+    /// C, inputs × states.
+    pub on_states: Matrix<S>,
+    /// Dφ, inputs × shafts.
+    pub on_angles: Matrix<S>,
+    /// Dω, inputs × shafts.
+    pub on_speeds: Matrix<S>,
+    /// Dδ, inputs × disturbances.
+    pub on_disturbances: Matrix<S>,
+    /// Bρ, states × references.
+    pub references: Matrix<S>,
+    /// Dρ, inputs × references.
+    pub on_references: Matrix<S>,
+    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states in addition to true angles and speeds, states ×
+    /// sensors.
+    pub errors: Matrix<S>,
+    /// How they act on the commands, inputs × sensors.
+    pub on_errors: Matrix<S>,
+    /// Whether the states of a sampled law follow their differential equations between its samples, as those of blocks without a sample time do; else
+    /// they change at its samples. Without meaning for a law in continuous time.
+    pub flowing: bool,
+}
+
+impl<S: Scalar> LinearLaw<S> {
+    /// A law without states and without disturbance inputs.
+    pub fn gains(on_angles: Matrix<S>, on_speeds: Matrix<S>, on_references: Matrix<S>) -> Self {
+        let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
+        Self {
+            states: Matrix::zeros(0, 0),
+            angles: Matrix::zeros(0, shafts),
+            speeds: Matrix::zeros(0, shafts),
+            disturbances: Matrix::zeros(0, 0),
+            torques: Matrix::zeros(0, inputs),
+            on_states: Matrix::zeros(inputs, 0),
+            on_angles,
+            on_speeds,
+            on_disturbances: Matrix::zeros(inputs, 0),
+            references: Matrix::zeros(0, on_references.columns()),
+            on_references,
+            errors: Matrix::zeros(0, 0),
+            on_errors: Matrix::zeros(inputs, 0),
+            flowing: false,
+        }
+    }
+
+    /// The same with other entries.
+    pub(super) fn map<T: Scalar>(&self, entry: &mut dyn FnMut(&S) -> T) -> LinearLaw<T> {
+        let mut of = |matrix: &Matrix<S>| {
+            let entries: Vec<T> = matrix.as_slice().iter().map(&mut *entry).collect();
+            Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| entries[i * matrix.columns() + j].clone())
+        };
+        LinearLaw {
+            states: of(&self.states),
+            angles: of(&self.angles),
+            speeds: of(&self.speeds),
+            disturbances: of(&self.disturbances),
+            torques: of(&self.torques),
+            on_states: of(&self.on_states),
+            on_angles: of(&self.on_angles),
+            on_speeds: of(&self.on_speeds),
+            on_disturbances: of(&self.on_disturbances),
+            references: of(&self.references),
+            on_references: of(&self.on_references),
+            errors: of(&self.errors),
+            on_errors: of(&self.on_errors),
+            flowing: self.flowing,
+        }
+    }
+
+    /// All its numbers.
+    fn entries(&self) -> impl Iterator<Item = &S> {
+        let of_states = [&self.states, &self.angles, &self.speeds, &self.disturbances, &self.torques];
+        let of_commands = [&self.on_states, &self.on_angles, &self.on_speeds, &self.on_disturbances];
+        let feedthrough = [&self.references, &self.on_references, &self.errors, &self.on_errors];
+        of_states.into_iter().chain(of_commands).chain(feedthrough).flat_map(|matrix| matrix.as_slice())
+    }
+
+    /// Some of its commands and states, with some of its sensors.
+    pub(super) fn part(&self, [commands, states, sensors]: [&[usize]; 3]) -> Self {
+        let rows =
+            |of: &Matrix<S>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)].clone());
+        let both = |of: &Matrix<S>, rows: &[usize], columns: &[usize]| {
+            Matrix::from_fn(rows.len(), columns.len(), |i, j| of[(rows[i], columns[j])].clone())
+        };
+        Self {
+            states: both(&self.states, states, states),
+            angles: rows(&self.angles, states),
+            speeds: rows(&self.speeds, states),
+            disturbances: rows(&self.disturbances, states),
+            torques: both(&self.torques, states, commands),
+            on_states: both(&self.on_states, commands, states),
+            on_angles: rows(&self.on_angles, commands),
+            on_speeds: rows(&self.on_speeds, commands),
+            on_disturbances: rows(&self.on_disturbances, commands),
+            references: rows(&self.references, states),
+            on_references: rows(&self.on_references, commands),
+            errors: both(&self.errors, states, sensors),
+            on_errors: both(&self.on_errors, commands, sensors),
+            flowing: self.flowing,
+        }
+    }
+}
+
+impl LinearLaw<Rational> {
+    /// Whether a number of it is rounded.
+    pub fn is_rounded(&self) -> bool {
+        self.entries().any(LastDigits::is_rounded)
+    }
+
+    /// The same with other numbers in place of rounded ones, within their last digits.
+    #[must_use]
+    pub fn near(&self, digits: &mut LastDigits) -> Self {
+        self.map(&mut |x| digits.near(x))
+    }
+}
+
+impl LinearLaw {
+    /// Whether all its numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.entries().all(|x| x.is_finite())
+    }
+
+    /// The fractions that its numbers are.
+    pub fn exact(&self) -> LinearLaw<Rational> {
+        self.map(&mut |x| rational_from_f64(*x).unwrap_or_default())
+    }
+
+    /// Whether all entries are finite in single precision, in which firmware runs.
+    pub fn fits_single(&self) -> bool {
+        let on_plant = [&self.angles, &self.speeds, &self.disturbances, &self.torques, &self.references];
+        let commands = [&self.on_angles, &self.on_speeds, &self.on_disturbances, &self.on_references];
+        let mut all = on_plant.into_iter().chain(commands).chain([&self.states, &self.on_states]);
+        all.all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
+    }
+
+    /// The sizes of all its entries.
+    pub(super) fn sizes(&self) -> Self {
+        self.map(&mut |x| x.abs())
+    }
+
+    /// The law discretised at a sample time, with zero-order hold of its signals; `None` if a number overflows.
+    pub(super) fn sampled(&self, period: f64) -> Option<Self> {
+        if self.states.rows() == 0 {
+            return Some(self.clone());
+        }
+        let parts = [&self.angles, &self.speeds, &self.disturbances, &self.torques, &self.references, &self.errors];
+        let found = discretise(&self.states, &side_by_side(&parts), period)?;
+        let mut first = 0;
+        let [angles, speeds, disturbances, torques, references, errors] = parts.map(|part| {
+            let start = first;
+            first += part.columns();
+            Matrix::from_fn(part.rows(), part.columns(), |i, j| found.b[(i, start + j)])
+        });
+        Some(Self { states: found.a, angles, speeds, disturbances, torques, references, errors, ..self.clone() })
+    }
+}
+
+/// The absolute values of all entries.
+pub(super) fn sizes(matrix: &Matrix<f64>) -> Matrix<f64> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)].abs())
+}
+
+/// Horizontal concatenation of matrices with the same number of rows.
+pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
+    let rows = parts.first().map_or(0, |part| part.rows());
+    let columns = parts.iter().map(|part| part.columns()).sum();
+    let mut out = Matrix::zeros(rows, columns);
+    let mut first = 0;
+    for part in parts {
+        for i in 0..rows {
+            for j in 0..part.columns() {
+                out[(i, first + j)] = part[(i, j)];
+            }
+        }
+        first += part.columns();
+    }
+    out
+}

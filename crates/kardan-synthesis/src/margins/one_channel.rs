@@ -1,0 +1,189 @@
+//! One channel of a response as a quotient of polynomials.
+
+use faer::c64;
+use kardan_rt::functions::exp;
+
+use crate::decoupling::common_denominator;
+use kardan_math::num::{Polynomial, Rational, Scalar, golden, is_hurwitz, rational_from_f64, rational_to_f64};
+
+/// Part of a peak by which a level is above it.
+pub(super) const LEVEL: f64 = 1e-9;
+/// The search range of a peak around a frequency, in the logarithm.
+const BESIDE: f64 = 0.3;
+/// Levels that are tried.
+const ROUNDS: usize = 60;
+
+/// `M(s) = n(s)/d(s)` without common roots. The coefficients are exact for the numbers of a realisation, so that no digits are lost where these are of very
+/// different sizes: the error of M is that of the rounding of those numbers alone.
+pub(super) struct OneChannel {
+    numerator: Polynomial,
+    denominator: Polynomial,
+    n: OnAxis,
+    d: OnAxis,
+}
+
+/// A polynomial on the imaginary axis: `p(jω) = e(ω²) + jω o(ω²)`.
+struct OnAxis {
+    even: Polynomial,
+    odd: Polynomial,
+}
+
+impl OnAxis {
+    fn new(polynomial: &Polynomial) -> Self {
+        let part = |first: usize| {
+            let every = polynomial.coefficients().iter().skip(first).step_by(2).enumerate();
+            Polynomial::new(every.map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c.clone() }).collect())
+        };
+        Self { even: part(0), odd: part(1) }
+    }
+
+    /// `|p(jω)|²` over ω².
+    fn square(&self) -> Polynomial {
+        self.even.times(&self.even).plus(&by_square(&self.odd.times(&self.odd)))
+    }
+}
+
+/// `x p(x)`
+fn by_square(polynomial: &Polynomial) -> Polynomial {
+    polynomial.times(&Polynomial::new(vec![Rational::ZERO, Rational::ONE]))
+}
+
+fn minus(a: &Polynomial, b: &Polynomial) -> Polynomial {
+    a.plus(&b.scale(&Rational::NEG_ONE))
+}
+
+/// Square roots of the positive real roots, ascending.
+fn places(over_square: &Polynomial) -> Vec<f64> {
+    if over_square.degree() == 0 {
+        return Vec::new();
+    }
+    over_square.positive_roots().into_iter().map(f64::sqrt).collect()
+}
+
+impl OneChannel {
+    /// # Panics
+    /// If the denominator is zero.
+    pub fn new(numerator: &Polynomial, denominator: &Polynomial) -> Self {
+        let common = numerator.gcd(denominator);
+        let parts = [numerator, denominator].map(|of| of.divide(&common).0);
+        // Whole numbers, of which sums and products cost least.
+        let scale = common_denominator(parts.iter().flat_map(|part| part.coefficients()));
+        let [numerator, denominator] = parts.map(|part| part.scale(&Rational::from(scale.clone())));
+        let [n, d] = [&numerator, &denominator].map(OnAxis::new);
+        Self { numerator, denominator, n, d }
+    }
+
+    /// M + ½
+    pub fn balanced(&self) -> Self {
+        let two = Rational::from(2);
+        Self::new(&self.numerator.scale(&two).plus(&self.denominator), &self.denominator.scale(&two))
+    }
+
+    /// How many poles are at zero.
+    pub fn poles_at_zero(&self) -> usize {
+        self.denominator.coefficients().iter().take_while(|c| Scalar::is_zero(*c)).count()
+    }
+
+    /// M at a place on the imaginary axis; infinite at a pole.
+    pub fn at(&self, place: f64) -> c64 {
+        let (n, d) = (&self.numerator, &self.denominator);
+        let Some(omega) = rational_from_f64(place) else {
+            let last = d.coefficient(d.degree());
+            let ratio = if n.degree() < d.degree() { Rational::ZERO } else { n.coefficient(d.degree()).over(&last) };
+            return c64::new(rational_to_f64(&ratio), 0.0);
+        };
+        let x = omega.times(&omega);
+        let parts = |of: &OnAxis| [of.even.evaluate(&x), of.odd.evaluate(&x).times(&omega)];
+        let ([a, b], [c, d]) = (parts(&self.n), parts(&self.d));
+        let size = c.times(&c).plus(&d.times(&d));
+        if Scalar::is_zero(&size) {
+            return c64::new(f64::INFINITY, 0.0);
+        }
+        let part = |sum: Rational| rational_to_f64(&sum.over(&size));
+        c64::new(part(a.times(&c).plus(&b.times(&d))), part(b.times(&c).minus(&a.times(&d))))
+    }
+
+    /// The size of M at a place.
+    fn size(&self, place: f64) -> f64 {
+        let m = self.at(place);
+        kardan_rt::functions::hypot(m.re, m.im)
+    }
+
+    /// All places at which M has this size, but for zero and infinity.
+    pub fn level(&self, level: f64) -> Vec<f64> {
+        let square = rational_from_f64(level).map(|level| level.times(&level)).unwrap_or_default();
+        places(&minus(&self.n.square(), &self.d.square().scale(&square)))
+    }
+
+    /// The largest size of M over all frequencies, and its place; infinite at a pole on the axis.
+    ///
+    /// From the largest size at some frequencies the roots of `|n|² = γ² |d|²` show between which frequencies it is exceeded, the middles of these give the next
+    /// γ, until no frequency exceeds it (Bruinsma and Steinbuch 1990): no peak is too narrow. Before, the frequency of the largest is refined where `near` is about the
+    /// size of M, so that most often one round is enough.
+    pub fn peak(&self, starts: &[f64], near: &dyn Fn(f64) -> f64) -> (f64, f64) {
+        let mut best = (0.0f64, 0.0f64);
+        let look = |place: f64, best: &mut (f64, f64)| {
+            let size = self.size(place);
+            if size > best.0 {
+                *best = (size, place);
+            }
+        };
+        let mut first = (0.0, 0.0);
+        for &place in starts {
+            match near(place) {
+                size if !size.is_finite() => look(place, &mut best),
+                size if size > first.0 => first = (size, place),
+                _ => {}
+            }
+        }
+        for place in [0.0, f64::INFINITY, first.1] {
+            look(place, &mut best);
+        }
+        if best.0 == 0.0 && self.numerator.is_zero() {
+            return best;
+        }
+        let middle = best.1;
+        if best.0.is_finite() && middle > 0.0 && middle.is_finite() {
+            look(middle * exp(golden(-BESIDE, BESIDE, &|x| -near(middle * exp(x)))), &mut best);
+        }
+        for _ in 0..ROUNDS {
+            let before = best.0;
+            let places = if before.is_finite() { self.level(before * (1.0 + LEVEL)) } else { Vec::new() };
+            for (k, place) in places.iter().enumerate() {
+                look(places.get(k + 1).map_or(2.0 * place, |next| (place * next).sqrt()), &mut best);
+                look(*place, &mut best);
+            }
+            if best.0 <= before * (1.0 + LEVEL) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Places at which M is real, but for zero and infinity.
+    pub fn real(&self) -> Vec<f64> {
+        places(&minus(&self.n.odd.times(&self.d.even), &self.n.even.times(&self.d.odd)))
+    }
+
+    /// Places at which M has the real part −½, but for zero and infinity.
+    pub fn half(&self) -> Vec<f64> {
+        let real_part = self.n.even.times(&self.d.even).plus(&by_square(&self.n.odd.times(&self.d.odd)));
+        places(&real_part.scale(&Rational::from(2)).plus(&self.d.square()))
+    }
+
+    /// Whether the loop is stable with this factor of the channel: all roots of `d − (factor − 1) n` are in the left half plane.
+    pub fn stable_with(&self, factor: f64) -> bool {
+        let more = rational_from_f64(factor - 1.0).unwrap_or_default();
+        is_hurwitz(&minus(&self.denominator, &self.numerator.scale(&more)))
+    }
+
+    /// Of one pole at zero, r and m of `M = r/s + m + …` there, and on which side of `|factor| = 1` the loop is stable next to one: whether turns of the
+    /// phase, however small, make it unstable.
+    pub fn at_pole(&self) -> (f64, bool) {
+        let (n, d) = (&self.numerator, &self.denominator);
+        let r = n.coefficient(0).over(&d.coefficient(1));
+        let m = n.coefficient(1).minus(&r.times(&d.coefficient(2))).over(&d.coefficient(1));
+        let half = m.plus(&Rational::ONE.over(&Rational::from(2)));
+        (rational_to_f64(&r), (r > Rational::ZERO) != (half > Rational::ZERO))
+    }
+}

@@ -1,0 +1,70 @@
+//! The gain of an observer, and which torques its sensors can distinguish.
+
+use kardan_rt::functions::powi;
+
+use crate::counters::ReducedStates;
+use crate::observer::{Noise, distinguishable, kalman, luenberger};
+use crate::{Plant, SynthesisError, named, rounded};
+use kardan_analysis::LinearSystem;
+use kardan_math::num::rational_to_f64;
+use kardan_mechanics::equations::Domain;
+use kardan_results::signal_name::SignalName;
+use kardan_results::{ExactMatrix, Pole};
+use kardan_schema::schema::Values;
+
+/// The gain L with the poles of the error and what must be known.
+pub(super) fn gain(
+    values: &Values,
+    extended: &LinearSystem,
+) -> Result<(ExactMatrix, Vec<Pole>, Vec<String>), SynthesisError> {
+    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let kalman_keys = ["disturbance_rate", "speed_noise", "sensor_noise"];
+    let idle = match values.word("method") {
+        Some("kalman") => values.has("poles").then_some("poles"),
+        _ => kalman_keys.into_iter().find(|key| values.has(key)),
+    };
+    if let Some(key) = idle {
+        let method = values.word("method").unwrap_or("poles").to_string();
+        return Err(SynthesisError::IdleKey { key, method });
+    }
+    let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
+    if values.word("method") == Some("kalman") {
+        let number = |key: &str, otherwise: f64| powi(values.number(key).unwrap_or(otherwise), 2);
+        let process = extended.states.iter().map(|state| match SignalName::new(state) {
+            name if name.is_position() => 0.0,
+            name if name.is_rate() => number("speed_noise", 0.1),
+            _ => number("disturbance_rate", 10.0),
+        });
+        let noise = Noise {
+            process: process.collect(),
+            measurement: vec![number("sensor_noise", 1e-5); extended.outputs.len()],
+        };
+        let found = kalman(extended, &noise).map_err(failed)?;
+        let notes =
+            vec![format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual)];
+        return Ok((rounded(title, &extended.states, &extended.outputs, &found.gain), found.poles, notes));
+    }
+    let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
+    let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
+    if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
+        return Err(SynthesisError::ObserverUnstable { real: rational_to_f64(re) });
+    }
+    let found = luenberger(extended, &poles).map_err(failed)?;
+    Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
+}
+
+/// Which torques on any shafts, and forces on masses, the sensors could distinguish, \[diss. (6.41)-(6.43)\]; `reduction`: the states that are
+/// estimated.
+pub(crate) fn distinguishable_torques(
+    plant: &Plant,
+    system: &LinearSystem,
+    reduction: &ReducedStates,
+) -> Result<Vec<String>, SynthesisError> {
+    let moves = |k: &usize| plant.reduced.equations.domain(*k) != Domain::Charge;
+    let bodies: Vec<usize> = (0..plant.coordinates().len()).filter(moves).collect();
+    let (torques, _) = plant.torques(&bodies, &[]);
+    let names: Vec<String> = bodies.iter().map(|body| format!("T_{}", plant.coordinates()[*body])).collect();
+    let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
+    let found = distinguishable(&reduction.system(system), &reduction.columns(&torques), &names);
+    Ok(found.map_err(failed)?.sentences)
+}

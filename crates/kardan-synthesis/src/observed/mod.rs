@@ -1,0 +1,455 @@
+//! Laws with observers.
+
+mod block;
+mod estimated_view;
+mod gain;
+mod keys;
+mod model;
+mod reading;
+
+pub(super) use gain::distinguishable_torques;
+pub use keys::Observer;
+pub(super) use keys::disturbances;
+pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
+
+use std::sync::Arc;
+
+use super::counters::{ReducedStates, acts_by, counters_beside};
+use super::observer::extend;
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
+use block::ObserverBlock;
+use estimated_view::EstimatedView;
+use gain::gain;
+use kardan_analysis::{LinearSystem, OutputSignal};
+use kardan_math::num::{Float, Matrix, discretise};
+use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ObserverResult, ReadSignal};
+use kardan_schema::schema::Values;
+use model::{FullModel, LinearModelBlock, Model, RestOfModel};
+
+/// A law with an observer of the plant: angles and speeds that are not measured, and disturbances, are estimates.
+///
+/// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
+/// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
+/// [`ModelObserver`]. Charges on which neither plant nor sensors nor law depend are left out; the nonlinear model counts them on.
+pub(super) struct Observed {
+    law: Arc<dyn Law>,
+    result: ObserverResult,
+    data: ControllerData,
+    sensors: Vec<OutputSignal>,
+    a: Matrix<f64>,
+    b: Matrix<f64>,
+    /// Rows of the sensors over angles and speeds of all shafts.
+    rows: [Matrix<f64>; 2],
+    basis: Matrix<f64>,
+    disturbances: usize,
+    /// As they are at the start of a run.
+    view: EstimatedView,
+    model: Model<f64>,
+}
+
+impl Observed {
+    /// Puts the observer that the keys ask for before a law.
+    ///
+    /// # Errors
+    /// If the sensors do not show the required estimates, or the poles do not fit.
+    pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
+        let compensation = compensation(values)?;
+        let nonlinear = is_nonlinear(&*law, values, plant, compensation > 0.0 && !disturbed.is_empty())?;
+        let sensors: Vec<OutputSignal> = values
+            .names("sensors")
+            .unwrap_or_default()
+            .iter()
+            .map(|name| plant.output(name))
+            .collect::<Result<_, _>>()?;
+        let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
+        let inputs = law.inputs().to_vec();
+        let system = plant.system(&inputs, &sensors);
+        let (torques, _) = plant.torques(disturbed, &[]);
+        let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
+        let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
+        let reduction = needed(&*law, plant, &system);
+        let reduced_system = extend(&reduction.system(&system), &reduction.columns(&torques), &states);
+        let (gain, poles, notes) = gain(values, &reduced_system)?;
+        let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
+        let all = system.states.len();
+        let (reduction, extended, floating) = match nonlinear && reduction.retained.len() < all {
+            true => (
+                ReducedStates::all(all),
+                extend(&system, &torques, &states),
+                over_all(&floating, &reduction.retained, all),
+            ),
+            false => (reduction, reduced_system, floating),
+        };
+        let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
+        let correction = floating.multiply(&c);
+        let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
+        let (m, p) = (inputs.len(), sensors.len());
+        let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
+        let mut sentences = distinguishable_torques(plant, &system, &reduction)?;
+        sentences.extend(notes);
+        let method = values.word("method").unwrap_or("poles").to_string();
+        let result = ObserverResult {
+            sensors: sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            states: extended.states.clone(),
+            disturbances: names,
+            poles,
+            method,
+            gain,
+            distinguishable: sentences,
+        };
+        let rows = rows(&readings, plant.coordinates().len());
+        let places = plant.state_places();
+        let retained = reduction.retained.iter().map(|k| places[*k]).collect();
+        let measured = plant.over_motions(&reduction.projection).to_f64();
+        let view = EstimatedView::new(readings, plant, compensation, (retained, measured), disturbed.len());
+        let model = if nonlinear {
+            Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
+        } else {
+            Model::Linear(LinearModelBlock::new(
+                &a,
+                &b,
+                RestOfModel::of(plant, &inputs, &view.measured, a.rows()),
+                false,
+            ))
+        };
+        let mut out = Self {
+            data: ControllerData::default(),
+            rows,
+            sensors,
+            basis: plant.linear.basis.to_f64(),
+            disturbances: disturbed.len(),
+            model,
+            view,
+            a,
+            b,
+            law,
+            result,
+        };
+        out.data = out.observer_data(plant, &inputs);
+        Ok(out)
+    }
+
+    fn observer_data(&self, plant: &Plant, inputs: &[String]) -> ControllerData {
+        let torques = inputs.iter().map(|input| plant.effort_of(input));
+        let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
+        let (n, signals) = (self.a.rows(), self.b.columns());
+        let matrices = [
+            ("A", self.a.clone()),
+            ("B", self.b.clone()),
+            ("C", Matrix::identity(n)),
+            ("D", Matrix::zeros(n, signals)),
+        ];
+        if let Model::Nonlinear(full) = &self.model {
+            let error = ("error".to_string(), self.a.to_rows());
+            let width = full.friction_width.map(|width| DataNumber::new("friction_width", width));
+            return ControllerData {
+                block: "ModelObserver".into(),
+                reads: torques.into_iter().chain(sensors).collect(),
+                writes: self.result.states.clone(),
+                sample_time: None,
+                single: false,
+                matrices: full
+                    .tables()
+                    .into_iter()
+                    .chain([error])
+                    .map(|(name, rows)| DataMatrix::new(name, rows))
+                    .collect(),
+                numbers: [
+                    DataNumber::new("shafts", full.data.shafts.len() as f64),
+                    DataNumber::new("compensation", self.view.compensation),
+                ]
+                .into_iter()
+                .chain(width)
+                .collect(),
+            };
+        }
+        ControllerData {
+            block: "StateSpace".into(),
+            reads: torques.into_iter().chain(sensors).collect(),
+            writes: self.result.states.clone(),
+            sample_time: None,
+            single: false,
+            matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
+            numbers: std::iter::once(DataNumber::new("compensation", self.view.compensation))
+                .chain(
+                    self.result
+                        .sensors
+                        .iter()
+                        .zip(&self.view.offsets)
+                        .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
+                )
+                .chain(self.data_at_rest(plant, inputs))
+                .collect(),
+        }
+    }
+
+    /// States and torques at the operating point, for a file.
+    fn data_at_rest(&self, plant: &Plant, inputs: &[String]) -> Vec<DataNumber> {
+        let Model::Linear(linear) = &self.model else { return Vec::new() };
+        let named = |rest: &RestOfModel| -> Vec<DataNumber> {
+            let states = self.result.states.iter().cloned().zip(rest.states.iter().copied());
+            let torques = inputs.iter().map(|input| plant.effort_of(input).signal).zip(rest.torques.iter().copied());
+            states.chain(torques).map(|(name, rest)| DataNumber::new(format!("{name} at rest"), rest)).collect()
+        };
+        linear.rest().map(named).unwrap_or_default()
+    }
+
+    fn own(&self) -> usize {
+        self.a.rows()
+    }
+
+    /// Γ = ∫ exp((A − L C) t) dt over a sample time.
+    fn zoh_integral(&self, clock: Clock) -> Option<Matrix<f64>> {
+        Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
+    }
+
+    /// For each coordinate whether its position or its speed is measured.
+    fn measured(&self, speed: bool) -> Vec<bool> {
+        let of = |reading: &Reading, shaft: usize| match reading {
+            Reading::Angle(s) => !speed && *s == shaft,
+            Reading::Speed(s) => speed && *s == shaft,
+            Reading::Twist(..) => false,
+        };
+        let any = |shaft: &usize| self.view.readings.iter().any(|reading| of(reading, *shaft));
+        self.view.coordinates.iter().map(any).collect()
+    }
+
+    /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
+    /// `basis`: K of the model where it is linear.
+    fn with_observer(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
+        let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
+        let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
+        // How angles and speeds that the law reads follow from estimates and from true ones: measured coordinates are true.
+        let [true_angles, true_speeds] = [self.measured(false), self.measured(true)];
+        let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
+            let rows = on_angles.rows();
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
+            let mut states = Matrix::zeros(rows, n);
+            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
+            for i in 0..rows {
+                for j in 0..r {
+                    if true_angles[j] {
+                        angles[(i, self.view.coordinates[j])] = over_q[(i, j)];
+                    }
+                    if true_speeds[j] {
+                        speeds[(i, self.view.coordinates[j])] = over_w[(i, j)];
+                    }
+                }
+                for (at, &k) in self.view.retained.iter().enumerate() {
+                    let (of, measured, j) =
+                        if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
+                    states[(i, at)] = if measured[j] { 0.0 } else { of[(i, j)] };
+                }
+                for j in 0..on_disturbances.columns().min(self.disturbances) {
+                    states[(i, self.view.retained.len() + j)] = self.view.compensation * on_disturbances[(i, j)];
+                }
+            }
+            (states, angles, speeds)
+        };
+        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
+        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
+        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
+            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
+        };
+        // Measured coordinates pass to the law with their errors.
+        let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
+            let place = |shaft: &usize| self.view.coordinates.iter().position(|coordinate| coordinate == shaft);
+            Matrix::from_fn(on_angles.rows(), self.view.readings.len(), |i, j| match &self.view.readings[j] {
+                Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
+                Reading::Speed(shaft) => place(shaft).map_or(0.0, |k| over_w[(i, k)]),
+                Reading::Twist(..) => 0.0,
+            })
+        };
+        let correct = Matrix::from_fn(n, self.view.readings.len(), |i, j| b[(i, m + j)]);
+        LinearLaw {
+            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
+                (true, true) => a[(i, j)],
+                (true, false) => 0.0,
+                (false, true) => rate_states[(i - n, j)],
+                (false, false) => law.states[(i - n, j - n)],
+            }),
+            angles: below(&correct.multiply(&self.rows[0]), &angles),
+            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            disturbances: Matrix::zeros(n + k, 0),
+            torques: below(&Matrix::from_fn(n, m, |i, j| b[(i, j)]), &law.torques),
+            on_states: Matrix::from_fn(m, n + k, |i, j| {
+                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
+            }),
+            on_angles,
+            on_speeds,
+            on_disturbances: Matrix::zeros(m, 0),
+            references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
+            on_references: law.on_references.clone(),
+            errors: below(&correct, &through(&law.angles, &law.speeds)),
+            on_errors: through(&law.on_angles, &law.on_speeds),
+            flowing: law.flowing,
+        }
+    }
+}
+
+/// Share of the estimated disturbances that the law cancels.
+fn compensation(values: &Values) -> Result<f64, SynthesisError> {
+    match values.number("compensation").filter(|share| *share > 1.0) {
+        Some(share) => Err(SynthesisError::NotAShare { share }),
+        None => Ok(values.number_or_default("compensation")),
+    }
+}
+
+/// Whether the observer runs the nonlinear model; `cancels`: whether disturbances that it estimates are cancelled.
+fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) -> Result<bool, SynthesisError> {
+    let friction = law.friction_width().is_some();
+    // A linear gain knows such torques, linearised, and the full model here does not.
+    let laws = if friction || law.on_full_model() { Vec::new() } else { plant.elements_with_laws() };
+    let nonlinear = match values.word("plant") {
+        Some(word) => word == "nonlinear",
+        None => friction || (laws.is_empty() && !plant.is_linear()),
+    };
+    if nonlinear {
+        plant.check_inertia()?;
+    }
+    if nonlinear && !laws.is_empty() && cancels {
+        return Err(SynthesisError::LawDoubleCancellation { elements: laws });
+    }
+    let more = friction || (law.on_full_model() && !plant.is_linear());
+    if more && !nonlinear && cancels {
+        return Err(SynthesisError::DoubleCancellation);
+    }
+    Ok(nonlinear)
+}
+
+/// The states of the plant that the observer needs: charges that only count are left out, unless the law acts by them.
+fn needed(law: &dyn Law, plant: &Plant, system: &LinearSystem) -> ReducedStates {
+    let acting = acts_by(law, &plant.linear.basis);
+    ReducedStates::of(&counters_beside(plant, system, &acting), system.states.len())
+}
+
+/// A gain over states and disturbances, with rows of zeros for the states that are left out.
+fn over_all(gain: &Matrix<f64>, retained: &[usize], all: usize) -> Matrix<f64> {
+    let mut out = Matrix::zeros(gain.rows() + all - retained.len(), gain.columns());
+    for i in 0..gain.rows() {
+        let place = retained.get(i).copied().unwrap_or(all + i - retained.len());
+        (0..gain.columns()).for_each(|j| out[(place, j)] = gain[(i, j)]);
+    }
+    out
+}
+
+impl Observed {
+    /// The model at a sample time; `None` if a number overflows there.
+    fn model_at<T: Float>(&self, clock: Clock) -> Option<Model<T>> {
+        Some(match &self.model {
+            Model::Linear(linear) => {
+                let sampled = discretise(&self.a, &self.b, clock.period)?;
+                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest().cloned(), true))
+            }
+            Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.zoh_integral(clock)?))),
+        })
+    }
+}
+
+impl Law for Observed {
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.law.references()
+    }
+
+    fn references_at_rest(&self) -> Vec<f64> {
+        self.law.references_at_rest()
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.result.states.iter().map(|state| format!("estimate of {state}")).chain(self.law.states()).collect()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        let (own, rest) = out.split_at_mut(self.own());
+        own.fill(0.0);
+        for (i, state) in own.iter_mut().enumerate().take(self.view.retained.len()) {
+            let begins = |k: usize| {
+                self.view.coordinates.get(k).map_or_else(|| self.view.rate_at_rest(k), |&shaft| angles[shaft])
+            };
+            let shares = self.view.measured.row(i).iter().enumerate().filter(|(_, x)| **x != 0.0);
+            *state = shares.map(|(k, x)| x * begins(k)).sum();
+        }
+        self.law.start(angles, speeds, rest);
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let (law, view) = (self.law.block(clock)?, self.view.clone());
+        Some(match clock {
+            None => Box::new(ObserverBlock { law, view, model: self.model.clone() }),
+            Some(clock) if clock.single => Box::new(ObserverBlock { law, view, model: self.model_at::<f32>(clock)? }),
+            Some(clock) => Box::new(ObserverBlock { law, view, model: self.model_at::<f64>(clock)? }),
+        })
+    }
+
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        let sampled = discretise(&self.a, &self.b, clock.period)?;
+        Some(self.with_observer(&sampled.a, &sampled.b, &self.law.linear_sampled(clock)?, &self.basis))
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.with_observer(&self.a, &self.b, &self.law.linear(), &self.basis)
+    }
+
+    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        let law = self.law.linear_at(position, clock)?;
+        let (mut kinematics, r) = (self.view.kinematics.clone(), position.len());
+        kinematics.update(position, &vec![0.0; r]);
+        let basis = Matrix::from_fn(kinematics.angles.len(), r, |i, j| kinematics.basis[i * r + j]);
+        let Model::Nonlinear(full) = &self.model else {
+            let Some(clock) = clock else { return Some(self.with_observer(&self.a, &self.b, &law, &basis)) };
+            let sampled = discretise(&self.a, &self.b, clock.period)?;
+            return Some(self.with_observer(&sampled.a, &sampled.b, &law, &basis));
+        };
+        let read = |reading: &Reading| reading.read(&kinematics.angles, &kinematics.speeds);
+        let readings: Vec<f64> = self.view.readings.iter().map(read).collect();
+        let [a, b] = full.slopes(position, &readings);
+        let Some(clock) = clock else { return Some(self.with_observer(&a, &b, &law, &basis)) };
+        // x̂⁺ = x̂ + Γ x̂′
+        let zoh_integral = self.zoh_integral(clock)?;
+        let next = Matrix::identity(a.rows()).plus(&zoh_integral.multiply(&a));
+        Some(self.with_observer(&next, &zoh_integral.multiply(&b), &law, &basis))
+    }
+
+    fn is_nonlinear(&self) -> bool {
+        matches!(self.model, Model::Nonlinear(_)) || self.law.is_nonlinear()
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.law.friction_width()
+    }
+
+    fn on_full_model(&self) -> bool {
+        self.law.on_full_model()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn describe(&self) -> Design {
+        let mut design = self.law.describe();
+        design.observer = Some(self.result.clone());
+        design.observer_data = Some(self.data.clone());
+        if matches!(self.model, Model::Nonlinear(_)) {
+            design.notes.push(
+                "the observer runs the full nonlinear model, with the gain for the operating point of the design (zero angles, where \
+                 none is named); the poles of its error are those there"
+                    .into(),
+            );
+        }
+        design.notes.push(
+            "the proof of the loop applies to the true state; the observer's error acts on the outputs until it has decayed".into(),
+        );
+        design
+    }
+}

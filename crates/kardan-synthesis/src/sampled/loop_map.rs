@@ -1,0 +1,581 @@
+//! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
+
+use std::f64::consts::TAU;
+
+use faer::c64;
+use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
+
+use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoopError};
+use super::jump::Jump;
+use super::places::Places;
+use super::{LoopPlant, SampledPart};
+use kardan_math::num::{AtZero, Matrix, Rounding, at_zero_rounded, balance, discretise, eigenvalues, isolated, square};
+use kardan_results::Stability;
+
+/// Doublings of the time over which errors of readings add up: 4096 periods.
+const DOUBLINGS: usize = 12;
+/// Relative distance to an eigenvalue at which its vector is computed.
+const BESIDE: f64 = 1e-9;
+/// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
+const CLOSE: f64 = 1e-4;
+/// The accuracy of the largest entries of a loop, in roundings times its size.
+const ROUNDINGS: f64 = 8.0;
+
+/// The exact map of a linear loop over the common period of all clocks, without limits, friction and rounding:
+/// `z(t + T) = Φ z(t)`.
+///
+/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those in transit, if it has a clock,
+/// its states, and the readings of sensors with a sample time of their own; if requested, references and the errors
+/// of readings]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledLoop {
+    /// Φ.
+    pub map: Matrix<f64>,
+    /// T, s.
+    pub period: f64,
+    /// The shortest sample time of a law, s.
+    pub sample_time: f64,
+    /// The loop between two instants, `ż = F z`.
+    pub flow: Matrix<f64>,
+    /// The command of each input of the plant, over z, N m.
+    pub commands: Matrix<f64>,
+    /// Where the references of each law are in z, if requested.
+    pub references: Vec<usize>,
+    /// Where the errors of the readings of each law are in z, if requested.
+    pub errors: Vec<usize>,
+    /// Where the torques are in z that the motors of each law give in addition to their commands, if requested.
+    pub(super) excess: Vec<usize>,
+    /// Where the commands of each law are that are in force.
+    pub(super) in_force: Vec<usize>,
+    /// After which happening new commands of each law are in force; `None` if that is more than once in a period.
+    applied: Vec<Option<usize>>,
+    /// Reduced coordinates, which are first in z.
+    degrees_of_freedom: usize,
+    /// Where constants begin in z: references and errors.
+    constants: usize,
+    jumps: Vec<Jump<f64>>,
+    event_sequence: Vec<LoopEvent>,
+}
+
+/// The motion of a loop that grows most, or decays least.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slowest {
+    /// Growth per shortest sample time; of a loop in continuous time per second, e^σ. Zero if every motion is free.
+    pub growth: f64,
+    /// rad/s
+    pub frequency: f64,
+    /// Whether no motion grows, to the rounding of the loop: the criterion of searches for a limit.
+    pub stable: bool,
+    /// Whether it is stable but for the motions left out; not decided where a motion is as near to the border as rounding may be off.
+    pub word: Stability,
+    /// The number of uncontrolled rigid-body modes, exactly at zero (at one of a map) to the rounding of the loop, which are left out: constant angles, and speeds
+    /// that are constant.
+    pub free: usize,
+    /// How many motions are left out: those, and more if requested.
+    pub excluded: usize,
+    /// The largest growth rate among them, 1/s; 0 for those that are exactly at zero.
+    pub drift: f64,
+    /// The size below which numbers counted as zero, 1/s.
+    pub rounding: f64,
+}
+
+impl Slowest {
+    /// Of a loop in continuous time `ż = F z`; `excluded`: at least so many motions, those next to zero; `judged`: with its word, which takes time.
+    pub(super) fn continuous(
+        plant: &LoopPlant,
+        parts: &[SampledPart],
+        (excluded, judged): (usize, bool),
+    ) -> Option<Self> {
+        let sizes = Places::sizes(plant, parts);
+        let found = NonzeroSpectrum::of(
+            &SampledLoop::flow_of(plant, parts),
+            sizes.as_ref().map_or(Rounding::OfLargest, Rounding::OfEach),
+            excluded,
+        )?;
+        let (re, im) =
+            found.nonzero.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
+        let stable = re < 0.0 || re <= found.error((re, im), 0.0);
+        let word = if judged { found.word(0.0, |(re, _)| re) } else { Stability::Undecided };
+        let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
+        let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding);
+        Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, excluded, drift, rounding })
+    }
+}
+
+/// Eigenvalues of a matrix without those at zero.
+struct NonzeroSpectrum {
+    /// How many are at zero.
+    zeros: usize,
+    nonzero: Vec<(f64, f64)>,
+    /// Those that are left out in addition to the ones at zero.
+    dropped: Vec<(f64, f64)>,
+    /// Entries on the diagonal of isolated states.
+    isolated: Vec<f64>,
+    /// The matrix on the others, without the motions at zero.
+    rest: Matrix<f64>,
+    /// Below which size numbers counted as zero.
+    rounding: f64,
+}
+
+impl NonzeroSpectrum {
+    fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, excluded: usize) -> Option<Self> {
+        if matrix.as_slice().iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let [isolated, coupled] = isolated(matrix);
+        let rest = square(matrix, &coupled);
+        let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &coupled))) } else { None };
+        let split = at_zero_rounded(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
+        let diagonal = |k: usize| matrix[(k, k)];
+        // Scales of the coordinates leave the diagonal as it is.
+        let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
+        let largest = largest.max(if matches!(rounding, Rounding::OfOne) { 1.0 } else { 0.0 });
+        let least = 2.0 * ROUNDINGS * matrix.rows() as f64 * f64::EPSILON * largest;
+        let rounding_of =
+            |k: usize| own.as_ref().map_or(least, |(sizes, _)| 2.0 * ROUNDINGS * f64::EPSILON * sizes[(k, k)]);
+        let (zero, isolated): (Vec<usize>, Vec<usize>) =
+            isolated.into_iter().partition(|&k| diagonal(k).abs() <= rounding_of(k));
+        let isolated: Vec<f64> = isolated.into_iter().map(diagonal).collect();
+        let mut nonzero = eigenvalues(&split.rest)?;
+        nonzero.extend(isolated.iter().map(|x| (*x, 0.0)));
+        // The next to zero come first.
+        nonzero.sort_by(|a, b| size(*a).total_cmp(&size(*b)).then(a.1.total_cmp(&b.1)));
+        let zeros = zero.len() + split.motions.columns();
+        let more = excluded.saturating_sub(zeros).min(nonzero.len());
+        let dropped = nonzero.drain(..more).collect();
+        Some(Self { zeros, nonzero, dropped, isolated, rest: split.rest, rounding: split.rounding.max(least) })
+    }
+
+    fn excluded(&self) -> usize {
+        self.zeros + self.dropped.len()
+    }
+
+    /// Whether all controlled motions are inside the border, by the distance of each eigenvalue from it.
+    fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
+        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let near = |value: &&(f64, f64)| beyond(**value) > -CLOSE * size.max(1.0);
+        let signs = self.nonzero.iter().filter(near).map(|value| {
+            let (beyond, error) = (beyond(*value), self.error(*value, added));
+            if beyond.abs() <= error { Stability::Undecided } else { outside(beyond > 0.0) }
+        });
+        let signs: Vec<Stability> = signs.collect();
+        let found = [Stability::Unstable, Stability::Undecided].into_iter().find(|word| signs.contains(word));
+        found.unwrap_or(Stability::Stable)
+    }
+
+    /// How far rounding may move one of the eigenvalues of the matrix, plus one that is added to it for the diagonal.
+    fn error(&self, value: (f64, f64), added: f64) -> f64 {
+        if value.1 == 0.0 && self.isolated.contains(&value.0) {
+            // It is outside already.
+            return 0.0;
+        }
+        let n = self.rest.rows();
+        let shifted = Matrix::from_fn(n, n, |i, j| self.rest[(i, j)] + if i == j { added } else { 0.0 });
+        error(&shifted, (value.0 + added, value.1))
+    }
+}
+
+fn outside(is_outside: bool) -> Stability {
+    if is_outside { Stability::Unstable } else { Stability::Stable }
+}
+
+/// How far the rounding of a matrix may move an eigenvalue, to first order: its condition times that of the largest entries.
+fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
+    let n = matrix.rows();
+    let scales = balance(&faer::Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
+    let balanced = Matrix::from_fn(n, n, |i, j| matrix[(i, j)] * scales[j] / scales[i]);
+    let own = balanced.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Right and left vector by inverse iteration, as real vectors of double length.
+    let near = (value.0 * (1.0 + BESIDE), value.1 * (1.0 + BESIDE));
+    let shifted = |a: &Matrix<f64>, im: f64| {
+        Matrix::from_fn(2 * n, 2 * n, |i, j| {
+            let same = f64::from(u8::from(i % n == j % n));
+            match (i < n, j < n) {
+                (true, false) => im * same,
+                (false, true) => -im * same,
+                _ => a[(i % n, j % n)] - near.0 * same,
+            }
+        })
+    };
+    let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));
+    let vector = |a: &Matrix<f64>, im: f64| {
+        let once = shifted(a, im).solve(&start)?;
+        let largest = once.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let x = shifted(a, im).solve(&once.scale(&(1.0 / largest)))?;
+        let largest = x.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let x = x.scale(&(1.0 / largest));
+        x.as_slice().iter().all(|x| x.is_finite()).then_some(x)
+    };
+    let (right, left) = (vector(&balanced, near.1), vector(&balanced.transpose(), -near.1));
+    let condition = match (right, left) {
+        (Some(x), Some(y)) => {
+            let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
+            let inner_product = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
+            let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
+            (length(&x) * length(&y) / inner_product).max(1.0)
+        }
+        _ => 1.0,
+    };
+    ROUNDINGS * n as f64 * f64::EPSILON * own * condition
+}
+
+impl SampledLoop {
+    /// The map of a loop.
+    ///
+    /// Method: between two instants at which something happens the loop is linear with constant coefficients, whose
+    /// exponential is exact; what happens (a law computes, a command takes effect, a sensor reads) changes some rows. Cost: one
+    /// exponential for each different interval.
+    ///
+    /// # Errors
+    /// [`SampledLoopError`]
+    ///
+    /// # Panics
+    /// If the inertia matrix is singular, or shapes do not fit.
+    pub fn new(plant: &LoopPlant, parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
+        Self::with(plant, parts, None)
+    }
+
+    /// The same with the references of all laws, and the errors of their readings, as constant states, for step responses;
+    /// a loop without sampled laws is evaluated every `otherwise` seconds.
+    ///
+    /// # Errors
+    /// [`SampledLoopError`]
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn driven(plant: &LoopPlant, parts: &[SampledPart], otherwise: f64) -> Result<Self, SampledLoopError> {
+        Self::with(plant, parts, Some(otherwise))
+    }
+
+    fn with(plant: &LoopPlant, parts: &[SampledPart], driven: Option<f64>) -> Result<Self, SampledLoopError> {
+        let periods = Periods::of(parts, driven)?;
+        let Periods { period, shortest } = periods;
+        // Growth is reported per sample of the laws, however often blocks compute.
+        let of_laws = parts.iter().filter(|part| !part.is_task()).filter_map(|part| part.clock);
+        let of_laws = of_laws.map(|clock| clock.period).fold(f64::INFINITY, f64::min);
+        let sample_time = if of_laws.is_finite() { of_laws } else { shortest };
+        let places = Places::new(plant, parts, driven.is_some());
+        let (flow, commands) = places.flow();
+        let moving = Moving::of(&flow);
+        let found = EventSequence::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
+        let map = found.map(places.size);
+        let EventSequence { jumps, events: event_sequence, applied, .. } = found;
+        if !map.as_slice().iter().all(|x| x.is_finite()) {
+            return Err(SampledLoopError::NotFinite);
+        }
+        let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
+        let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
+        let excess = places.laws.iter().map(|law| law.excess.unwrap_or(places.size)).collect();
+        let in_force = places.laws.iter().map(|law| law.in_force).collect();
+        let once = |all: Vec<usize>| if let [one] = all[..] { Some(one) } else { None };
+        let applied = applied.into_iter().map(once).collect();
+        let constants = references.first().copied().unwrap_or(places.size);
+        let degrees_of_freedom = plant.inertia.rows();
+        Ok(Self {
+            map,
+            period,
+            sample_time,
+            flow,
+            commands,
+            references,
+            errors,
+            excess,
+            in_force,
+            applied,
+            degrees_of_freedom,
+            constants,
+            jumps,
+            event_sequence,
+        })
+    }
+
+    /// The matrix of the loop between two instants, `ż = F z`; without sampled laws that of the whole loop.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn flow_of(plant: &LoopPlant, parts: &[SampledPart]) -> Matrix<f64> {
+        Places::new(plant, parts, false).flow().0
+    }
+
+    /// The eigenvalues at zero of a loop without sampled laws, to the rounding of the terms of each entry of its matrix.
+    pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
+        let flow = Self::flow_of(plant, parts);
+        at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
+    }
+
+    /// Lets one period pass. `look` receives z at the end of each interval after which a law computes, and at the end.
+    pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
+        let mut memory = Vec::new();
+        for event in &self.event_sequence {
+            match event {
+                LoopEvent::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
+                LoopEvent::Look => look(z),
+                LoopEvent::Fresh(_) | LoopEvent::Launch(_) => {}
+            }
+        }
+    }
+
+    /// The map if the commands are multiplied by a complex number: real and imaginary part, without constants.
+    pub(super) fn with_factor(&self, factor: c64) -> [Matrix<f64>; 2] {
+        let n = self.map.rows();
+        let (mut re, mut im) = (Matrix::identity(n), Matrix::zeros(n, n));
+        for event in &self.event_sequence {
+            match event {
+                LoopEvent::Jump(jump) => {
+                    self.jumps[*jump].change_rows(&mut re);
+                    self.jumps[*jump].change_rows(&mut im);
+                }
+                LoopEvent::Launch(place) => {
+                    for j in 0..n {
+                        let entry = factor * c64::new(re[(*place, j)], im[(*place, j)]);
+                        (re[(*place, j)], im[(*place, j)]) = (entry.re, entry.im);
+                    }
+                }
+                LoopEvent::Look | LoopEvent::Fresh(_) => {}
+            }
+        }
+        [re, im].map(|m| Matrix::from_fn(self.constants, self.constants, |i, j| m[(i, j)]))
+    }
+
+    /// The map over some periods, Φᵏ.
+    pub fn after(&self, periods: usize) -> Matrix<f64> {
+        let mut square = self.map.clone();
+        let mut out: Option<Matrix<f64>> = None;
+        let mut rest = periods;
+        while rest > 0 {
+            if rest & 1 == 1 {
+                out = Some(out.map_or_else(|| square.clone(), |out| out.multiply(&square)));
+            }
+            rest >>= 1;
+            if rest > 0 {
+                square = square.multiply(&square);
+            }
+        }
+        out.unwrap_or_else(|| Matrix::identity(self.map.rows()))
+    }
+
+    /// Eigenvalues of the map, as growth per shortest sample time, largest first, without those of constant references and
+    /// errors; `None` if the iteration fails.
+    pub fn multipliers(&self) -> Option<Vec<(f64, f64)>> {
+        let n = self.constants;
+        // Nothing acts on constants: Φ is block triangular.
+        let mut found = eigenvalues(&Matrix::from_fn(n, n, |i, j| self.map[(i, j)]))?;
+        found.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+        found.iter_mut().for_each(|multiplier| *multiplier = power(*multiplier, self.sample_time / self.period));
+        Some(found)
+    }
+
+    /// The uncontrolled rigid-body modes, columns over z without constants: an eigenvalue at one of the map.
+    pub fn free(&self) -> Option<Matrix<f64>> {
+        Some(at_zero_rounded(&self.change(), Rounding::OfOne)?.motions)
+    }
+
+    /// Φ − 1 on all but constants: what stays is an eigenvalue at zero.
+    pub(super) fn change(&self) -> Matrix<f64> {
+        Matrix::from_fn(self.constants, self.constants, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)))
+    }
+
+    /// The motion that grows most, or decays least, but for uncontrolled rigid-body modes (a wheel that turns freely), which
+    /// stay exactly; growth zero if there is no other. `None` if the iteration fails.
+    pub fn slowest(&self) -> Option<Slowest> {
+        self.slowest_excluding(0)
+    }
+
+    /// The same without at least so many motions, those that change least.
+    pub fn slowest_excluding(&self, excluded: usize) -> Option<Slowest> {
+        self.slowest_of((excluded, true))
+    }
+
+    /// The same; the name of the motion takes time and is computed on request only.
+    pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
+        let found = NonzeroSpectrum::of(&self.change(), Rounding::OfOne, excluded)?;
+        // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth loses no digits next to one.
+        let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
+        let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
+        let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
+        let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
+        let Some(change) = found.nonzero.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
+            let (stable, word) = (true, Stability::Stable);
+            return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, excluded, drift, rounding });
+        };
+        let own = (1.0 + change.0, change.1);
+        let beyond = 0.5 * grows(change);
+        let stable = match beyond {
+            beyond if beyond < 0.0 => true,
+            beyond if beyond > CLOSE => false,
+            beyond => beyond <= found.error(change, 1.0),
+        };
+        let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
+        let frequency = self.turn(own).abs() / self.period;
+        let word = if judged { found.word(1.0, |change| 0.5 * grows(change)) } else { Stability::Undecided };
+        Some(Slowest { growth, frequency, stable, word, free, excluded, drift, rounding })
+    }
+
+    /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
+    /// than once in a period.
+    pub(super) fn between_commands(&self, law: usize) -> Option<Matrix<f64>> {
+        let first = self.applied[law]?;
+        let mut map = Matrix::identity(self.map.rows());
+        for event in self.event_sequence[first..].iter().chain(&self.event_sequence[..first]) {
+            if let LoopEvent::Jump(jump) = event {
+                self.jumps[*jump].change_rows(&mut map);
+            }
+        }
+        Some(map)
+    }
+
+    /// The number of entries of z that are not constant.
+    pub(super) fn states(&self) -> usize {
+        self.constants
+    }
+
+    /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
+    /// from sample to sample.
+    fn turn(&self, (re, im): (f64, f64)) -> f64 {
+        let angle = atan2(im, re);
+        if self.period < (1.0 + SAME) * self.sample_time {
+            return angle;
+        }
+        // The eigenvector by one step of inverse iteration: (Φ − λ)(x + iy) = w.
+        let n = self.constants;
+        let near = (re * (1.0 + BESIDE), im * (1.0 + BESIDE));
+        let shifted = Matrix::from_fn(2 * n, 2 * n, |i, j| {
+            let (row, column) = (i % n, j % n);
+            match (i < n, j < n) {
+                (true, true) | (false, false) => self.map[(row, column)] - if row == column { near.0 } else { 0.0 },
+                (true, false) => {
+                    if row == column {
+                        near.1
+                    } else {
+                        0.0
+                    }
+                }
+                (false, true) => {
+                    if row == column {
+                        -near.1
+                    } else {
+                        0.0
+                    }
+                }
+            }
+        });
+        let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));
+        let Some(found) = shifted.solve(&start) else { return angle };
+        let largest = found.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let part = |first: usize| {
+            let mut z = vec![0.0; self.map.rows()];
+            (0..n).for_each(|k| z[k] = found[(first + k, 0)] / largest);
+            let mut positions = vec![z[..self.degrees_of_freedom].to_vec()];
+            self.pass(&mut z, &mut |z| positions.push(z[..self.degrees_of_freedom].to_vec()));
+            positions
+        };
+        let (x, y) = (part(0), part(n));
+        let rotation: f64 = (1..x.len())
+            .map(|k| {
+                let sum = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+                let inner_product = sum(&x[k - 1], &x[k]) + sum(&y[k - 1], &y[k]);
+                atan2(sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k]), inner_product)
+            })
+            .sum();
+        angle + TAU * ((rotation - angle) / TAU).round()
+    }
+
+    /// Spectral radius per shortest sample time; below one the loop is stable.
+    pub fn spectral_radius(&self) -> Option<f64> {
+        Some(self.multipliers()?.first().map_or(0.0, |found| size(*found)))
+    }
+
+    /// The response of rows over z to errors of the readings of one law: root mean squares long after a start at rest, at the worst
+    /// instant. Each error is new whenever its sensor reads, with these variances. What drifts (a wheel that no law controls)
+    /// is taken after some thousand periods.
+    ///
+    /// # Panics
+    /// If the loop has no places for errors, or there is not one variance for each of the law's sensors.
+    pub fn noise(&self, law: usize, variances: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
+        let n = self.map.rows();
+        let first = self.errors[law];
+        assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
+        let variance = |place: usize| place.checked_sub(first).and_then(|k| variances.get(k)).copied().unwrap_or(0.0);
+        let pass = |sum: &mut Matrix<f64>, look: &mut dyn FnMut(&Matrix<f64>)| {
+            for event in &self.event_sequence {
+                match event {
+                    LoopEvent::Jump(jump) => {
+                        self.jumps[*jump].change_rows(sum);
+                        *sum = sum.transpose();
+                        self.jumps[*jump].change_rows(sum);
+                    }
+                    LoopEvent::Fresh(place) => {
+                        (0..n).for_each(|k| (sum[(*place, k)], sum[(k, *place)]) = (0.0, 0.0));
+                        sum[(*place, *place)] = variance(*place);
+                    }
+                    LoopEvent::Look => look(sum),
+                    LoopEvent::Launch(_) => {}
+                }
+            }
+        };
+        let still = |k: usize| k >= self.constants;
+        let states = |matrix: &Matrix<f64>| {
+            Matrix::from_fn(n, n, |i, j| if still(i) || still(j) { 0.0 } else { matrix[(i, j)] })
+        };
+        let mut once = Matrix::zeros(n, n);
+        pass(&mut once, &mut |_| {});
+        let mut sum = states(&once);
+        let mut power = states(&self.map);
+        for _ in 0..DOUBLINGS {
+            sum = sum.plus(&power.multiply(&sum).multiply(&power.transpose()));
+            power = power.multiply(&power);
+        }
+        let mut out = vec![0.0f64; rows.len()];
+        pass(&mut sum, &mut |sum| {
+            for (out, row) in out.iter_mut().zip(rows) {
+                let spread = |i: usize| -> f64 { (0..n).map(|j| sum[(i, j)] * row[j]).sum() };
+                let square: f64 = (0..n).filter(|i| row[*i] != 0.0).map(|i| row[i] * spread(i)).sum();
+                *out = out.max(square.max(0.0).sqrt());
+            }
+        });
+        out
+    }
+}
+
+fn size((re, im): (f64, f64)) -> f64 {
+    hypot(re, im)
+}
+
+/// A power of a complex number.
+fn power((re, im): (f64, f64), exponent: f64) -> (f64, f64) {
+    if exponent == 1.0 {
+        return (re, im);
+    }
+    let (size, angle) = (powf(hypot(re, im), exponent), atan2(im, re) * exponent);
+    (size * cos(angle), size * sin(angle))
+}
+
+/// Which entries of z move between two instants, and which constant ones drive them.
+struct Moving {
+    moving: Vec<usize>,
+    driving: Vec<usize>,
+}
+
+impl Moving {
+    fn of(flow: &Matrix<f64>) -> Self {
+        let n = flow.rows();
+        let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| *x != 0.0));
+        let driving = still.into_iter().filter(|&j| moving.iter().any(|&i| flow[(i, j)] != 0.0)).collect();
+        Self { moving, driving }
+    }
+
+    /// `e^{Ft}`; `None` if it overflows.
+    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Jump<f64>> {
+        let Self { moving, driving } = self;
+        let part =
+            |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])]);
+        let found = discretise(&part(moving), &part(driving), time)?;
+        let mut out = Jump::new();
+        for (i, &row) in moving.iter().enumerate() {
+            let own = moving.iter().copied().zip(found.a.row(i).iter().copied());
+            let driven = driving.iter().copied().zip(found.b.row(i).iter().copied());
+            out.push(row, own.chain(driven).filter(|(_, x)| *x != 0.0).collect());
+        }
+        Some(out)
+    }
+}

@@ -1,0 +1,43 @@
+//! Rejects designs with unstable zero dynamics.
+
+use super::decoupling::zero_polynomial;
+use super::inversion::flat_parametrisation;
+use super::{Stability, SynthesisError, stability};
+use kardan_analysis::LinearSystem;
+use kardan_math::num::Polynomial;
+use kardan_results::Pole;
+
+/// Rejects outputs with unstable zero dynamics: the law would hide a motion that grows without bounds.
+///
+/// Zeros on the imaginary axis pass; the design warns of them.
+pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {
+    let polynomial = match zero_polynomial(system) {
+        Ok(polynomial) => polynomial,
+        // Not for static feedback; the inverse has the same zeros.
+        Err(_) => match flat_parametrisation(system) {
+            Ok(inverse) => inverse.zeros,
+            Err(_) => return Ok(()),
+        },
+    };
+    check_stable(&polynomial, outputs)
+}
+
+/// Rejects zero dynamics that grow.
+pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Result<(), SynthesisError> {
+    if stability(polynomial) != Stability::Unstable {
+        return Ok(());
+    }
+    let poles = roots(polynomial).into_iter().filter(|pole| pole.re > 0.0 && pole.im >= 0.0).collect();
+    Err(SynthesisError::UnstableZeros {
+        outputs: outputs.to_vec(),
+        polynomial: polynomial.primitive().to_string(),
+        poles,
+    })
+}
+
+/// All roots of a polynomial, with multiplicity, by size; conjugates next to each other.
+pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
+    let mut out = Pole::list(polynomial.roots());
+    out.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
+    out
+}
