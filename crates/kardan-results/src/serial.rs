@@ -30,6 +30,7 @@ pub struct Ending<'a> {
 }
 
 impl<'a> Ending<'a> {
+    /// Complete if there is no reason.
     pub fn of(unfinished: &'a Option<String>) -> Self {
         Self { complete: unfinished.is_none(), incomplete_reason: unfinished.as_deref() }
     }

@@ -13,8 +13,6 @@ use kardan_schema::schema::Values;
 /// # Errors
 /// Why it cannot be designed.
 pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Arc<dyn Law>, SynthesisError> {
-    #[cfg(test)]
-    count_design(name);
     if clock(values)?.is_none() && kind.samples {
         return Err(SynthesisError::SampledOnly { law: kind.keyword });
     }
@@ -30,20 +28,4 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
         Some(observer) => Ok(Arc::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
         None => Ok(law),
     }
-}
-
-/// Designs made so far, by controller.
-#[cfg(test)]
-static DESIGNS: std::sync::Mutex<std::collections::BTreeMap<String, usize>> =
-    std::sync::Mutex::new(std::collections::BTreeMap::new());
-
-#[cfg(test)]
-fn count_design(controller: &str) {
-    *DESIGNS.lock().expect("no panic").entry(controller.into()).or_default() += 1;
-}
-
-/// How often a controller of that name was designed.
-#[cfg(test)]
-pub(crate) fn designs_of(controller: &str) -> usize {
-    DESIGNS.lock().expect("no panic").get(controller).copied().unwrap_or(0)
 }

@@ -56,8 +56,6 @@ use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_excluding};
 pub use counters::{Counters, counting_charges, remove_counting_charges};
 pub use design::design_law;
-#[cfg(test)]
-pub(crate) use design::designs_of;
 pub use designed::{ExportedSignal, Frozen, Kinks, Law, Reference};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};

@@ -283,8 +283,7 @@ impl Primes {
     }
 
     /// The same, after the primes given.
-    #[cfg(test)]
-    pub(crate) fn after(self, queued: &[u64]) -> Self {
+    pub fn after(self, queued: &[u64]) -> Self {
         Self { queued: queued.iter().copied().collect(), ..self }
     }
 }

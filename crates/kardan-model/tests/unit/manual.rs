@@ -47,7 +47,7 @@ fn defaults_are_values_of_their_keys() {
     }
     let mut count = 0;
     element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut count));
-    synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut count));
+    kardan_synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut count));
     signal::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut count));
     for (_, fields) in STUDY_TABLES {
         check(fields, &mut count);

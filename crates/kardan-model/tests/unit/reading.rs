@@ -30,7 +30,7 @@ fn every_kind_of_block_can_be_chosen() {
 
 #[test]
 fn every_law_can_be_chosen() {
-    let keywords: Vec<&str> = synthesis::REGISTRY.iter().map(|law| law.keyword).collect();
+    let keywords: Vec<&str> = kardan_synthesis::REGISTRY.iter().map(|law| law.keyword).collect();
     assert!(!keywords.is_empty());
     assert_eq!(keywords, LAWS);
 }
@@ -49,14 +49,14 @@ fn every_element_that_sticks_can_be_stuck() {
 #[test]
 fn examples_parse() {
     let examples = element::REGISTRY.iter().map(|kind| (kind.keyword, kind.example));
-    let laws = synthesis::REGISTRY.iter().map(|law| (law.keyword, law.example));
+    let laws = kardan_synthesis::REGISTRY.iter().map(|law| (law.keyword, law.example));
     let mut count = 0;
     for (keyword, example) in examples.chain(laws) {
         let (document, diagnostics) = read(example);
         let diagnostics: Vec<_> = diagnostics.into_iter().filter(|d| d.code != "model::no-shaft").collect();
         assert_eq!(diagnostics, [], "{keyword}");
         // The example of a law may need a sensor.
-        let law = synthesis::find(keyword).is_some();
+        let law = kardan_synthesis::find(keyword).is_some();
         let elements = document.elements.iter().filter(|element| element.kind.keyword == keyword).count();
         assert_eq!(if law { document.controls.len() } else { elements }, 1, "{keyword}");
         count += 1;

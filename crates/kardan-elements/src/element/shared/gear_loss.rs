@@ -20,6 +20,7 @@ pub(in crate::element) const EFFICIENCY_BACK: Field = Field::optional(
      passes through the gear without loss. A worm with friction angle rho and lead angle g has tan(g - rho)/tan(g). Left out: `efficiency`.",
 );
 
+/// Key of a measured loss torque.
 pub const LOSS: Field = Field::optional(
     "loss",
     Kind::Formula(Dimension::TORQUE),
@@ -29,6 +30,7 @@ pub const LOSS: Field = Field::optional(
 
 /// The names that a [`LOSS`] may use besides those of all expressions.
 pub const LOAD: &str = "load";
+/// The other name.
 pub const SPEED: &str = "speed";
 
 /// The loss opposite to the motion along a direction, on whose first body the constraint of the element acts; none without such keys.

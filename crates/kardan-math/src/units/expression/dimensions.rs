@@ -4,6 +4,7 @@ use super::super::{Dimension, UnitError};
 use super::tree::{Called, Node};
 
 impl Node {
+    /// An error at this part.
     pub fn error(&self, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> UnitError {
         UnitError::new(code, self.span.clone(), message).help(help)
     }
@@ -14,6 +15,7 @@ impl Node {
         self.error("unit::dimension", message, "check the units of this part")
     }
 
+    /// The error for a part that is no finite `f64`.
     pub fn too_large(&self) -> UnitError {
         self.error("number::range", "this part is too large", "check the exponents")
     }

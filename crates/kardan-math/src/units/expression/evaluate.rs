@@ -38,7 +38,9 @@ pub enum Number {
 
 /// The value of a part of an expression.
 pub struct Value {
+    /// SI.
     pub number: Number,
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
@@ -147,6 +149,7 @@ impl Number {
 type Lookup<'a> = &'a dyn Fn(&str) -> Option<(Exact, Dimension)>;
 
 impl Node {
+    /// Adds the names that occur in this part.
     pub fn names<'n>(&'n self, out: &mut Vec<&'n str>) {
         match &self.kind {
             Kind::Literal(..) => {}
@@ -246,6 +249,7 @@ impl Node {
         }
     }
 
+    /// The value of this part; `lookup` returns the values of names.
     pub fn value(&self, lookup: Lookup<'_>) -> Result<Value, UnitError> {
         match &self.kind {
             Kind::Literal(value, dimension) => {

@@ -37,6 +37,7 @@ use super::{Dimension, Exact, UnitError};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
     text: String,
+    /// The outermost part.
     pub root: Node,
 }
 

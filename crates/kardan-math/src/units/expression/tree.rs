@@ -35,18 +35,32 @@ pub enum Kind {
 /// A function of expressions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Called {
+    /// √x.
     Sqrt,
+    /// sin x.
     Sin,
+    /// cos x.
     Cos,
+    /// tan x.
     Tan,
+    /// arcsin x.
     Asin,
+    /// arccos x.
     Acos,
+    /// arctan x.
     Atan,
+    /// The angle of the point (x, y), from y and x.
     Atan2,
+    /// eˣ.
     Exp,
+    /// ln x.
     Ln,
+    /// abs x.
     Abs,
+    /// The smallest of its arguments.
     Min,
+    /// The largest of its arguments.
     Max,
+    /// −1, 0 or 1.
     Sign,
 }

@@ -2,12 +2,6 @@
 
 use super::*;
 
-impl HasName for (String, usize) {
-    fn name(&self) -> &str {
-        &self.0
-    }
-}
-
 /// Short and long lists find the same entries as a linear search.
 #[test]
 fn entries_are_those_of_looking_through() {

@@ -57,10 +57,11 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
             .map(refused)
             .collect()
     };
-    let (text, mut omissions) = kardan_model::write_values(&text, &values.collect::<Vec<_>>()).map_err(|diagnostics| {
-        let new = refused(diagnostics.clone());
-        if new.is_empty() { diagnostics } else { new }
-    })?;
+    let (text, mut omissions) =
+        kardan_model::write_values(&text, &values.collect::<Vec<_>>()).map_err(|diagnostics| {
+            let new = refused(diagnostics.clone());
+            if new.is_empty() { diagnostics } else { new }
+        })?;
     let new = refused(diagnostics(&text));
     if !new.is_empty() {
         return Err(new);

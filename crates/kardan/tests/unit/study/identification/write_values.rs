@@ -19,7 +19,7 @@ fn an_entry_that_cannot_be_taken_out_stays() {
         coefficients: vec![coefficient],
     };
     let put = |text: &str| {
-        let (document, _) = model::read(text);
+        let (document, _) = kardan_model::read(text);
         TermEdit::new(&document, &term).expect("a law of a torque says it").put(text, &document, &term)
     };
     let (text, warning) = put(&source(" # a comment"));
