@@ -1,6 +1,6 @@
 //! Analysis of linear models: structure, modes, zeros, stability, certificates and distances, decided over fractions.
 //!
-//! It knows no control laws and no runs. Begin with [`LinearSystem`], [`StabilityVerdict`] and [`Plane`].
+//! It knows no control laws and no runs. Begin with [`LinearSystem`], [`ConstrainedSystem`] and [`stability_of`].
 //!
 //! ```
 //! use kardan_analysis::{Plane, stability_of};
@@ -9,7 +9,7 @@
 //!
 //! // ẍ + ẋ + x = 0
 //! let a = Matrix::from_fn(2, 2, |i, j| Rational::from([[0, 1], [-1, -1]][i][j]));
-//! assert_eq!(stability_of(&a, Plane::Continuous).stability, Stability::Stable);
+//! assert_eq!(stability_of(&a, Plane::Continuous).word, Stability::Stable);
 //! ```
 #![deny(clippy::disallowed_methods)]
 

@@ -1,7 +1,7 @@
 //! Exact expressions and their plans: one graph in which equal expressions are one node, differentiated exactly and compiled to a list
 //! of operations.
 //!
-//! It knows dimensions, not what a symbol stands for. Begin with [`expr::Graph`], [`expr::Expr`] and [`plan::Compiled`].
+//! It knows dimensions, not what a symbol stands for. Begin with [`expr::Graph`], [`expr::Expr`] and [`plan::Plan`].
 //!
 //! ```
 //! use kardan_expr::expr::Graph;

@@ -28,12 +28,11 @@ const POSITIONS: (usize, u64) = (6, 1);
 /// ```
 /// use kardan_identify::{Excitation, coefficients, undetermined};
 /// use kardan_mechanics::assemble::assemble;
-/// use kardan_model;
 /// use kardan_math::num::Rational;
 /// use kardan_mechanics::reduce::reduce;
 /// let text = "[model]\nname = \"m\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
 ///             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\n";
-/// let (document, _) = model::read(text);
+/// let (document, _) = kardan_model::read(text);
 /// let (gears, _) = document.model(&[]);
 /// let reduced = reduce(assemble(&gears.all_coordinates, &gears.terms), Some(&["b".to_string()])).unwrap();
 /// let all = coefficients(&reduced);

@@ -56,9 +56,8 @@ pub struct Coefficient {
 /// ```
 /// use kardan_mechanics::assemble::assemble;
 /// use kardan_identify::coefficients;
-/// use kardan_model;
 /// use kardan_mechanics::reduce::reduce;
-/// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+/// let (document, _) = kardan_model::read(kardan_model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
 /// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), None).unwrap();
 /// let found = coefficients(&reduced);

@@ -402,8 +402,7 @@ impl Equations {
     ///
     /// ```
     /// use kardan_mechanics::assemble::assemble;
-    /// use kardan_model;
-    /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+    /// let (document, _) = kardan_model::read(kardan_model::builtin("harmonic-drive").unwrap().source);
     /// let (drive, _) = document.model(&[]);
     /// let found = assemble(&drive.all_coordinates, &drive.terms).coefficients();
     /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));

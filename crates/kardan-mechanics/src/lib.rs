@@ -3,14 +3,12 @@
 //! It knows no files, no elements and no control. Begin with [`equations::Term`], [`assemble::Equations`] and [`reduce::Reduced`].
 //!
 //! ```
-//! use kardan_mechanics::assemble::assemble;
-//! use kardan_mechanics::reduce::reduce;
-//! use kardan_model::{builtin, read};
+//! use kardan_mechanics::{assemble::assemble, reduce::reduce};
 //!
-//! let (document, _) = read(builtin("harmonic-drive").unwrap().source);
+//! let (document, _) = kardan_model::read(kardan_model::builtin("harmonic-drive").unwrap().source);
 //! let (drive, _) = document.model(&[]);
-//! let equations = assemble(&drive.all_coordinates, &drive.terms);
-//! let reduced = reduce(&equations, &drive.coordinates).unwrap();
+//! let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), None).unwrap();
+//! // Three shafts, one constraint.
 //! assert_eq!(reduced.coordinates.len(), 2);
 //! ```
 #![deny(clippy::disallowed_methods)]

@@ -111,7 +111,7 @@ impl Quantity {
 /// The name of a signal in its parts. A name without a dot is that of a reference or an input.
 ///
 /// ```
-/// use crate::signal_name::{Quantity, SignalName};
+/// use kardan_results::signal_name::{Quantity, SignalName};
 /// let torque = SignalName::new("gear.rack.tau");
 /// assert_eq!((torque.element, torque.on, torque.quantity()), ("gear", Some("rack"), Some(Quantity::Torque)));
 /// assert_eq!(SignalName::new("rk.phi").angle_of(), Some("rk"));
@@ -184,7 +184,7 @@ impl<'a> SignalName<'a> {
 /// dot itself.
 ///
 /// ```
-/// use crate::signal_name::carrier;
+/// use kardan_results::signal_name::carrier;
 /// assert_eq!((carrier("rk.phi"), carrier("tr.2.i"), carrier("ref")), ("rk", "tr.2", "ref"));
 /// ```
 pub fn carrier(name: &str) -> &str {

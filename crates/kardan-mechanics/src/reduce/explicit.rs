@@ -14,9 +14,8 @@ use kardan_math::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 ///
 /// ```
 /// use kardan_mechanics::assemble::assemble;
-/// use kardan_model;
 /// use kardan_mechanics::reduce::reduce;
-/// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+/// let (document, _) = kardan_model::read(kardan_model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
 /// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), None).unwrap();
 /// // Three shafts, one constraint; the shaft with the largest coefficient follows from the others.

@@ -83,10 +83,9 @@ impl LinearModel {
 ///
 /// ```
 /// use kardan_mechanics::assemble::assemble;
-/// use kardan_model;
 /// use kardan_math::num::Rational;
 /// use kardan_mechanics::reduce::{linearise, reduce};
-/// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+/// let (document, _) = kardan_model::read(kardan_model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
 /// let named = ["wg".to_string(), "cs".to_string()];
 /// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), Some(&named)).unwrap();
