@@ -37,6 +37,7 @@
 //! | [`results`] | the results, with names and units; [`export`]: as JSON and tables |
 //! | [`element`], [`synthesis`], [`analysis`] | the elements, the control laws, exact structure, for further use |
 //! | [`diagnostics`], [`schema`], [`entries`], [`units`] | errors with their places, keys, source entries, exact quantities |
+//! | [`tables`] | logs as streams, tables as bytes |
 //!
 //! The other modules are implementation. They are not listed here, may change with any version, and are public for the tests.
 #![deny(clippy::disallowed_methods)]

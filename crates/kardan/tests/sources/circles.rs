@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use crate::reader::{code, crate_folder, sources};
+use crate::reader::{code, crates, sources};
 
 /// Dependences that close circles and stand for now: crate, file or folder, what it depends on, why. The list may only shrink.
 const ALLOWED: &[(&str, &str, &str, &str)] = &[];
@@ -241,13 +241,10 @@ impl Crate {
     }
 }
 
-/// The modules of a crate, without those that only its tests have.
+/// The modules of a crate.
 fn read(src: &Path) -> Crate {
     let mut modules = Vec::new();
     for file in sources(src) {
-        if file.file_stem().is_some_and(|stem| stem == "tests" || stem == "example") {
-            continue;
-        }
         let relative = file.strip_prefix(src).expect("a file of the root").to_string_lossy().replace('\\', "/");
         modules.push(module(relative, &code(&fs::read_to_string(&file).expect("a source"))));
     }
@@ -285,8 +282,8 @@ fn is_of(file: &str, entry: &str) -> bool {
 #[test]
 fn files_of_a_crate_have_no_circles() {
     let mut wrong = Vec::new();
-    for name in ["kardan", "kardan-cli", "kardan-native", "kardan-rt", "kardan-tables"] {
-        let all = read(&crate_folder(&format!("../{name}/src")));
+    for (name, src) in crates() {
+        let all = read(&src);
         let mut dependences = all.dependences();
         let file = |k: usize| all.modules[k].file.as_str();
         let on_circles = circles(&dependences);

@@ -1,8 +1,8 @@
-//! Functions that can be read: none above [`MOST`] lines but those of a list, each with its reason.
+//! Functions and files that can be read: no function above [`MOST`] lines but those of a list, each with its reason.
 
 use std::fs;
 
-use crate::reader::{code, crate_folder, inside_name, name_at, sources};
+use crate::reader::{code, crates, inside_name, name_at, sources};
 
 /// From the line of `fn` to that of the closing brace.
 const MOST: usize = 80;
@@ -10,11 +10,11 @@ const MOST: usize = 80;
 /// Longer functions that stand for now: file, function, why. The list may only shrink.
 const LONG: &[(&str, &str, &str)] = &[
     (
-        "kardan/analysis/uncontrollability.rs",
+        "kardan-analysis/uncontrollability.rs",
         "descend",
         "one Newton step: every part of it reads the pencil, the vector and the decomposition of the same point",
     ),
-    ("kardan/synthesis/error.rs", "advice", "one arm for each error, side by side"),
+    ("kardan-synthesis/error.rs", "advice", "one arm for each error, side by side"),
 ];
 
 /// Names and lengths of the functions of a code.
@@ -46,12 +46,8 @@ fn functions(code: &str) -> Vec<(String, usize)> {
 fn functions_can_be_read() {
     let (mut wrong, mut found) = (Vec::new(), Vec::new());
     let mut read = 0;
-    for name in ["kardan", "kardan-cli", "kardan-native", "kardan-rt", "kardan-tables"] {
-        let src = crate_folder(&format!("../{name}/src"));
+    for (name, src) in crates() {
         for file in sources(&src) {
-            if file.file_stem().is_some_and(|stem| stem == "tests" || stem == "example") {
-                continue;
-            }
             let place = format!("{name}/{}", file.strip_prefix(&src).expect("a file of the root").to_string_lossy());
             for (function, lines) in functions(&code(&fs::read_to_string(&file).expect("a source"))) {
                 read += 1;
@@ -72,6 +68,18 @@ fn functions_can_be_read() {
     }
     assert!(wrong.is_empty(), "functions above {MOST} lines:\n{}", wrong.join("\n"));
     assert!(read > 1000, "only {read} functions were read");
+}
+
+/// Files that can be read at one sitting.
+#[test]
+fn files_can_be_read() {
+    const MOST_LINES: usize = 700;
+    for (_, src) in crates() {
+        for file in sources(&src) {
+            let lines = fs::read_to_string(&file).expect("a source").lines().count();
+            assert!(lines <= MOST_LINES, "{} has {lines} lines: split it by concept", file.display());
+        }
+    }
 }
 
 #[test]

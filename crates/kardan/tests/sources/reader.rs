@@ -26,6 +26,18 @@ pub fn crate_folder(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
 
+/// All crates beside this one, with their sources.
+pub fn crates() -> Vec<(String, PathBuf)> {
+    let entries = fs::read_dir(crate_folder("..")).expect("the crates");
+    let mut out: Vec<(String, PathBuf)> = entries
+        .map(|entry| entry.expect("an entry"))
+        .map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.path().join("src")))
+        .filter(|(_, src)| src.is_dir())
+        .collect();
+    out.sort();
+    out
+}
+
 /// The code of a file: comments and the contents of text literals blanked, items under `#[cfg(test)]` cut out.
 pub fn code(source: &str) -> String {
     let blank = blank(source);

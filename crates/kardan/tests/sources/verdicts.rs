@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::reader::{crate_folder, sources, texts};
+use crate::reader::{crate_folder, crates, sources, texts};
 
 /// What stands behind a text.
 enum Evidence {
@@ -211,8 +211,11 @@ fn promises(text: &str) -> bool {
 /// All texts that have one, with their files.
 fn promising() -> Vec<(PathBuf, String)> {
     let mut out = Vec::new();
-    for folder in ["src", "../kardan-report/src", "../kardan-cli/src"] {
-        for path in sources(&crate_folder(folder)) {
+    for (name, src) in crates() {
+        if ["kardan-native", "kardan-rt", "kardan-tables"].contains(&name.as_str()) {
+            continue;
+        }
+        for path in sources(&src) {
             let found = texts(&fs::read_to_string(&path).expect("a source"));
             out.extend(found.into_iter().filter(|text| promises(text)).map(|text| (path.clone(), text)));
         }
