@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::study::analyze::locations::place_of_value;
-use crate::study::check::model_checks::is_finite_at;
-use crate::study::prepare::read_values::{of_dimension, read_names, read_word};
-use crate::study::prepare::signal_table::SignalContext;
+use crate::study::read::locations::place_of_value;
+use crate::study::read::positions::is_finite_at;
+use crate::study::read::read_values::{of_dimension, read_names, read_word};
+use crate::study::read::signal_table::SignalContext;
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::names::unknown_name;
 use kardan_math::units::{Dimension, Exact};
@@ -458,7 +458,7 @@ fn places(
         };
         // `TableReader::values` of the whole table has reported unreadable values.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
-        let cost = crate::study::prepare::read_values::read_scalar(table, "cost")
+        let cost = crate::study::read::read_values::read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         // If it is unreadable, the location is checked nevertheless.
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };

@@ -2,8 +2,8 @@
 
 use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::measure::signals::{AnalyzeSettings, WorkingPoint};
-use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project};
 use kardan_analysis::{LinearSystem, linear_system};
 use kardan_math::num::Matrix;

@@ -3,7 +3,6 @@
 pub(super) mod analysis_spec;
 pub(super) mod descriptor;
 pub(super) mod linearise;
-pub(super) mod locations;
 pub(super) mod parity;
 pub(super) mod placement;
 pub(super) mod point_in_motion;

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
 use crate::study::prepare::document::file_stem;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Progress, Project};
 use kardan_identify::coefficients;
 use kardan_math::names::unknown_name;

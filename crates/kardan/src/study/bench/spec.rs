@@ -1,8 +1,8 @@
 //! Settings of `[bench]`.
 
 use super::truth::{Entry, Truth};
-use crate::study::prepare::read_values::{of_dimension, quantity, read_names, read_word};
-use crate::study::prepare::scenario::whole;
+use crate::study::read::read_values::{of_dimension, quantity, read_names, read_word};
+use crate::study::read::scenario::whole;
 use kardan_math::names::unknown_name;
 use kardan_math::units::Dimension;
 use kardan_model::tables::ExcitationPlan;

@@ -1,6 +1,6 @@
 //! The plant on the bench: the model's tables with values unknown to the model.
 
-use crate::study::prepare::read_values::of_dimension;
+use crate::study::read::read_values::of_dimension;
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::num::{Random, rational_from_f64};
 use kardan_math::units::{Dimension, Exact};

@@ -16,7 +16,7 @@ use crate::study::design::margins::{
 use crate::study::design::margins_over_positions::margins_over_positions;
 use crate::study::measure::signals::{AnalyzeSettings, signals};
 use crate::study::prepare::blocks::block_remarks;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::actuator_usage::scenario_motor_loads;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;

@@ -10,7 +10,7 @@ use crate::study::check::model_checks::signals_of;
 use crate::study::check::multiplier_constraints::nothing_free;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
 use crate::study::prepare::equilibrium::Rest;
-use crate::study::prepare::state_names::{non_angle_domains, state_name};
+use crate::study::read::state_names::{non_angle_domains, state_name};
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::num::{LastDigits, rational_to_f64};
 use kardan_mechanics::assemble::TransmissionRow;

@@ -1,6 +1,6 @@
 //! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
-use crate::study::analyze::locations::{at_all, place_of_node};
+use crate::study::read::locations::{at_all, place_of_node};
 use kardan_mechanics::equations::{GROUND, NamedTerm, Term};
 use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted};

@@ -10,10 +10,10 @@ use crate::study::analyze::analysis_spec::analysis_spec;
 use crate::study::check::debounce::late_monitors;
 use crate::study::measure::figure_spec::figures_and_requirements;
 use crate::study::measure::plot_spec::plots;
-use crate::study::prepare::scenario::scenario;
-use crate::study::prepare::signal_table::SignalContext;
-use crate::study::prepare::tolerance::tolerance;
-use crate::study::run::progress::Progress;
+use crate::study::progress::Progress;
+use crate::study::read::scenario::scenario;
+use crate::study::read::signal_table::SignalContext;
+use crate::study::read::tolerance::tolerance;
 use crate::study::safety::{check_rows, safety_spec};
 use crate::study::sweep::sweep_spec;
 use kardan_mechanics::assemble::assemble;
@@ -23,8 +23,8 @@ use kardan_model::{Document, Model, VariantSettings};
 use kardan_schema::diagnostics::{Diagnostic, Severity};
 use kardan_simulate::signal_names;
 
-use super::variant_diagnostics::{add_new, is_error};
 use super::variants::{Purpose, Steps, prepare_variant};
+use crate::study::read::variant_diagnostics::{add_new, is_error};
 
 /// The runs of a document, ready to start; errors are added to the diagnostics.
 pub(in crate::study) fn prepare_document(

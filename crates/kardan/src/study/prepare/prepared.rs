@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use crate::study::measure::computed_signals::Computed;
-use crate::study::prepare::faults::NamedFault;
+use crate::study::read::faults::NamedFault;
 use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 
 use crate::study::Prepared;
 use crate::study::prepare::document::prepare_document;
-use crate::study::prepare::variant_diagnostics::is_error;
 use crate::study::prepare::variants::Purpose;
-use crate::study::run::progress::{Progress, Silent};
+use crate::study::progress::{Progress, Silent};
+use crate::study::read::variant_diagnostics::is_error;
 use kardan_model::{Builder, Document, FileBytes, assign, open, read_entries};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::{Entries, RawValue};

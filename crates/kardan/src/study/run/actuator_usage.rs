@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::study::run::progress::simulate_with_progress;
+use crate::study::progress::simulate_with_progress;
 use crate::study::{Prepared, PreparedVariant, Progress};
 use kardan_results::{Design, MotorLoad, Outcome, ScenarioMotorLoad};
 use kardan_simulate::{Setup, Tolerance};

@@ -15,10 +15,10 @@ use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::progress::run_with_progress;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::accuracy::{self, ReferenceRuns};
 use crate::study::run::model_summary::summarise;
-use crate::study::run::progress::run_with_progress;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
     run::actuator_usage,

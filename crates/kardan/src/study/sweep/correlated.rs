@@ -5,7 +5,7 @@ use std::str;
 use super::points::{Distribution, score};
 use super::varied::{Varied, add, format_distribution, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
-use crate::study::prepare::read_values::{read_names, read_word};
+use crate::study::read::read_values::{read_names, read_word};
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
 use kardan_model::{Document, TableReader};

@@ -44,8 +44,8 @@ use summary::summarise;
 use varied::{SWEEP, Varied};
 
 use crate::study::measure::requirement_verdict::Requirement;
-use crate::study::prepare::variant_diagnostics::is_error;
-use crate::study::run::progress::Counted;
+use crate::study::progress::Counted;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 use kardan_math::num::Random;

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::study::analyze::locations::places_in_control;
-use crate::study::prepare::events::{not_settable, settable};
+use super::events::{not_settable, settable};
+use super::locations::places_in_control;
 use kardan_elements::manoeuvre::quoted;
 use kardan_expr::expr::OfTime;
 use kardan_math::units::Expression;

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use crate::study::prepare::events::{EventSpec, events, sources};
-use crate::study::prepare::faults::{NamedFault, faults, named_faults};
-use crate::study::prepare::initial_state::initial_state;
-use crate::study::prepare::read_values::{quantity, quantity_like, read_word};
-use crate::study::prepare::source_signals::source_signals;
+use super::events::{EventSpec, events, sources};
+use super::faults::{NamedFault, faults, named_faults};
+use super::initial_state::initial_state;
+use super::read_values::{quantity, quantity_like, read_word};
+use super::source_signals::source_signals;
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
@@ -249,5 +249,5 @@ fn add_multiples(times: &mut Vec<f64>, first: &Rational, step: &Rational, count:
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/study/prepare/scenario.rs"]
+#[path = "../../../tests/unit/study/read/scenario.rs"]
 mod tests;

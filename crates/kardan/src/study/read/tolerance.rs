@@ -1,6 +1,6 @@
 //! The relative tolerance of runs, as the scenario gives it.
 
-use crate::study::prepare::read_values::quantity;
+use super::read_values::quantity;
 use kardan_math::units::Dimension;
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;

@@ -1,4 +1,4 @@
-//! Tests of `src/study/prepare/scenario.rs`.
+//! Tests of `src/study/read/scenario.rs`.
 
 use super::*;
 

@@ -1,7 +1,7 @@
 //! Faults of a scenario: sensors, motors, control units, springs and gears.
 
-use crate::study::prepare::events::check_late;
-use crate::study::prepare::read_values::{quantity, quantity_like, read_word};
+use super::events::check_late;
+use super::read_values::{quantity, quantity_like, read_word};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, InputKind, Measured};

@@ -9,7 +9,7 @@ pub(in crate::study) fn is_error(diagnostic: &Diagnostic) -> bool {
 }
 
 /// The same error of several variants is reported once; an error that the first variant does not have names its variant.
-pub(super) fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
+pub(in crate::study) fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
     // A set instead of a linear search for each: the time of thousands of errors grows linearly.
     let key = |d: &Diagnostic| {
         let places: Vec<_> = d.labels.iter().map(|label| (label.place.clone(), label.text.clone())).collect();

@@ -1,6 +1,6 @@
 //! Initial values: `initial` of `[scenario]`.
 
-use crate::study::prepare::read_values::of_dimension;
+use super::read_values::of_dimension;
 use kardan_math::names::unknown_name;
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};

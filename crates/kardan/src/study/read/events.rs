@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::study::analyze::locations::places_in_control;
-use crate::study::prepare::read_values::{quantity, read_word};
-use crate::study::prepare::signal_table::SignalContext;
+use super::locations::places_in_control;
+use super::read_values::{quantity, read_word};
+use super::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::assemble::Equations;
