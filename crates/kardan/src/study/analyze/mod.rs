@@ -1,6 +1,5 @@
 //! Structure, modes and distances of a model at an operating point.
 
-pub(super) mod analysis_spec;
 pub(super) mod descriptor;
 pub(super) mod linearise;
 pub(super) mod parity;

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
-use crate::study::analyze::analysis_spec::OperatingConditions;
+use crate::study::check::equilibrium::format_position;
 use crate::study::check::multiplier_constraints::moves_by_itself;
-use crate::study::prepare::equilibrium::format_position;
+use crate::study::requests::analysis_spec::OperatingConditions;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
 use kardan_mechanics::reduce::{

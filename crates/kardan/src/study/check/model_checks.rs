@@ -1,6 +1,6 @@
 //! Checks of a model: connected, reducible, with inertia, passive; with the messages if a check fails.
 
-use crate::study::prepare::circuit::massless_loop;
+use crate::study::check::circuit::massless_loop;
 use crate::study::read::locations::{
     MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
 };

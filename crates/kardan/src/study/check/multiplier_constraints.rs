@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::study::prepare::equilibrium::{Rest, format_position};
+use crate::study::check::equilibrium::{Rest, format_position};
 use crate::study::read::initial_state::Entry;
 use crate::study::read::locations::{at_each, place_of};
 use crate::study::read::positions::generic_positions;

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
-use crate::study::analyze::analysis_spec::{OperatingConditions, output};
 use crate::study::analyze::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
+use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
 use crate::study::check::multiplier_constraints::nothing_free;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
-use crate::study::prepare::equilibrium::Rest;
 use crate::study::read::state_names::{non_angle_domains, state_name};
+use crate::study::requests::analysis_spec::{OperatingConditions, output};
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::num::{LastDigits, rational_to_f64};
 use kardan_mechanics::assemble::TransmissionRow;

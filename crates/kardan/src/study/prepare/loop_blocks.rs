@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::study::PreparedVariant;
-use crate::study::prepare::prepared::Settled;
+use crate::study::prepared::Settled;
 use kardan_expr::expr::Symbol;
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Meaning;

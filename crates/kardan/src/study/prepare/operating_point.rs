@@ -1,9 +1,9 @@
 //! The operating point of the loop of a variant, at which its laws are designed.
 
-use crate::study::analyze::analysis_spec::operating_point;
+use crate::study::check::equilibrium::{format_currents, format_position};
 use crate::study::design::design_in_motion::MotionRequest;
-use crate::study::prepare::equilibrium::{format_currents, format_position};
 use crate::study::read::locations::place_of_value;
+use crate::study::requests::analysis_spec::operating_point;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::reduce::{

@@ -1,17 +1,12 @@
 //! `kardan safety`: every fault of a list in every variant and at every value, against the same run without it.
 
 mod judged;
-mod rows;
-mod spec;
 
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
-pub(in crate::study) use rows::check_rows;
-pub use spec::SafetySpec;
-pub(in crate::study) use spec::safety_spec;
 
 use crate::study::progress::Counted;
 use crate::study::read::variant_diagnostics::is_error;

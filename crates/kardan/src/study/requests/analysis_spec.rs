@@ -541,5 +541,5 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/study/analyze/analysis_spec.rs"]
+#[path = "../../../tests/unit/study/requests/analysis_spec.rs"]
 mod tests;

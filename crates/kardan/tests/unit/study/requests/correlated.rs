@@ -1,4 +1,4 @@
-//! Tests of `src/study/sweep/correlated.rs`.
+//! Tests of `src/study/requests/correlated.rs`.
 
 use super::*;
 

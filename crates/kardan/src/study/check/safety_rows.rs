@@ -1,7 +1,7 @@
 //! Checks that the time windows of `[safety]` contain rows of the results.
 
-use super::spec::{Effect, SAFETY};
 use crate::study::read::read_values::read_word;
+use crate::study::requests::safety_spec::{Effect, SAFETY};
 use crate::study::{NamedFault, Prepared, PreparedVariant};
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;

@@ -12,7 +12,7 @@ use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Value};
 
 /// The tables of the plant, and their differences.
-pub(super) struct Truth {
+pub(in crate::study) struct Truth {
     pub document: Document,
     pub values: Vec<TrueValue>,
     /// Names with the values of the model.
@@ -20,7 +20,7 @@ pub(super) struct Truth {
 }
 
 /// An entry of `truth`: name and value.
-pub(super) type Entry = (Placed<String>, Placed<Scalar>);
+pub(in crate::study) type Entry = (Placed<String>, Placed<Scalar>);
 
 impl Truth {
     /// The plant equals the model except for later changes; some names remain unchanged.

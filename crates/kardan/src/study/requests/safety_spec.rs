@@ -15,7 +15,7 @@ use kardan_schema::entries::Place;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 
 /// The table in messages.
-pub(super) const SAFETY: &str = "`[safety]`";
+pub(in crate::study) const SAFETY: &str = "`[safety]`";
 
 /// The cases, and the criteria of the verdict.
 #[derive(Debug, Clone, PartialEq, Default)]

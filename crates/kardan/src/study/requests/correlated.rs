@@ -2,7 +2,7 @@
 
 use std::str;
 
-use super::points::{Distribution, score};
+use super::distribution::{Distribution, score};
 use super::varied::{Varied, add, format_distribution, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
 use crate::study::read::read_values::{read_names, read_word};
@@ -21,7 +21,7 @@ const MAX_LISTED: usize = 5;
 
 /// Parameters that vary together, and the matrix that computes their scores from independent ones.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct CorrelatedGroup {
+pub(in crate::study) struct CorrelatedGroup {
     /// Their numbers among all varied parameters.
     pub members: Vec<usize>,
     /// Lower triangle F, rows of length one: `F Fᵀ` are the correlations.
@@ -39,7 +39,7 @@ impl CorrelatedGroup {
 }
 
 /// For each axis the number of its factor: axes that vary together share one.
-pub(super) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize> {
+pub(in crate::study) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::new();
     let mut next = 0;
     for axis in 0..axes {
@@ -53,7 +53,7 @@ pub(super) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize>
 }
 
 /// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
-pub(super) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], places: &[f64]) -> Vec<f64> {
+pub(in crate::study) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], places: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> =
         spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
     if !correlated.is_empty() {
@@ -67,7 +67,11 @@ pub(super) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], place
 }
 
 /// The same at scores: independent normal numbers.
-pub(super) fn values_of_scores(spread: &[Varied], correlated: &[CorrelatedGroup], scores: &[f64]) -> Vec<f64> {
+pub(in crate::study) fn values_of_scores(
+    spread: &[Varied],
+    correlated: &[CorrelatedGroup],
+    scores: &[f64],
+) -> Vec<f64> {
     let mut scores = scores.to_vec();
     correlated.iter().for_each(|group| group.mix(&mut scores));
     spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
@@ -82,7 +86,7 @@ struct CorrelationSpec {
 }
 
 /// Reads all of them; a normal distribution of a file replaces a tolerance.
-pub(super) fn correlated(
+pub(in crate::study) fn correlated(
     document: &Document,
     varied: &mut Vec<Varied>,
     tolerances: bool,
@@ -433,5 +437,5 @@ fn factor(matrix: &Matrix<Rational>) -> Matrix<f64> {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/study/sweep/correlated.rs"]
+#[path = "../../../tests/unit/study/requests/correlated.rs"]
 mod tests;

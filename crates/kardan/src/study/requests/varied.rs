@@ -1,6 +1,6 @@
 //! Varied parameters with their distributions, as text.
 
-use super::points::Distribution;
+use super::distribution::Distribution;
 use crate::study::measure::requirement_verdict::{in_15_digits, in_digits};
 use kardan_math::units::Dimension;
 use kardan_model::{Document, Parameter, TableReader};
@@ -9,11 +9,11 @@ use kardan_schema::entries::Place;
 use kardan_schema::schema::Table;
 
 /// The table in messages.
-pub(super) const SWEEP: &str = "`[sweep]`";
+pub(in crate::study) const SWEEP: &str = "`[sweep]`";
 
 /// A varied parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Varied {
+pub(in crate::study) struct Varied {
     pub name: String,
     pub dimension: Dimension,
     pub distribution: Distribution,
@@ -24,7 +24,7 @@ pub(super) struct Varied {
 }
 
 /// Reports parameters with more than one distribution.
-pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
+pub(in crate::study) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
     if varied.iter().any(|candidate| candidate.name == found.name) {
         let message = format!("{SWEEP}: `{}` has two distributions", shortened(&found.name));
@@ -37,7 +37,7 @@ pub(super) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table
 }
 
 /// The parameter of a name, which no variant sets.
-pub(super) fn parameter<'d>(
+pub(in crate::study) fn parameter<'d>(
     document: &'d Document,
     name: &str,
     (place, label): (&Place, &str),
@@ -99,7 +99,7 @@ fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diag
 }
 
 /// A distribution with its unit.
-pub(super) fn format_distribution(distribution: &Distribution, dimension: Dimension) -> String {
+pub(in crate::study) fn format_distribution(distribution: &Distribution, dimension: Dimension) -> String {
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
     let digits = |value: &f64| in_digits(in_15_digits(*value));

@@ -1,7 +1,8 @@
 //! The request of `[sweep]` of a model file, with its errors.
 
 use super::correlated::{CorrelatedGroup, correlated};
-use super::points::{Distribution, SOBOL_AXES, SamplingMethod};
+use super::distribution::Distribution;
+use super::sampling_method::{SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
 use crate::study::measure::selected_variants::selected_variants;
 use crate::study::read::read_values::{of_dimension, quantity, read_word};
@@ -14,7 +15,7 @@ use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Sign, Table, Value};
 
 /// Most samples.
-pub(super) const MOST_SAMPLES: u64 = 10_000_000;
+pub(in crate::study) const MOST_SAMPLES: u64 = 10_000_000;
 /// Default levels of a grid.
 const LEVELS: u64 = 5;
 /// An end of a normal distribution is at most this many deviations on the other side of its mean.
@@ -30,13 +31,13 @@ pub struct SweepSpec {
     /// The seed of the samples.
     pub seed: u64,
     /// The sampling method.
-    pub(super) sampling: SamplingMethod,
+    pub(in crate::study) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
     /// The varied parameters.
-    pub(super) varied: Vec<Varied>,
+    pub(in crate::study) varied: Vec<Varied>,
     /// Those that vary together.
-    pub(super) correlated: Vec<CorrelatedGroup>,
+    pub(in crate::study) correlated: Vec<CorrelatedGroup>,
 }
 
 /// Reads it; without a table `[sweep]` all tolerances of the file vary.

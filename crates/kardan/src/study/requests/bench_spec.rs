@@ -1,6 +1,6 @@
 //! Settings of `[bench]`.
 
-use super::truth::{Entry, Truth};
+use super::bench_truth::{Entry, Truth};
 use crate::study::read::read_values::{of_dimension, quantity, read_names, read_word};
 use crate::study::read::scenario::whole;
 use kardan_math::names::unknown_name;
@@ -11,7 +11,7 @@ use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Placed, Sign, Table, Value};
 
 /// The table `[bench]`, with defaults for omitted keys.
-pub(super) struct Spec {
+pub(in crate::study) struct BenchSpec {
     pub truth: Option<Vec<Entry>>,
     pub spread: f64,
     pub period: f64,
@@ -43,14 +43,14 @@ const USUAL: f64 = 30.0;
 const FASTEST: f64 = 0.3;
 
 /// The entries of a table of names and quantities.
-pub(super) fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
+fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
     match table.values.get(key).map(|spanned| &spanned.value) {
         Some(Value::Map(entries)) => Some(entries.clone()),
         _ => None,
     }
 }
 
-impl Spec {
+impl BenchSpec {
     pub fn read(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Self {
         let table = &document.bench;
         let mut bench = BenchTable { document, reader: TableReader::new(document, settings), table, out };
@@ -193,9 +193,9 @@ impl BenchTable<'_> {
 }
 
 /// Errors of `[bench]` itself; the planner reports those that depend on a plan.
-pub(in crate::study) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+pub(in crate::study) fn check_bench(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
     if !document.bench.values.is_empty() {
-        let spec = Spec::read(document, settings, out);
+        let spec = BenchSpec::read(document, settings, out);
         if let Some(entries) = &spec.truth {
             Truth::new(document, &[]).with_values(document, settings, entries, out);
         }

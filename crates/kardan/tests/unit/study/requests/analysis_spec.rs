@@ -1,4 +1,4 @@
-//! Tests of `src/study/analyze/analysis_spec.rs`.
+//! Tests of `src/study/requests/analysis_spec.rs`.
 
 use super::*;
 use crate::study::prepare;
