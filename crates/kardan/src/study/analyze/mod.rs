@@ -4,7 +4,6 @@ pub(super) mod descriptor;
 pub(super) mod linearise;
 pub(super) mod parity;
 pub(super) mod placement;
-pub(super) mod point_in_motion;
 pub(super) mod proof;
 pub(super) mod robustness;
 pub(super) mod sensitivity;

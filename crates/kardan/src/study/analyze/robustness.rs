@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::study::design::margins_over_positions::margins_over_box;
-use crate::study::run::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
+use crate::study::loops::margins_over_positions::margins_over_box;
+use crate::study::loops::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use crate::study::{PreparedVariant, Progress};
 use kardan_math::num::Random;
 use kardan_math::units::Exact;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::study::check::massless_motions::{check_readings, is_designable};
 use crate::study::check::model_checks::{design_diagnostic, is_representable, signals_of};
 use crate::study::check::multiplier_constraints::{moves_by_itself, not_on_rows, on_frozen_rows, rows_refused};
-use crate::study::prepare::operating_point::{NamedPoint, check_smooth, no_equilibrium};
+use crate::study::operating_point::named_point::{NamedPoint, check_smooth, no_equilibrium};
 use crate::study::prepare::reduced_design_model::{excluded, model_excluding, needed_by};
 use crate::study::read::locations::places_in_control;
 use crate::study::read::positions::is_finite_at;

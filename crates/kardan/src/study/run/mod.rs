@@ -4,4 +4,3 @@ pub(super) mod accuracy;
 pub(super) mod actuator_usage;
 pub(super) mod model_summary;
 pub(super) mod runs;
-pub(super) mod stepped_loop;

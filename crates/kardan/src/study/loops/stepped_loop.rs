@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powf};
 
+use super::loop_blocks::with_blocks;
+use super::margins::{excluded, motor_margins};
 use crate::study::PreparedVariant;
-use crate::study::design::margins::{excluded, motor_margins};
-use crate::study::prepare::loop_blocks::with_blocks;
 use kardan_math::num::{multiply, rational_to_f64};
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::equations::Measured;

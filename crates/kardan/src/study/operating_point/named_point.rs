@@ -1,7 +1,7 @@
 //! The operating point of the loop of a variant, at which its laws are designed.
 
+use super::design_in_motion::MotionRequest;
 use crate::study::check::equilibrium::{format_currents, format_position};
-use crate::study::design::design_in_motion::MotionRequest;
 use crate::study::read::locations::place_of_value;
 use crate::study::requests::analysis_spec::operating_point;
 use kardan_expr::expr::Side;

@@ -126,5 +126,5 @@ fn late(one: &ChannelMargin) -> Option<String> {
 }
 
 #[cfg(test)]
-#[path = "../../../../tests/unit/study/design/margins/warnings.rs"]
+#[path = "../../../../tests/unit/study/loops/margins/warnings.rs"]
 mod tests;

@@ -10,7 +10,7 @@ use super::clocks::{clocks, shortest};
 use super::stability::{LoopStability, StabilityProblem};
 use super::warnings::{LOW_MARGIN, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
 use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability, TogetherMargin};

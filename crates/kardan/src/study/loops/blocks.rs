@@ -3,9 +3,9 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
+use super::loop_blocks::{are_in_maps, blocks};
+use super::margins::searches;
 use crate::study::PreparedVariant;
-use crate::study::design::margins::searches;
-use crate::study::prepare::loop_blocks::{are_in_maps, blocks};
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::equations::{Formula, Meaning};

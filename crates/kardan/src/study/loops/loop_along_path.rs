@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use kardan_rt::functions::ln;
 
+use super::loop_blocks::{blocks, blocks_at};
+use super::stepped_loop::{NO_PERIOD_MAP, NotJudged, Shown, Subject, any_subject, window};
 use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::{blocks, blocks_at};
-use crate::study::run::stepped_loop::{NO_PERIOD_MAP, NotJudged, Shown, Subject, any_subject, window};
 use kardan_math::num::{Matrix, Rational, echelon};
 use kardan_mechanics::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
 use kardan_model::ControlSpec;

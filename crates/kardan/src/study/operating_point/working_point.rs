@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
 use crate::study::PreparedVariant;
-use crate::study::analyze::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
 use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;

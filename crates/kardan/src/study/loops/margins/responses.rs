@@ -6,7 +6,7 @@ use kardan_rt::functions::ln;
 use super::channels::{named_together, row_of, sensor_rows};
 use super::survey::searches;
 use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks::loop_blocks;
 use kardan_math::num::{multiply, rational_to_f64};
 use kardan_results::signal_name::SignalName;
 use kardan_results::{

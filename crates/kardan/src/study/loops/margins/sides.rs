@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
 use crate::study::check::kinks::Kinks;
-use crate::study::prepare::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks::loop_blocks;
 use kardan_expr::expr::Side;
 use kardan_mechanics::reduce::law_slopes_at;
 use kardan_schema::diagnostics::quoted;

@@ -8,7 +8,7 @@ use super::stability::StabilityProblem;
 use super::survey::{excluded, format_motion, searches};
 use super::warnings::{CLOSE, close, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::{blocks, loop_blocks};
+use crate::study::loops::loop_blocks::{blocks, loop_blocks};
 use kardan_math::num::multiply;
 use kardan_model::ControlSpec;
 use kardan_results::{Stability, StabilityVerdict};

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::loop_along_path::{loop_at, turns};
+use super::stepped_loop::Subject;
 use crate::study::PreparedVariant;
-use crate::study::design::loop_along_path::{loop_at, turns};
-use crate::study::run::stepped_loop::Subject;
 use kardan_results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
 
 /// Number of plants of a box whose margins are computed, besides its worst corners.

@@ -8,7 +8,7 @@ use super::stability::{LoopStability, StabilityProblem};
 use super::survey::searches;
 use super::warnings::close;
 use crate::study::PreparedVariant;
-use crate::study::prepare::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks::loop_blocks;
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contacts, contacts, motion_of};

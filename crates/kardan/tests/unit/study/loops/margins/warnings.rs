@@ -1,4 +1,4 @@
-//! Tests of `src/study/design/margins/warnings.rs`.
+//! Tests of `src/study/loops/margins/warnings.rs`.
 
 use super::*;
 use kardan_results::WrongTorque;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use super::point_in_motion::{MovingPoint, PointRequest, balancing, point_of_run, steady_point};
 use crate::study::PreparedVariant;
-use crate::study::analyze::point_in_motion::{MovingPoint, PointRequest, balancing, point_of_run, steady_point};
-use crate::study::design::margins::replaced_plants;
+use crate::study::loops::margins::replaced_plants;
 use crate::study::requests::analysis_spec::OperatingConditions;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
