@@ -12,6 +12,7 @@ mod operating_point;
 mod prepare;
 mod prepared;
 mod progress;
+mod project;
 mod read;
 mod requests;
 mod run;
@@ -19,7 +20,6 @@ mod safety;
 mod sweep;
 
 pub use analyze::linearise::linearise;
-pub use analyze::robustness::ToleranceBox;
 pub use analyze::structure::{analyze, analyze_state_space};
 pub use bench::{
     BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, prepare_bench, read_truth,
@@ -27,6 +27,7 @@ pub use bench::{
 };
 pub use check::effort::{Effort, MANY_STEPS, expected_effort};
 pub use design::designs::{DesignSettings, design};
+pub use design::robustness::ToleranceBox;
 pub use equations::forms::{EquationsForm, equations};
 pub use identification::{IdentifySettings, LogFile, identify, write_values};
 pub use loops::blocks::{listed_blocks, signal_graph};
@@ -34,9 +35,9 @@ pub use loops::margins::overrule;
 pub use measure::figure::Figure;
 pub use measure::requirement_verdict::Requirement;
 pub use operating_point::working_point::{AnalyzeSettings, ParitySettings};
-pub use prepare::project::{Project, check, prepare};
 pub use prepared::{Prepared, PreparedVariant};
 pub use progress::{Part, Progress, Silent};
+pub use project::{Project, check, prepare};
 pub use read::faults::NamedFault;
 pub use read::tolerance::TOLERANCES;
 pub use requests::analysis_spec::{AnalysisSpec, OperatingConditions, Site};

@@ -4,8 +4,6 @@ pub(super) mod descriptor;
 pub(super) mod linearise;
 pub(super) mod parity;
 pub(super) mod placement;
-pub(super) mod proof;
-pub(super) mod robustness;
 pub(super) mod sensitivity;
 pub(super) mod stability_at_point;
 pub(super) mod structure;

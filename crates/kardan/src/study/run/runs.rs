@@ -11,6 +11,7 @@ use crate::study::check::multiplier_constraints::frozen_variant;
 use crate::study::check::quantisation_ambiguity::UndecidedReadings;
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::check::vehicle_validity::vehicle_warnings;
+use crate::study::design::actuator_usage;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
@@ -21,7 +22,6 @@ use crate::study::run::accuracy::{self, ReferenceRuns};
 use crate::study::run::model_summary::summarise;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
-    run::actuator_usage,
 };
 use kardan_mechanics::equations::Domain;
 use kardan_results::signal_name::Quantity;

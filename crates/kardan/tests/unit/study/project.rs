@@ -1,4 +1,4 @@
-//! Tests of `src/study/prepare/project.rs`.
+//! Tests of `src/study/project.rs`.
 
 use super::*;
 use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings};

@@ -300,5 +300,5 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/study/prepare/project.rs"]
+#[path = "../../tests/unit/study/project.rs"]
 mod tests;
