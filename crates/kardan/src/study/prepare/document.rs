@@ -14,6 +14,7 @@ use crate::study::progress::Progress;
 use crate::study::read::scenario::scenario;
 use crate::study::read::signal_table::SignalContext;
 use crate::study::read::tolerance::tolerance;
+use crate::study::read::variant_diagnostics::{add_new, is_error};
 use crate::study::requests::analysis_spec::analysis_spec;
 use crate::study::requests::bench_spec::check_bench;
 use crate::study::requests::safety_spec::safety_spec;
@@ -26,7 +27,6 @@ use kardan_schema::diagnostics::{Diagnostic, Severity};
 use kardan_simulate::signal_names;
 
 use super::variants::{Purpose, Steps, prepare_variant};
-use crate::study::read::variant_diagnostics::{add_new, is_error};
 
 /// The runs of a document, ready to start; errors are added to the diagnostics.
 pub(in crate::study) fn prepare_document(

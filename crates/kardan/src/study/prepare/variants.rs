@@ -25,6 +25,7 @@ use crate::study::read::initial_state::start_values;
 use crate::study::read::positions::is_finite_at;
 use crate::study::read::scenario::scenario;
 use crate::study::read::signal_table::SignalContext;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::analysis_spec::{Point, analysis_spec};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced, reduce};
@@ -36,7 +37,6 @@ use kardan_synthesis::{Law, Plant, Program};
 
 use super::design_models::{design_model, designed_law};
 use super::start_at_rest::{references_at_rest, start_at_rest};
-use crate::study::read::variant_diagnostics::is_error;
 
 /// The purpose of the preparation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
