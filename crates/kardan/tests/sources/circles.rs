@@ -251,6 +251,20 @@ fn read(src: &Path) -> Crate {
     Crate::new(modules)
 }
 
+/// Every dependence of a file of a crate on another one: both files, and the names that say so.
+pub fn dependences(src: &Path) -> Vec<(String, String, String)> {
+    let all = read(src);
+    let file = |k: usize| all.modules[k].file.clone();
+    let mut out = Vec::new();
+    for (k, next) in all.dependences().iter().enumerate() {
+        for (other, names) in next {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            out.push((file(k), file(*other), names.join(", ")));
+        }
+    }
+    out
+}
+
 /// The places that can be reached from each.
 fn reachable(next: &[BTreeMap<usize, BTreeSet<String>>]) -> Vec<BTreeSet<usize>> {
     (0..next.len())

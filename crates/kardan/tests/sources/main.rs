@@ -1,4 +1,4 @@
-//! What the sources of all crates keep to: the order of the layers, no circles between files, functions that can be read, evidence behind each promise.
+//! What the sources of all crates keep to: the order of the layers and of the rooms of `study`, no circles between files, functions that can be read, evidence behind each promise.
 //!
 //! A test binary of its own: it reads files and links nothing of the library.
 
@@ -6,4 +6,5 @@ mod circles;
 mod layers;
 mod lengths;
 mod reader;
+mod study_rooms;
 mod verdicts;

@@ -1,9 +1,9 @@
 //! The computation of `kardan linearise`: the linear model of a variant with names and units.
 
 use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
-use crate::study::measure::signals::{AnalyzeSettings, WorkingPoint};
-use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::operating_point::working_point::{AnalyzeSettings, WorkingPoint};
+use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project};
 use kardan_analysis::{LinearSystem, linear_system};
 use kardan_math::num::Matrix;

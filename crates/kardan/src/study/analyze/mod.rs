@@ -1,14 +1,9 @@
 //! Structure, modes and distances of a model at an operating point.
 
-pub(super) mod analysis_spec;
 pub(super) mod descriptor;
 pub(super) mod linearise;
-pub(super) mod locations;
 pub(super) mod parity;
 pub(super) mod placement;
-pub(super) mod point_in_motion;
-pub(super) mod proof;
-pub(super) mod robustness;
 pub(super) mod sensitivity;
 pub(super) mod stability_at_point;
 pub(super) mod structure;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::study::analyze::sensitivity::Varied;
 use crate::study::analyze::thresholds::{Part, Reading, pulse, readings, threshold};
-use crate::study::measure::signals::{AnalyzeSettings, ParitySettings, WorkingPoint};
+use crate::study::operating_point::working_point::{AnalyzeSettings, ParitySettings, WorkingPoint};
 use crate::study::{Prepared, PreparedVariant};
 use kardan_analysis::{
     Broken, ConstrainedSystem, Fault, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::measure::signals::WorkingPoint;
+use crate::study::operating_point::working_point::WorkingPoint;
 use crate::study::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
 use kardan_analysis::{
     BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, Parameter, Pencil, PencilBox, SamplingPlan, Side,

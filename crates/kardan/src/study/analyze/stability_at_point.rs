@@ -2,7 +2,7 @@
 
 use crate::study::PreparedVariant;
 use crate::study::check::massless_elimination::Mechanical;
-use crate::study::measure::signals::WorkingPoint;
+use crate::study::operating_point::working_point::WorkingPoint;
 use kardan_analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
 use kardan_math::num::LastDigits;
 use kardan_mechanics::reduce::laws_are_linear;

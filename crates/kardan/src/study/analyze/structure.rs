@@ -12,9 +12,9 @@ use crate::study::analyze::stability_at_point::judge_stability;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
-use crate::study::measure::signals::{WorkingPoint, named};
-use crate::study::prepare::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::operating_point::working_point::{WorkingPoint, named};
+use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use kardan_analysis::{
     BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,

@@ -1,7 +1,7 @@
 //! Alarm thresholds of residuals: the effect of sensor noise and quantisation, at one instant or in time through a filter.
 
 use crate::study::PreparedVariant;
-use crate::study::measure::signals::ParitySettings;
+use crate::study::operating_point::working_point::ParitySettings;
 use kardan_analysis::OutputSignal;
 use kardan_identify::{normal_quantile, two_sided_normal};
 use kardan_mechanics::equations::Measured;

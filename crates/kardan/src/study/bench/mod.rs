@@ -4,11 +4,8 @@ mod closed_loop;
 mod inverse;
 mod plan;
 mod servo;
-mod spec;
-mod truth;
 
 pub use closed_loop::{bench_controller, closed_loop};
-pub(super) use spec::check;
 
 use std::sync::Arc;
 
@@ -16,7 +13,9 @@ use rayon::prelude::*;
 
 use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
 use crate::study::prepare::document::file_stem;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
+use crate::study::requests::bench_spec::BenchSpec;
+use crate::study::requests::bench_truth::Truth;
 use crate::study::{PreparedVariant, Progress, Project};
 use kardan_identify::coefficients;
 use kardan_math::names::unknown_name;
@@ -37,8 +36,6 @@ use kardan_simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names
 use kardan_synthesis::Law;
 use plan::{MotionSequence, Planner, Refusal};
 use servo::{Servo, ServoLaw, encoders};
-use spec::Spec;
-use truth::Truth;
 
 /// The mode of a bench.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -270,7 +267,7 @@ fn prepare_excluding(
     let chosen = choose(&prepared.variants, settings).map_err(|diagnostic| vec![*diagnostic])?;
     let nominal = Arc::clone(&prepared.variants[chosen]);
     let own = document.variant_settings().swap_remove(chosen).settings;
-    let mut spec = Spec::read(document, &own, &mut out);
+    let mut spec = BenchSpec::read(document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
     if spec.seed.checked_add(settings.repetitions as u64).is_none() {
         let message = format!("the requested seeds from {} on exceed the largest seed", spec.seed);
@@ -362,7 +359,7 @@ fn true_values(
     truth: Truth,
     document: &Document,
     own: &[Setting],
-    spec: &Spec,
+    spec: &BenchSpec,
     settings: &BenchSettings,
     notes: &mut Vec<String>,
     out: &mut Vec<Diagnostic>,
@@ -480,7 +477,7 @@ impl PreparedBench {
     }
 
     /// The plan and a scenario of the same length.
-    fn excite(&mut self, document: &Document, spec: &Spec, out: &mut Vec<Diagnostic>) {
+    fn excite(&mut self, document: &Document, spec: &BenchSpec, out: &mut Vec<Diagnostic>) {
         let model = &self.nominal.reduced;
         let all = coefficients(model);
         let mut planner = Planner { reduced: model, motors: &self.motors, spec, coefficients: Vec::new() };
@@ -534,7 +531,7 @@ impl PreparedBench {
         }
     }
 
-    fn choose_columns(&mut self, document: &Document, spec: &Spec, excited: bool, out: &mut Vec<Diagnostic>) {
+    fn choose_columns(&mut self, document: &Document, spec: &BenchSpec, excited: bool, out: &mut Vec<Diagnostic>) {
         let declared = signal_names(&self.plant, &self.scenario);
         let equations = &self.plant.equations;
         let readings: Vec<(String, String)> = encoders(&self.plant)
@@ -600,7 +597,7 @@ fn angles_at(model: &Reduced, position: &[f64], plant: &Reduced) -> Vec<f64> {
 }
 
 /// The diagnostic of a missing plan.
-fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -> Diagnostic {
+fn why(refusal: Refusal, document: &Document, spec: &BenchSpec, determinable: &str) -> Diagnostic {
     let (key, message, help) = match refusal {
         Refusal::NotDriven => (
             "plan",

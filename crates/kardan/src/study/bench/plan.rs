@@ -3,7 +3,7 @@
 use kardan_rt::functions::{exp, ln, powi, sin};
 
 use super::inverse::Inverse;
-use super::spec::Spec;
+use crate::study::requests::bench_spec::BenchSpec;
 use kardan_identify::{
     Coefficient, Excitation, Motion, Regressor, d_optimal, expected_errors, information, undetermined,
 };
@@ -137,7 +137,7 @@ pub(super) enum Refusal {
 pub(super) struct Planner<'a> {
     pub reduced: &'a Reduced,
     pub motors: &'a [usize],
-    pub spec: &'a Spec,
+    pub spec: &'a BenchSpec,
     /// Coefficients to identify; empty: all identifiable ones.
     pub coefficients: Vec<Coefficient>,
 }

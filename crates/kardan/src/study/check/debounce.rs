@@ -1,6 +1,6 @@
 //! Monitors whose debounce time exceeds the duration of a run.
 
-use crate::study::prepare::read_values::quantity;
+use crate::study::read::read_values::quantity;
 use kardan_math::units::Dimension;
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, shortened};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kardan_rt::functions::{exp, ln, powi};
 
 use crate::study::PreparedVariant;
-use crate::study::analyze::locations::place_of;
+use crate::study::read::locations::place_of;
 use kardan_math::num::Random;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{InputKind, UnilateralConstraint};

@@ -1,7 +1,7 @@
 //! Motions without inertia, eliminated for an analysis.
 
 use crate::study::PreparedVariant;
-use crate::study::prepare::state_names::{NonAngleDomains, state_name};
+use crate::study::read::state_names::{NonAngleDomains, state_name};
 use kardan_analysis::{
     Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
 };

@@ -1,8 +1,8 @@
 //! Motions without inertia in runs: eliminated if only springs act on them, states of first order if dampers do, else rejected by name.
 
-use crate::study::analyze::locations::{place_of, places_in_control};
+use crate::study::check::circuit::{is_loop, massless_loop};
 use crate::study::check::model_checks::check_matrices;
-use crate::study::prepare::circuit::{is_loop, massless_loop};
+use crate::study::read::locations::{place_of, places_in_control};
 use kardan_analysis::combination;
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::Equations;

@@ -1,9 +1,10 @@
 //! Checks of a model: connected, reducible, with inertia, passive; with the messages if a check fails.
 
-use crate::study::analyze::locations::{
+use crate::study::check::circuit::massless_loop;
+use crate::study::read::locations::{
     MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
 };
-use crate::study::prepare::circuit::massless_loop;
+use crate::study::read::positions::{generic_positions, is_finite_at};
 use kardan_analysis::{combination, massless_direction};
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
@@ -50,13 +51,6 @@ pub(in crate::study) fn design_diagnostic(
         places.push(control.place.clone());
     }
     at_places(places, label, out)
-}
-
-/// Whether all angles and their derivatives with respect to the coordinates are finite at a position.
-pub(in crate::study) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
-    kinematics.angles.iter().chain(&kinematics.basis).all(|x| x.is_finite())
 }
 
 /// Whether the matrices of a model are representable, and its inertias are not lost in rounding.
@@ -322,12 +316,6 @@ pub(in crate::study) fn check_matrices(
         );
     }
     true
-}
-
-/// Generic positions, rad.
-pub(in crate::study) fn generic_positions(coordinates: usize) -> Vec<Vec<f64>> {
-    let from = |first: f64| (0..coordinates).map(|k| first + 0.11 * k as f64).collect();
-    [0.3, 0.7, 1.9].map(from).to_vec()
 }
 
 /// Whether multiplier constraints leave inertia in all remaining motions, though not all coordinates have one: decided at a generic position, with the

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use crate::study::analyze::locations::{at_each, place_of};
-use crate::study::check::model_checks::generic_positions;
-use crate::study::prepare::equilibrium::{Rest, format_position};
-use crate::study::prepare::initial_state::Entry;
+use crate::study::check::equilibrium::{Rest, format_position};
+use crate::study::read::initial_state::Entry;
+use crate::study::read::locations::{at_each, place_of};
+use crate::study::read::positions::generic_positions;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_analysis::{Dependent, dependent_row};
 use kardan_expr::expr::{Expr, Side};

@@ -1,6 +1,6 @@
 //! Constraints that restrict the same motion: notes on them, and rejection of requests for their torques.
 
-use crate::study::analyze::locations::{at_each, place_of};
+use crate::study::read::locations::{at_each, place_of};
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_mechanics::equations::{Measured, UnilateralConstraint};
 use kardan_mechanics::reduce::Reduced;

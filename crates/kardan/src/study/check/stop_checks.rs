@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::analyze::locations::place_of;
+use crate::study::read::locations::place_of;
 use kardan_mechanics::equations::UnilateralConstraint;
 use kardan_mechanics::reduce::{Contact, Reduced, contacts};
 use kardan_model::{Document, TableReader};

@@ -3,7 +3,7 @@
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use crate::study::run::progress::simulate_with_progress;
+use crate::study::progress::simulate_with_progress;
 use crate::study::{PreparedVariant, Progress};
 use kardan_results::{CrossCoupling, Design, Physical, Series, TorquePeak};
 use kardan_simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};

@@ -2,22 +2,22 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::analyze::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
-use crate::study::analyze::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use crate::study::check::multiplier_constraints::{nothing_free, rounded_rows};
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts};
+use crate::study::design::actuator_usage::scenario_motor_loads;
 use crate::study::design::cross_coupling::cross_coupling;
 use crate::study::design::explore::explore;
-use crate::study::design::loop_along_path::{loop_along_path, warnings as path_warnings};
-use crate::study::design::margins::{
+use crate::study::design::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
+use crate::study::design::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
+use crate::study::loops::blocks::block_remarks;
+use crate::study::loops::loop_along_path::{loop_along_path, warnings as path_warnings};
+use crate::study::loops::margins::{
     LoopKinks, contact_warnings, contacts_verdict, decay, margins_in_contact, responses, survey, verdict,
     warnings as margin_warnings,
 };
-use crate::study::design::margins_over_positions::margins_over_positions;
-use crate::study::measure::signals::{AnalyzeSettings, signals};
-use crate::study::prepare::blocks::block_remarks;
-use crate::study::prepare::variant_diagnostics::is_error;
-use crate::study::run::actuator_usage::scenario_motor_loads;
+use crate::study::loops::margins_over_positions::margins_over_positions;
+use crate::study::operating_point::working_point::{AnalyzeSettings, signals};
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
 use kardan_expr::expr::Side;

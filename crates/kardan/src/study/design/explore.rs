@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::study::run::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
+use crate::study::loops::stepped_loop::{NO_PERIOD_MAP, Shown, Subject, subject, window};
 use crate::study::{PreparedVariant, Progress};
 use kardan_math::num::{Rational, rational_from_f64};
 use kardan_math::units::Exact;

@@ -1,9 +1,8 @@
-//! The designs of controllers, and how far their loops are from instability.
+//! The designs of controllers: proofs about their loops, interaction, robustness, and what they need of their motors.
 
+pub(super) mod actuator_usage;
 pub(super) mod cross_coupling;
-pub(super) mod design_in_motion;
 pub(super) mod designs;
 pub(super) mod explore;
-pub(super) mod loop_along_path;
-pub(super) mod margins;
-pub(super) mod margins_over_positions;
+pub(super) mod proof;
+pub(super) mod robustness;

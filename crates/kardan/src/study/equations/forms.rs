@@ -7,7 +7,7 @@ use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::latex_lines::{aligned, one_line};
 use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
 use crate::study::equations::symbolic::index;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
 use kardan_expr::expr::Style;

@@ -1,6 +1,6 @@
 //! Mapping of log channels to signals of the model.
 
-use crate::study::prepare::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::read_values::{quantity, read_scalar, read_word};
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_mechanics::equations::Domain;

@@ -1,7 +1,7 @@
 //! Time source of each group of a log.
 
 use super::channels::{MappedChannel, find};
-use crate::study::prepare::read_values::{quantity, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_model::TableReader;

@@ -1,7 +1,7 @@
 //! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use crate::study::prepare::read_values::{quantity, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_identify::{Extra, Shape};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::Dimension;

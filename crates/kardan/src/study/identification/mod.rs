@@ -47,7 +47,7 @@ use summary::summary;
 use ways::drop_unused_directions;
 pub use write_values::write_values;
 
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Progress, Project};
 use kardan_identify::{Fit, FitOptions};
 use kardan_math::names::unknown_name;

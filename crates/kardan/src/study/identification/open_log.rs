@@ -6,7 +6,7 @@ use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
-use crate::study::prepare::read_values::{quantity, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_math::units::Dimension;
 use kardan_model::{Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};

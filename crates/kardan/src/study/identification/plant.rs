@@ -7,7 +7,7 @@ use super::laws::law_torques;
 use super::plays::open_plays;
 use super::request::{FitRequest, Method};
 use super::unknowns::{UnknownParameter, coefficients, with_terms};
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use kardan_identify::{Coefficient, Extra, Regressor, undetermined};
 use kardan_math::num::{Matrix, Rational, echelon, rational_to_f64};
 use kardan_math::units::Exact;

@@ -1,7 +1,7 @@
 //! Files recorded together, and the table that describes each.
 
 use super::settings::LogFile;
-use crate::study::prepare::read_values::read_word;
+use crate::study::read::read_values::read_word;
 use kardan_model::Document;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::schema::Table;

@@ -4,7 +4,7 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::study::prepare::read_values::{quantity, read_names, read_scalar, read_word};
+use crate::study::read::read_values::{quantity, read_names, read_scalar, read_word};
 use kardan_identify::{Excitation, Loss, Steadiness};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::CoefficientKind as Kind;

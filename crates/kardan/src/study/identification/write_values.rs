@@ -1,7 +1,7 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::prepare::read_values::{read_names, read_word};
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::variant_diagnostics::is_error;
 use kardan_model::{Document, Instance, NewValue};
 use kardan_results::signal_name;
 use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
@@ -227,7 +227,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     };
     let order = |table: &Table| {
         match &term.law {
-        FileLaw::Cogging(order) => crate::study::prepare::read_values::read_scalar(table, "order").is_some_and(
+        FileLaw::Cogging(order) => crate::study::read::read_values::read_scalar(table, "order").is_some_and(
             |scalar| matches!(&scalar.value, kardan_schema::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
         ),
         _ => true,

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::prepare::read_values::{read_names, read_word};
-use crate::study::prepare::signal_table::{SignalContext, signal_kind};
+use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::signal_table::{SignalContext, signal_kind};
 use kardan_elements::manoeuvre::Cones;
 use kardan_expr::expr::{Graph, Named};
 use kardan_expr::plan::{Plan, compile};

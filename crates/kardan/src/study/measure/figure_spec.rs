@@ -3,8 +3,8 @@
 
 use crate::study::Requirement;
 use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
-use crate::study::prepare::read_values::{quantity, read_word};
-use crate::study::prepare::signal_table::SignalContext;
+use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
 use kardan_model::tables::Measure;

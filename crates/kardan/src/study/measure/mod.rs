@@ -1,4 +1,4 @@
-//! What is measured in a run: signals, figures, requirements, spectra.
+//! What is measured in a run: computed signals, figures, requirements, spectra.
 
 pub(super) mod computed_signals;
 pub(super) mod figure;
@@ -9,5 +9,4 @@ pub(super) mod plot_spec;
 pub(super) mod requirement_spec;
 pub(super) mod requirement_verdict;
 pub(super) mod selected_variants;
-pub(super) mod signals;
 pub(super) mod spectrum;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::study::measure::computed_signals::{reference, resolve_signal};
 use crate::study::measure::spectrum::LEAST_ROWS;
-use crate::study::prepare::read_values::{quantity, read_names, read_word};
-use crate::study::prepare::signal_table::SignalContext;
+use crate::study::read::read_values::{quantity, read_names, read_word};
+use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::{Dimension, Exact, split_unit};
 use kardan_model::TableReader;
 use kardan_results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};

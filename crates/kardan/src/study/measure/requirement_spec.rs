@@ -5,8 +5,8 @@ use crate::study::measure::computed_signals::{POWER, ResolvedSignal, kind_of, re
 use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
-use crate::study::prepare::read_values::{quantity, read_scalar, read_word};
-use crate::study::prepare::signal_table::SignalContext;
+use crate::study::read::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::{NamedList, unknown_name};
 use kardan_math::units::{Dimension, split_unit};
 use kardan_model::tables::Measure;

@@ -1,7 +1,7 @@
 //! The variants that a table of a study applies to.
 
-use crate::study::prepare::read_values::read_names;
-use crate::study::prepare::signal_table::SignalContext;
+use crate::study::read::read_values::read_names;
+use crate::study::read::signal_table::SignalContext;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::schema::{Placed, Table};
 

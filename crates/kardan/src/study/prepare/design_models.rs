@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::study::analyze::locations::places_in_control;
 use crate::study::check::massless_motions::{check_readings, is_designable};
-use crate::study::check::model_checks::{design_diagnostic, is_finite_at, is_representable, signals_of};
+use crate::study::check::model_checks::{design_diagnostic, is_representable, signals_of};
 use crate::study::check::multiplier_constraints::{moves_by_itself, not_on_rows, on_frozen_rows, rows_refused};
-use crate::study::prepare::operating_point::{NamedPoint, check_smooth, no_equilibrium};
+use crate::study::operating_point::named_point::{NamedPoint, check_smooth, no_equilibrium};
 use crate::study::prepare::reduced_design_model::{excluded, model_excluding, needed_by};
+use crate::study::read::locations::places_in_control;
+use crate::study::read::positions::is_finite_at;
+use crate::study::read::variant_diagnostics::{add_new, is_error};
 use kardan_math::num::{Definiteness, Scalar, definiteness_of_rows};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{Reduced, equilibrium_rows, reduce, sparse_model};
@@ -17,8 +19,6 @@ use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::LawKeys;
 use kardan_synthesis::{Law, Plant, Program, design_law, implemented, submodel_law};
-
-use super::variant_diagnostics::{add_new, is_error};
 
 /// The law of a controller as designed, and as it runs.
 pub(super) fn designed_law(

@@ -6,16 +6,19 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::study::Prepared;
-use crate::study::analyze::analysis_spec::analysis_spec;
 use crate::study::check::debounce::late_monitors;
+use crate::study::check::safety_rows::check_rows;
 use crate::study::measure::figure_spec::figures_and_requirements;
 use crate::study::measure::plot_spec::plots;
-use crate::study::prepare::scenario::scenario;
-use crate::study::prepare::signal_table::SignalContext;
-use crate::study::prepare::tolerance::tolerance;
-use crate::study::run::progress::Progress;
-use crate::study::safety::{check_rows, safety_spec};
-use crate::study::sweep::sweep_spec;
+use crate::study::progress::Progress;
+use crate::study::read::scenario::scenario;
+use crate::study::read::signal_table::SignalContext;
+use crate::study::read::tolerance::tolerance;
+use crate::study::read::variant_diagnostics::{add_new, is_error};
+use crate::study::requests::analysis_spec::analysis_spec;
+use crate::study::requests::bench_spec::check_bench;
+use crate::study::requests::safety_spec::safety_spec;
+use crate::study::requests::sweep_spec::sweep_spec;
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::equations::{Direction, Measured, NamedTerm, Term};
 use kardan_mechanics::reduce::Reduced;
@@ -23,7 +26,6 @@ use kardan_model::{Document, Model, VariantSettings};
 use kardan_schema::diagnostics::{Diagnostic, Severity};
 use kardan_simulate::signal_names;
 
-use super::variant_diagnostics::{add_new, is_error};
 use super::variants::{Purpose, Steps, prepare_variant};
 
 /// The runs of a document, ready to start; errors are added to the diagnostics.
@@ -91,7 +93,7 @@ pub(in crate::study) fn prepare_document(
     prepared.sweep = Some(sweep_spec(&context, &names, &mut diagnostics));
     prepared.tolerance = tolerance(document, &mut diagnostics);
     if !document.suppressed.equations {
-        crate::study::bench::check(document, &all_settings_of_first, &mut diagnostics);
+        check_bench(document, &all_settings_of_first, &mut diagnostics);
     }
     add_new(out, diagnostics, None);
     // Unreadable parts may be what connects them.

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::study::check::equilibrium::{Rest, format_position};
 use crate::study::check::multiplier_constraints::prescribed_note;
-use crate::study::prepare::equilibrium::{Rest, format_position};
 use kardan_mechanics::reduce::{OperatingPoint, Reduced};
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;

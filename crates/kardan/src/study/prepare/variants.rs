@@ -5,26 +5,28 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::study::PreparedVariant;
-use crate::study::analyze::analysis_spec::{Point, analysis_spec};
+use crate::study::check::circuit::check_circuit;
 use crate::study::check::effort::check_effort;
 use crate::study::check::massless_motions::{check_start, without_massless};
-use crate::study::check::model_checks::{check_connected, check_matrices, is_braced, is_finite_at, reduce_diagnostics};
+use crate::study::check::model_checks::{check_connected, check_matrices, is_braced, reduce_diagnostics};
 use crate::study::check::multiplier_constraints::{begin_on_rows, check_free, check_multipliers, on_rows, with_loop};
 use crate::study::check::redundant_torques::check_redundant;
 use crate::study::check::stop_checks::check_stops;
-use crate::study::design::design_in_motion::with_motion;
-use crate::study::design::loop_along_path::check_loop_along_path;
-use crate::study::design::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled};
+use crate::study::loops::blocks::{check_blocks, engaged_locks};
+use crate::study::loops::loop_along_path::check_loop_along_path;
+use crate::study::loops::loop_blocks::signals_at_begin;
+use crate::study::loops::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled};
 use crate::study::measure::computed_signals::Computed;
-use crate::study::prepare::blocks::{check_blocks, engaged_locks};
-use crate::study::prepare::circuit::check_circuit;
-use crate::study::prepare::faults::NamedFault;
-use crate::study::prepare::initial_state::start_values;
-use crate::study::prepare::loop_blocks::signals_at_begin;
-use crate::study::prepare::operating_point::NamedPoint;
-use crate::study::prepare::scenario::scenario;
-use crate::study::prepare::signal_table::SignalContext;
-use crate::study::run::progress::{Progress, Silent};
+use crate::study::operating_point::design_in_motion::with_motion;
+use crate::study::operating_point::named_point::NamedPoint;
+use crate::study::progress::{Progress, Silent};
+use crate::study::read::faults::NamedFault;
+use crate::study::read::initial_state::start_values;
+use crate::study::read::positions::is_finite_at;
+use crate::study::read::scenario::scenario;
+use crate::study::read::signal_table::SignalContext;
+use crate::study::read::variant_diagnostics::is_error;
+use crate::study::requests::analysis_spec::{Point, analysis_spec};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced, reduce};
 use kardan_model::{ControlSpec, Document, Model, Setting, TableReader};
@@ -35,7 +37,6 @@ use kardan_synthesis::{Law, Plant, Program};
 
 use super::design_models::{design_model, designed_law};
 use super::start_at_rest::{references_at_rest, start_at_rest};
-use super::variant_diagnostics::is_error;
 
 /// The purpose of the preparation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

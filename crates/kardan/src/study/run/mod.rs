@@ -1,8 +1,5 @@
 //! The runs of a study.
 
 pub(super) mod accuracy;
-pub(super) mod actuator_usage;
 pub(super) mod model_summary;
-pub(super) mod progress;
 pub(super) mod runs;
-pub(super) mod stepped_loop;

@@ -1,6 +1,6 @@
 //! The model of a variant in a few matrices.
 
-use crate::study::prepare::blocks::signal_graph;
+use crate::study::loops::blocks::signal_graph;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Domain;

@@ -11,17 +11,17 @@ use crate::study::check::multiplier_constraints::frozen_variant;
 use crate::study::check::quantisation_ambiguity::UndecidedReadings;
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::check::vehicle_validity::vehicle_warnings;
+use crate::study::design::actuator_usage;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::progress::run_with_progress;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::accuracy::{self, ReferenceRuns};
 use crate::study::run::model_summary::summarise;
-use crate::study::run::progress::run_with_progress;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
-    run::actuator_usage,
 };
 use kardan_mechanics::equations::Domain;
 use kardan_results::signal_name::Quantity;

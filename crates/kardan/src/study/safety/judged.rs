@@ -1,7 +1,7 @@
 //! A run with a fault beside the one without it: detection, effects and verdict.
 
-use super::spec::{Effect, SafetySpec};
 use crate::study::measure::measures::{Window, measured};
+use crate::study::requests::safety_spec::{Effect, SafetySpec};
 use kardan_results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
 
 /// The evaluated signals of a run.

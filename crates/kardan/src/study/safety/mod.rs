@@ -1,20 +1,15 @@
 //! `kardan safety`: every fault of a list in every variant and at every value, against the same run without it.
 
 mod judged;
-mod rows;
-mod spec;
 
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
 use judged::{Begins, Judged, Traces, judge};
-pub(in crate::study) use rows::check_rows;
-pub use spec::SafetySpec;
-pub(in crate::study) use spec::safety_spec;
 
-use crate::study::prepare::variant_diagnostics::is_error;
-use crate::study::run::progress::Counted;
+use crate::study::progress::Counted;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
 use kardan_math::units::format_quantity;

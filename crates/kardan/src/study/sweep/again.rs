@@ -3,8 +3,8 @@
 use super::integrated;
 use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
-use super::varied::Varied;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
+use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 use kardan_model::{Setting, VariantSettings};
 use kardan_results::{ParameterValue, RowAgain, SweepRow};

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::rows::{fill, sampled, seed_of};
-use super::varied::Varied;
 use crate::study::measure::figure::FigureOf;
 use crate::study::measure::requirement_verdict::Requirement;
+use crate::study::requests::varied::Varied;
 use crate::study::run::runs::judged;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_math::num::rational_from_f64;

@@ -2,8 +2,8 @@
 
 use super::rows::is_refusal;
 use super::statistics::{CONFIDENCE, clopper_pearson};
-use super::varied::Varied;
 use crate::study::measure::figure::FigureOf;
+use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, Requirement};
 use kardan_model::tables::Measure;
 use kardan_results::{SweepHead, SweepRow, SweptUntil};

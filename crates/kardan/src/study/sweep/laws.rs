@@ -1,6 +1,6 @@
 //! Varied parameters that occur in laws only: these laws are redesigned for each sample.
 
-use super::varied::Varied;
+use crate::study::requests::varied::Varied;
 use kardan_schema::diagnostics::quoted;
 use kardan_schema::entries::{Entries, RawValue};
 use kardan_schema::schema::LawKeys;

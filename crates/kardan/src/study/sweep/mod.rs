@@ -2,7 +2,6 @@
 
 mod again;
 mod batch;
-mod correlated;
 mod goal;
 mod indices;
 mod laws;
@@ -14,12 +13,10 @@ mod recorded_signals;
 mod region;
 mod row_identity;
 mod rows;
-mod spec;
 mod statistics;
 mod stopping_rule;
 mod summary;
 mod tree;
-mod varied;
 mod worst;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -27,25 +24,24 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 
 use batch::Batch;
-use correlated::factors;
 pub use goal::SweepGoal;
 use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
-use points::{SamplingMethod, axes, combinations, moved};
+use points::{axes, combinations, moved};
 use rare::{CHAIN, MOST_LEVELS};
 use recorded_signals::recorded_signals;
 pub use row_identity::swept_model;
 use rows::{blank, difference, fill, refusal, sampled, seed_of};
-use spec::MOST_SAMPLES;
-pub use spec::SweepSpec;
-pub(in crate::study) use spec::sweep_spec;
 use stopping_rule::StoppingRule;
 use summary::summarise;
-use varied::{SWEEP, Varied};
 
 use crate::study::measure::requirement_verdict::Requirement;
-use crate::study::prepare::variant_diagnostics::is_error;
-use crate::study::run::progress::Counted;
+use crate::study::progress::Counted;
+use crate::study::read::variant_diagnostics::is_error;
+use crate::study::requests::correlated::factors;
+use crate::study::requests::sampling_method::SamplingMethod;
+use crate::study::requests::sweep_spec::MOST_SAMPLES;
+use crate::study::requests::varied::{SWEEP, Varied};
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
 use kardan_math::num::Random;

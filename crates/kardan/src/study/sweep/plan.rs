@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use super::correlated::{CorrelatedGroup, values_at};
 use super::goal::{SweepGoal, Target};
-use super::points::{Axis, SamplingMethod};
-use super::varied::Varied;
+use super::points::Axis;
 use crate::study::Settings;
+use crate::study::requests::correlated::{CorrelatedGroup, values_at};
+use crate::study::requests::sampling_method::SamplingMethod;
+use crate::study::requests::varied::Varied;
 use kardan_results::SweepHead;
 
 /// Settings of a sweep.

@@ -1,7 +1,7 @@
-//! Sampling: points of a unit cube that depend only on a seed and the number of a sample, and the distributions to which they
-//! are mapped.
+//! Sampling: points of a unit cube that depend only on a seed and the number of a sample.
 
-use kardan_identify::normal_quantile;
+use crate::study::requests::distribution::Distribution;
+use crate::study::requests::sampling_method::SamplingMethod;
 use kardan_math::num::Random;
 
 /// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
@@ -10,74 +10,9 @@ const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 const ROUNDS: u64 = 6;
 /// Binary digits of Sobol's directions, which limit the number of points.
 const SOBOL_DIGITS: usize = 32;
-/// Number of axes with directions.
-pub(super) const SOBOL_AXES: usize = 1000;
-
-/// The sampling method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum SamplingMethod {
-    /// Independent draws.
-    Random,
-    /// Latin hypercube: each axis is divided into as many strips as points, with one point in each (McKay, Beckman, Conover, Technometrics 21, 1979, 239).
-    LatinHypercube,
-    /// Sobol's sequence with the directions of Joe and Kuo (SIAM J. Sci. Comput. 30, 2008, 2635), shifted by the seed in its binary digits.
-    Sobol,
-    /// Halton's sequence (Numer. Math. 2, 1960, 84), shifted by the seed (Cranley and Patterson).
-    Halton,
-    /// Every combination of this many values of each axis, from end to end.
-    Levels(u64),
-    /// Two samples A and B of Sobol's sequence, then A with one axis after another taken from B (Saltelli and others, Comput. Phys. Commun. 181, 2010, 259).
-    Saltelli,
-    /// Paths on which one axis after another moves by a fraction of its probability, in random order (Morris, Technometrics 33, 1991, 161); they start anywhere
-    /// within the possible range, so that no grid hides periodic effects.
-    Morris,
-}
 
 /// Step of the paths of Morris in probability: not a half or a third, which could be a period.
 pub(super) const MORRIS_STEP: f64 = 0.6;
-
-impl SamplingMethod {
-    /// Whether points are draws of the distributions.
-    pub fn draws(self) -> bool {
-        matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol | Self::Halton)
-    }
-
-    /// The names in files, in order.
-    pub fn named(word: &str, levels: u64) -> Self {
-        match word {
-            "random" => Self::Random,
-            "sobol" => Self::Sobol,
-            "halton" => Self::Halton,
-            "corners" => Self::Levels(2),
-            "grid" => Self::Levels(levels),
-            "saltelli" => Self::Saltelli,
-            "morris" => Self::Morris,
-            _ => Self::LatinHypercube,
-        }
-    }
-
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Random => "random",
-            Self::LatinHypercube => "latin_hypercube",
-            Self::Sobol => "sobol",
-            Self::Halton => "halton",
-            Self::Levels(2) => "corners",
-            Self::Levels(_) => "grid",
-            Self::Saltelli => "saltelli",
-            Self::Morris => "morris",
-        }
-    }
-
-    /// Samples of one group, for a number of axes, or of factors that move together.
-    pub fn group(self, axes: usize) -> u64 {
-        match self {
-            Self::Saltelli => axes as u64 + 2,
-            Self::Morris => axes as u64 + 1,
-            _ => 1,
-        }
-    }
-}
 
 /// Points along one axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -260,104 +195,6 @@ fn permuted(number: u64, count: u64, keys: u64) -> u64 {
         if number < count {
             return number;
         }
-    }
-}
-
-/// The distribution of a value.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Distribution {
-    /// Uniform between two values.
-    Uniform { from: f64, to: f64 },
-    /// Normal, cut off at two ends, which may be infinite.
-    Normal { mean: f64, deviation: f64, from: f64, to: f64 },
-    /// Two normal halves that meet at the peak, cut off at two ends (Fechner's two-piece normal): with equal probability below a quantile of the one and above that of
-    /// the other, both by their own deviations.
-    Halves { peak: f64, below: f64, above: f64, from: f64, to: f64 },
-    /// Triangular: rising from one end to the peak and falling to the other.
-    Triangular { from: f64, peak: f64, to: f64 },
-    /// Only these values, with equal probability.
-    Listed(Vec<f64>),
-}
-
-impl Distribution {
-    /// The number of its values on a grid.
-    fn levels(&self, levels: u64) -> u64 {
-        if let Self::Listed(values) = self { values.len() as u64 } else { levels }
-    }
-
-    /// Whether it has a minimum and a maximum.
-    pub fn has_ends(&self) -> bool {
-        !self.is_open().contains(&true)
-    }
-
-    /// Whether it is unbounded below, and above.
-    pub fn is_open(&self) -> [bool; 2] {
-        match self {
-            Self::Normal { from, to, .. } | Self::Halves { from, to, .. } => [from.is_infinite(), to.is_infinite()],
-            _ => [false; 2],
-        }
-    }
-
-    /// The quantile of this probability.
-    pub fn quantile(&self, part: f64) -> f64 {
-        match self {
-            Self::Uniform { from, to } => (from + (to - from) * part).clamp(*from, *to),
-            Self::Normal { mean, deviation, from, to } => {
-                let [low, high] = [from, to].map(|end| normal_below((end - mean) / deviation));
-                let part = low + (high - low) * part;
-                (mean - deviation * normal_quantile(part)).clamp(*from, *to)
-            }
-            Self::Halves { peak, below, above, from, to } => {
-                // The probability below the peak, and below a value.
-                let left = below / (below + above);
-                let part_below = |value: f64| match value < *peak {
-                    true => 2.0 * left * normal_below((value - peak) / below),
-                    false => 1.0 - 2.0 * (1.0 - left) * normal_below((peak - value) / above),
-                };
-                let [low, high] = [*from, *to].map(part_below);
-                let part = low + (high - low) * part;
-                let value = match part < left {
-                    true => peak - below * normal_quantile(0.5 * part / left),
-                    false => peak + above * normal_quantile(0.5 * (1.0 - part) / (1.0 - left)),
-                };
-                value.clamp(*from, *to)
-            }
-            Self::Triangular { from, peak, to } => {
-                let (width, rise) = (to - from, peak - from);
-                let value = match part * width < rise {
-                    true => from + (part * width * rise).sqrt(),
-                    false => to - ((1.0 - part) * width * (to - peak)).sqrt(),
-                };
-                value.clamp(*from, *to)
-            }
-            Self::Listed(values) => values[((part * values.len() as f64) as usize).min(values.len() - 1)],
-        }
-    }
-}
-
-impl Distribution {
-    /// The quantile at the probability of a standard normal score.
-    pub fn of_score(&self, score: f64) -> f64 {
-        match self {
-            Self::Normal { mean, deviation, from, to } if from.is_infinite() && to.is_infinite() => {
-                mean + deviation * score
-            }
-            _ => self.quantile(normal_below(score)),
-        }
-    }
-}
-
-/// The quantile of the standard normal distribution.
-pub(super) fn score(part: f64) -> f64 {
-    -normal_quantile(part)
-}
-
-/// The distribution function of the standard normal distribution.
-pub(super) fn normal_below(z: f64) -> f64 {
-    if z.is_infinite() {
-        if z > 0.0 { 1.0 } else { 0.0 }
-    } else {
-        0.5 * statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2)
     }
 }
 

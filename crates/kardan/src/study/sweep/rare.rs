@@ -4,9 +4,11 @@
 
 use kardan_rt::functions::{exp, ln};
 
-use super::points::{Axis, SamplingMethod, axes, score};
+use super::points::{Axis, axes};
 use super::statistics::{CONFIDENCE, clopper_pearson};
-use super::varied::Varied;
+use crate::study::requests::distribution::score;
+use crate::study::requests::sampling_method::SamplingMethod;
+use crate::study::requests::varied::Varied;
 use kardan_math::num::Random;
 use kardan_results::SweptLevel;
 

@@ -1,7 +1,7 @@
 //! Rows of a sweep: the settings of a sample, the results of a run, the difference of two rows.
 
-use super::varied::Varied;
 use crate::study::prepare::variants::prepare_sample;
+use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_math::num::{Random, rational_from_f64};
 use kardan_math::units::{Exact, format_quantity};

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::correlated::{values_at, values_of_scores};
 use super::goal::{InterimAnalyses, SweepGoal, Target};
 use super::plan::SweepPlan;
 use super::rare::Rare;
 use super::worst::Worst;
+use crate::study::requests::correlated::{values_at, values_of_scores};
 use kardan_results::SweepRow;
 
 /// The state of a sweep.

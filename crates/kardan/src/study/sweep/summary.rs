@@ -1,12 +1,13 @@
 //! The summary of the rows of a sweep, with notes.
 
-use super::correlated::factors;
 use super::goal::SweepGoal;
 use super::plan::{Shard, SweepPlan};
-use super::points::{SamplingMethod, moved};
+use super::points::moved;
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
+use crate::study::requests::correlated::factors;
+use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_mechanics::equations::Sensor;
 use kardan_results::{

@@ -1,8 +1,10 @@
 //! The worst case of a requirement, searched by polls around the worst sample so far: along each axis, further along the last direction, and in random directions,
 //! at a step that halves if none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). After convergence it starts from another sample.
 
-use super::points::{Axis, SamplingMethod, axes, normal_below};
-use super::varied::Varied;
+use super::points::{Axis, axes};
+use crate::study::requests::distribution::normal_below;
+use crate::study::requests::sampling_method::SamplingMethod;
+use crate::study::requests::varied::Varied;
 use kardan_math::num::Random;
 
 /// Search range in deviations for an unbounded distribution.

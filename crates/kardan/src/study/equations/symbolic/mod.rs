@@ -7,7 +7,7 @@ mod unilateral;
 use self::names::Names;
 pub(in crate::study) use self::names::index;
 use crate::study::equations::forms::EquationsForm;
-use crate::study::prepare::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::assemble::{MultiplierConstraint, assemble};

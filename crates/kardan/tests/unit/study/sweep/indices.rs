@@ -2,8 +2,10 @@
 
 use kardan_rt::functions::{powi, sin};
 
-use super::super::points::{Distribution, SamplingMethod, axes};
+use super::super::points::axes;
 use super::*;
+use crate::study::requests::distribution::Distribution;
+use crate::study::requests::sampling_method::SamplingMethod;
 
 /// Places of the samples of a design over so many axes.
 fn places(sampling: SamplingMethod, axes_: usize, samples: u64) -> Vec<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! Tests of `src/study/sweep/rare.rs`.
 
-use super::super::points::{Distribution, normal_below};
 use super::*;
+use crate::study::requests::distribution::{Distribution, normal_below};
 use kardan_math::units::Dimension;
 
 fn spread(count: usize) -> Vec<Varied> {

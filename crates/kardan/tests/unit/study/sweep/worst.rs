@@ -1,7 +1,7 @@
 //! Tests of `src/study/sweep/worst.rs`.
 
-use super::super::points::Distribution;
 use super::*;
+use crate::study::requests::distribution::Distribution;
 use kardan_math::units::Dimension;
 
 fn searched(axes: usize, samples: u64, margin: impl Fn(&[f64]) -> f64) -> (Worst, Vec<Vec<f64>>) {

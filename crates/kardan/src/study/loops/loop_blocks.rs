@@ -1,0 +1,323 @@
+//! Blocks between the laws of a variant, at the operating point of its loop.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::study::PreparedVariant;
+use crate::study::prepared::Settled;
+use kardan_expr::expr::Symbol;
+use kardan_math::num::Matrix;
+use kardan_mechanics::equations::Meaning;
+use kardan_mechanics::program::{Read, Task};
+use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
+use kardan_simulate::{Profile, Scenario};
+use kardan_synthesis::{
+    BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, SampledPart, TaskLaw,
+};
+
+/// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
+const SETTLED: usize = 1000;
+
+/// A task, its states, and the positions of its inputs and outputs among all values.
+struct RestingTask {
+    law: TaskLaw,
+    memory: Vec<f64>,
+    next: Vec<f64>,
+    reads: Vec<usize>,
+    references: Vec<f64>,
+    places: Vec<usize>,
+    outputs: Vec<f64>,
+}
+
+/// Linearised blocks, with the plant at rest.
+pub(in crate::study) struct Blocks {
+    /// Blocks and laws that the loop closes through.
+    pub of_loop: LoopBlocks,
+    /// Locks that depend on them and are engaged there.
+    pub engaged: Vec<String>,
+    /// Whether some of them are nonlinear or switch, so that they behave differently elsewhere.
+    pub nonlinear: bool,
+    /// Those with zero gain there, as they are at a limit or in a dead zone.
+    pub flat: Vec<String>,
+}
+
+/// Whether maps include the blocks of a variant: those with a sample time are left out if no law has one.
+pub(in crate::study) fn are_in_maps(variant: &PreparedVariant) -> bool {
+    variant.scenario.tasks.is_empty() || variant.implemented.iter().any(|law| law.clock().is_some())
+}
+
+/// The parts of a loop: laws, and the blocks through which it closes.
+pub(in crate::study) fn with_blocks(
+    variant: &PreparedVariant,
+    plant: &LoopPlant,
+    laws: Vec<SampledPart>,
+) -> Vec<SampledPart> {
+    blocks(variant, plant).of_loop.join(laws)
+}
+
+/// The blocks that a variant's loop closes through, linearised with the plant at rest at the start of its run, and the initial values of
+/// signals. With continuous-time laws, blocks with a sample time are treated as independent inputs.
+pub(in crate::study) fn loop_blocks(variant: &PreparedVariant, plant: &LoopPlant) -> LoopBlocks {
+    blocks(variant, plant).of_loop
+}
+
+/// The same, and whether they are nonlinear.
+pub(in crate::study) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
+    blocks_at(variant, plant, &variant.scenario.position)
+}
+
+/// The same with the plant at rest at a reduced position, rad.
+pub(in crate::study) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, position: &[f64]) -> Blocks {
+    let PreparedVariant { model, reduced, implemented: laws, scenario, .. } = variant;
+    let in_maps = are_in_maps(variant);
+    let none_in_maps = scenario.tasks.is_empty() && scenario.sensors.is_empty() || !in_maps;
+    if scenario.flow.is_none() && none_in_maps || laws.len() != model.controls.len() {
+        return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), nonlinear: false, flat: Vec::new() };
+    }
+    let beside: Vec<BesideBlocks> =
+        model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
+    // The initial values of blocks fit the start of the run, which most requests need.
+    let elsewhere;
+    let settled = if position == scenario.position {
+        variant.settled.get_or_init(|| settled(variant, &beside, position))
+    } else {
+        elsewhere = settled(variant, &beside, position);
+        &elsewhere
+    };
+    let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
+    let answer = |name: &str| settled.outputs.get(name).copied().unwrap_or(0.0);
+    let torques = if in_maps { block_torques(reduced, &point, &answer) } else { Vec::new() };
+    let of_loop = LoopBlocks::new(&settled.tasks, &beside, &torques, plant);
+    Blocks {
+        of_loop,
+        engaged: block_locks(reduced, &point, &answer),
+        nonlinear: settled.nonlinear,
+        flat: settled.flat.clone(),
+    }
+}
+
+/// The steady state of the blocks of a variant with the plant at rest at a reduced position, rad.
+fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
+    let PreparedVariant { reduced, scenario, .. } = variant;
+    let in_maps = are_in_maps(variant);
+    let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| in_maps);
+    let tasks = scenario.flow.iter().chain(sampled);
+    let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &variant.point.rates);
+    let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
+    let mut outputs = signals_at_rest(variant, beside, at_rest);
+    let used = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
+    let used = used.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
+    let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
+    let from_law = |name: &str| beside.iter().any(|law| law.exported.iter().any(|(own, _)| own == name));
+    let rows = in_loop(&tasks, &from_law, &used);
+    let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {
+        let mut with_slopes = [&rows[..], &flat_rows(task)].concat();
+        with_slopes.sort_unstable();
+        with_slopes.dedup();
+        TaskLaw::new(task, reduced).on(&variant.point.side).with_slopes_among(&with_slopes)
+    };
+    let laws: Vec<TaskLaw> = tasks.iter().zip(&rows).map(law).collect();
+    let nonlinear = laws.iter().any(|law| law.is_nonlinear());
+    // A task through which no loop can close is not part of one, whatever its slopes.
+    let closes = |number: usize| !rows[number].is_empty() || !flat_rows(&tasks[number]).is_empty();
+    let numbers: Vec<usize> = (0..tasks.len()).filter(|number| closes(*number)).collect();
+    let linear = linear_tasks((laws, &rows, &numbers), &mut outputs, at_rest);
+    let flat = numbers.iter().zip(&linear).flat_map(|(number, linear)| flat(&tasks[*number], linear)).collect();
+    Settled { tasks: linear, outputs, nonlinear, flat }
+}
+
+/// For each task the outputs, then the states, through which a loop may close: they may depend on coordinates, sensors or outputs of a law, and the plant
+/// or a law may use them, by these names.
+fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
+    // Direct feedthrough to each row: from something that moves, and from which other rows.
+    let answer = |name: &str| {
+        let of = |task: &Arc<Task>| task.outputs.iter().position(|answer| answer.name == name);
+        tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
+    };
+    let mut rows = Vec::new();
+    for (number, task) in tasks.iter().enumerate() {
+        let remembered = |symbol: &Symbol| task.memory.iter().position(|entry| entry.symbol == *symbol);
+        for (row, (_, expr)) in task.outputs().into_iter().enumerate() {
+            let (mut is_driven, mut before) = (false, Vec::new());
+            for symbol in task.graph.symbols(&[expr]) {
+                match task.reads.iter().find(|(own, _)| *own == symbol).map(|(_, read)| read) {
+                    Some(Read::Source(name)) => {
+                        is_driven |= from_law(name);
+                        before.extend(answer(name));
+                    }
+                    Some(Read::Sensor(name) | Read::AsRead(name)) => {
+                        is_driven = true;
+                        before.extend(answer(name));
+                    }
+                    Some(Read::Position(_) | Read::Rate(_)) => is_driven = true,
+                    Some(Read::Time) => {}
+                    None => before.extend(remembered(&symbol).map(|k| (number, task.outputs.len() + k))),
+                }
+            }
+            rows.push(((number, row), is_driven, before));
+        }
+    }
+    let mut driven: BTreeSet<(usize, usize)> = rows.iter().filter(|row| row.1).map(|row| row.0).collect();
+    loop {
+        let count = driven.len();
+        for (row, _, before) in &rows {
+            if before.iter().any(|one| driven.contains(one)) {
+                driven.insert(*row);
+            }
+        }
+        if driven.len() == count {
+            break;
+        }
+    }
+    let mut open: Vec<(usize, usize)> = used.iter().filter_map(|name| answer(name)).collect();
+    let mut out = vec![Vec::new(); tasks.len()];
+    while let Some(row) = open.pop() {
+        if driven.remove(&row) {
+            out[row.0].push(row.1);
+            open.extend(rows.iter().filter(|(own, ..)| *own == row).flat_map(|(.., before)| before));
+        }
+    }
+    out.iter_mut().for_each(|rows| rows.sort_unstable());
+    out
+}
+
+/// Kinds of blocks that have zero gain at a limit or in a dead zone.
+const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
+
+/// Rows of the outputs of these blocks.
+fn flat_rows(task: &Task) -> Vec<usize> {
+    let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
+    steps.filter_map(|step| task.outputs.iter().position(|answer| answer.name == step.block)).collect()
+}
+
+/// Those of them whose output has no slope over any of its inputs.
+fn flat<'a>(task: &'a Task, linear: &'a LinearTask) -> impl Iterator<Item = String> + 'a {
+    let slopes = move |row: usize| {
+        let linear = &linear.linear;
+        [&linear.on_states, &linear.on_angles, &linear.on_speeds, &linear.on_references, &linear.on_errors]
+            .into_iter()
+            .any(|over| over.row(row).iter().any(|slope| *slope != 0.0))
+    };
+    let rows = flat_rows(task).into_iter().filter(move |row| !slopes(*row));
+    rows.map(|row| task.outputs[row].name.clone())
+}
+
+/// A law in the terms of blocks.
+fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
+    let linear = law.linear();
+    // States that affect commands, directly or through others.
+    let not_zero = |of: &Matrix<f64>, rows: &[usize], column: usize| rows.iter().any(|row| of[(*row, column)] != 0.0);
+    let commands: Vec<usize> = (0..linear.on_states.rows()).collect();
+    let all = 0..linear.states.rows();
+    let mut states: Vec<usize> = all.clone().filter(|k| not_zero(&linear.on_states, &commands, *k)).collect();
+    loop {
+        let more = all.clone().filter(|k| !states.contains(k) && not_zero(&linear.states, &states, *k));
+        let more: Vec<usize> = more.collect();
+        if more.is_empty() {
+            break;
+        }
+        states.extend(more);
+    }
+    let follows = |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
+    let references = law.references().iter().enumerate();
+    let references = references.map(|(k, one)| if follows(k) { one.name.clone() } else { String::new() }).collect();
+    let exported = if law.clock().is_some() { law.exported() } else { Vec::new() };
+    let exported = exported.into_iter().map(|(signal, place)| (format!("{name}.{signal}"), place)).collect();
+    BesideBlocks { references, exported }
+}
+
+/// Values of signals at the start of a run.
+pub(in crate::study) fn signals_at_begin(scenario: &Scenario) -> BTreeMap<String, f64> {
+    let value = |number: usize| {
+        let stepped = Profile::new(scenario.events.iter().filter(|event| event.source == number)).value(0.0);
+        let follows = scenario.signals.iter().find(|signal| signal.source == number);
+        stepped + follows.map_or(0.0, |signal| signal.function.value(0.0))
+    };
+    let sources = scenario.sources.iter().enumerate();
+    sources.map(|(number, source)| (source.name.clone(), value(number))).collect()
+}
+
+/// Values of signals at the start, and outputs of laws at rest.
+fn signals_at_rest(
+    variant: &PreparedVariant,
+    beside: &[BesideBlocks],
+    [angles, speeds]: [&[f64]; 2],
+) -> BTreeMap<String, f64> {
+    let mut out = signals_at_begin(&variant.scenario);
+    for (law, own) in variant.implemented.iter().zip(beside) {
+        let mut states = vec![0.0; law.states().len()];
+        law.start(angles, speeds, &mut states);
+        for (name, exported) in &own.exported {
+            if let ExportedSignal::State(k) = exported {
+                out.insert(name.clone(), states[*k]);
+            }
+        }
+    }
+    out
+}
+
+/// The values of these numbers after some samples with everything at rest.
+fn linear_tasks(
+    (laws, rows, numbers): (Vec<TaskLaw>, &[Vec<usize>], &[usize]),
+    signals_at_rest: &mut BTreeMap<String, f64>,
+    at_rest: [&[f64]; 2],
+) -> Vec<LinearTask> {
+    let [angles, speeds] = at_rest;
+    // Names are looked up once: values are in the order in which their names were added.
+    let mut names: Vec<String> = signals_at_rest.keys().cloned().collect();
+    let mut values: Vec<Option<f64>> = signals_at_rest.values().copied().map(Some).collect();
+    let mut places: BTreeMap<String, usize> = names.iter().cloned().zip(0..).collect();
+    let mut place = |name: &String| {
+        *places.entry(name.clone()).or_insert_with(|| {
+            names.push(name.clone());
+            values.push(None);
+            values.len() - 1
+        })
+    };
+    let resting_task = |law: TaskLaw| {
+        let mut memory = vec![0.0; law.states().len()];
+        law.start(angles, speeds, &mut memory);
+        let reads: Vec<usize> = law.references().iter().map(|reference| place(&reference.name)).collect();
+        let places: Vec<usize> = law.inputs().iter().map(&mut place).collect();
+        let (references, outputs) = (vec![0.0; reads.len()], vec![0.0; places.len()]);
+        RestingTask { next: memory.clone(), memory, reads, references, places, outputs, law }
+    };
+    let mut all: Vec<RestingTask> = laws.into_iter().map(resting_task).collect();
+    let mut runtimes: Vec<_> = all.iter().map(|one| one.law.run()).collect();
+    for _ in 0..SETTLED {
+        let mut changed = false;
+        for (one, runtime) in all.iter_mut().zip(&mut runtimes) {
+            let RestingTask { law, memory, next, reads, references, places, outputs } = one;
+            for (value, place) in references.iter_mut().zip(&*reads) {
+                *value = values[*place].unwrap_or(0.0);
+            }
+            let observation = observation(at_rest, references, memory);
+            outputs.fill(0.0);
+            runtime.command(observation, outputs);
+            if law.clock().is_some() {
+                next.copy_from_slice(memory);
+                runtime.next(observation, outputs, next);
+                changed |= next != memory;
+                std::mem::swap(memory, next);
+            }
+            for (place, answer) in places.iter().zip(&*outputs) {
+                changed |= values[*place].replace(*answer) != Some(*answer);
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    signals_at_rest.extend(names.into_iter().zip(values).filter_map(|(name, value)| Some((name, value?))));
+    let linearised = |number: &usize| {
+        let one = &all[*number];
+        one.law.linearised(&observation(at_rest, &one.references, &one.memory), &rows[*number])
+    };
+    numbers.iter().map(linearised).collect()
+}
+
+fn observation<'a>([angles, speeds]: [&'a [f64]; 2], references: &'a [f64], states: &'a [f64]) -> Observation<'a> {
+    Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states }
+}
