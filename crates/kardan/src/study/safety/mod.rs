@@ -11,7 +11,7 @@ use judged::{Begins, Judged, Traces, judge};
 use crate::study::progress::Counted;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::runs::run_variant;
-use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, Settings};
+use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, SafetySpec, Settings};
 use kardan_math::units::format_quantity;
 use kardan_results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
 use kardan_schema::diagnostics::{Diagnostic, quoted};

@@ -43,7 +43,7 @@ use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::requests::sweep_spec::MOST_SAMPLES;
 use crate::study::requests::varied::{SWEEP, Varied};
 use crate::study::run::runs::{check_variants, run_variant, tolerance};
-use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent};
+use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent, SweepSpec};
 use kardan_math::num::Random;
 use kardan_model::VariantSettings;
 use kardan_results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
