@@ -1,8 +1,8 @@
 //! The plots of the page: interactive charts, and the pictures that replace them on paper.
 
-use super::PlotFile;
 use super::curves::{self, Curve};
 use super::model::Chart;
+use super::svg::PlotFile;
 use super::text::{json_array, json_number, json_numbers, json_string};
 use super::thin::thin;
 use kardan_results::{Plot, Study};

@@ -36,7 +36,7 @@ mod text;
 mod thin;
 mod ticks;
 
-use kardan_results::{Mechanism, Study};
+use kardan_results::Mechanism;
 
 pub use model::Page;
 pub use present::analysis::page as analysis;
@@ -51,6 +51,7 @@ pub use present::summary::page as summary;
 pub use present::sweep::page as sweep;
 pub use present::sweep::page_with as sweep_with;
 pub use samples::{Again, Samples};
+pub use svg::{PlotFile, plots};
 
 impl Page {
     /// One HTML file that opens offline: styles, scripts and data are inside, and the page's content
@@ -110,31 +111,4 @@ impl Page {
 /// ```
 pub fn mechanism(mechanism: &Mechanism) -> Option<String> {
     mechanism::document(mechanism)
-}
-
-/// A drawn plot.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PlotFile {
-    /// File name: `rack-angle.svg`; letters, digits, `-`, `_` and `.` only, unique within the study.
-    pub name: String,
-    /// The picture: an SVG document without references to anything outside it.
-    pub svg: String,
-    /// Notes on its curves, such as which ones coincide; may be empty.
-    pub note: String,
-}
-
-/// One SVG for each of the study's plots, in their order.
-///
-/// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan_results::Plot)
-/// over time in s; references are dashed and drawn once, or for each variant where they differ. Of curves that coincide the lower
-/// ones are wider, and the legend names them. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
-/// leave a gap. A plot without data gives empty axes with a note.
-///
-/// ```
-/// use kardan_results::{Plot, Study};
-/// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
-/// assert_eq!(kardan_report::plots(&study)[0].name, "rack-angle.svg");
-/// ```
-pub fn plots(study: &Study) -> Vec<PlotFile> {
-    svg::plots(study)
 }

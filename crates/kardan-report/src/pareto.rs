@@ -43,14 +43,8 @@ impl Axis {
     }
 }
 
-/// The picture; empty without designs that can be drawn.
-pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
-    let drawn = |one: &&Alternative| one.interaction > 0.0 && one.torque > 0.0;
-    let all: Vec<&Alternative> = found.designs.iter().filter(drawn).collect();
-    let axes = (Axis::new(all.iter().map(|one| one.torque)), Axis::new(all.iter().map(|one| one.interaction)));
-    let (Some(across), Some(up)) = axes else { return None };
-    let place =
-        |one: &Alternative| (LEFT + WIDTH * across.place(one.torque), TOP + HEIGHT * (1.0 - up.place(one.interaction)));
+/// Grid lines with their numbers, and the title of the axis of torques.
+fn axes_lines(across: &Axis, up: &Axis, relative_to_limits: bool) -> String {
     let mut body = String::new();
     for tick in across.ticks() {
         let x = LEFT + WIDTH * across.place(tick);
@@ -66,12 +60,39 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         LEFT + WIDTH / 2.0,
         TOP + HEIGHT + 38.0,
         "middle",
-        if found.relative_to_limits {
+        if relative_to_limits {
             "largest requested torque, over the motor's limit"
         } else {
             "largest requested torque, N m"
         },
     );
+    body
+}
+
+/// The colours of the sample times.
+fn sample_times(times: &[f64], below: f64) -> String {
+    let mut body = String::new();
+    for (k, time) in times.iter().enumerate() {
+        let x = LEFT + 130.0 * k as f64;
+        body += &format!(
+            "<circle cx=\"{x:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"var(--curve-{})\"/>\n",
+            below - 4.0,
+            k % COLOURS
+        );
+        body += &text(x + 10.0, below, "", &format!("{} Hz", figure(1.0 / time, 4)));
+    }
+    body
+}
+
+/// The picture; empty without designs that can be drawn.
+pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
+    let drawn = |one: &&Alternative| one.interaction > 0.0 && one.torque > 0.0;
+    let all: Vec<&Alternative> = found.designs.iter().filter(drawn).collect();
+    let axes = (Axis::new(all.iter().map(|one| one.torque)), Axis::new(all.iter().map(|one| one.interaction)));
+    let (Some(across), Some(up)) = axes else { return None };
+    let place =
+        |one: &Alternative| (LEFT + WIDTH * across.place(one.torque), TOP + HEIGHT * (1.0 - up.place(one.interaction)));
+    let mut body = axes_lines(&across, &up, found.relative_to_limits);
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));
     times.dedup();
@@ -118,15 +139,7 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         );
     }
     let below = TOP + HEIGHT + 60.0;
-    for (k, time) in times.iter().enumerate() {
-        let x = LEFT + 130.0 * k as f64;
-        body += &format!(
-            "<circle cx=\"{x:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"var(--curve-{})\"/>\n",
-            below - 4.0,
-            k % COLOURS
-        );
-        body += &text(x + 10.0, below, "", &format!("{} Hz", figure(1.0 / time, 4)));
-    }
+    body += &sample_times(&times, below);
     let label = format!("{} over torque", found.interaction);
     let drawn = drawing(LEFT + WIDTH + 16.0, below + 12.0, &label, &body);
     let caption = format!(

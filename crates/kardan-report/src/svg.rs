@@ -11,7 +11,6 @@ use kuva::render::plots::Plot as Drawn;
 use kuva::render::render::render_multiple;
 use kuva::render::theme::Theme;
 
-use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
 use super::thin::thin;
 use super::ticks::{self, Axis};
@@ -31,8 +30,30 @@ const POINTS: usize = 2000;
 const REFERENCE: &str = "#000000";
 const FONTS: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
 
-/// See [`super::plots`].
-pub(super) fn plots(study: &Study) -> Vec<PlotFile> {
+/// A drawn plot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotFile {
+    /// File name: `rack-angle.svg`; letters, digits, `-`, `_` and `.` only, unique within the study.
+    pub name: String,
+    /// The picture: an SVG document without references to anything outside it.
+    pub svg: String,
+    /// Notes on its curves, such as which ones coincide; may be empty.
+    pub note: String,
+}
+
+/// One SVG for each of the study's plots, in their order.
+///
+/// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan_results::Plot)
+/// over time in s; references are dashed and drawn once, or for each variant where they differ. Of curves that coincide the lower
+/// ones are wider, and the legend names them. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
+/// leave a gap. A plot without data gives empty axes with a note.
+///
+/// ```
+/// use kardan_results::{Plot, Study};
+/// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
+/// assert_eq!(kardan_report::plots(&study)[0].name, "rack-angle.svg");
+/// ```
+pub fn plots(study: &Study) -> Vec<PlotFile> {
     let stems = curves::stems(study);
     let file = |(plot, stem): (&Plot, String)| {
         let (svg, note) = draw(study, plot);

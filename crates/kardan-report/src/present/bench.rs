@@ -20,7 +20,7 @@ const ROUNDING: f64 = 1e-6;
 pub fn page(study: &BenchStudy) -> Page {
     let closed_loop = &study.closed_loop;
     let pictured = pictured(study);
-    let (data, drawn) = rayon::join(|| charts::data(&pictured), || crate::plots(&pictured));
+    let (data, drawn) = rayon::join(|| charts::data(&pictured), || crate::svg::plots(&pictured));
     let all = pictured.plots.iter().zip(&drawn).enumerate();
     let mut charts = all.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture)));
     let experiments = closed_loop.experiments.iter().enumerate().map(|(k, experiment)| {

@@ -1,10 +1,10 @@
 //! Runs as a page: charts, key figures, requirements, motors, energy, events, the model with its laws.
 
-use crate::PlotFile;
 use crate::charts;
 use crate::curves::{clock, variant_label};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
+use crate::svg::{self, PlotFile};
 use crate::text::number;
 use crate::text::{Clock, figure};
 use kardan_results::{
@@ -21,7 +21,7 @@ const EVENTS: usize = 300;
 
 /// The page of a study.
 pub fn page(study: &Study) -> Page {
-    let (data, plots) = rayon::join(|| charts::data(study), || crate::plots(study));
+    let (data, plots) = rayon::join(|| charts::data(study), || svg::plots(study));
     Page { data: Some(data), ..with_plots(study, &plots) }
 }
 

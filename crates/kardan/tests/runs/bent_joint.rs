@@ -238,7 +238,7 @@ shaft = \"rk\"
         assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
         let felt = largest(&run, "driver.tau");
         assert!(!fault.is_empty() || felt < 0.25, "{precision}: {felt}");
-        let reported = run.events.iter().any(|event| event.description.contains("encoder outputs no number"));
+        let reported = run.events.iter().any(|event| event.description.contains("encoder supplies no reading"));
         assert_eq!(reported, !fault.is_empty(), "{:?}", run.events);
     }
 }
