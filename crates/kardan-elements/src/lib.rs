@@ -5,7 +5,7 @@
 //!
 //! ```
 //! let gear = kardan_elements::element::find("gear").unwrap();
-//! assert!(gear.fields.iter().any(|field| field.key == "ratio"));
+//! assert!(gear.fields.iter().any(|field| field.name == "ratio"));
 //! ```
 #![deny(clippy::disallowed_methods)]
 

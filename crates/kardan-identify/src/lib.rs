@@ -4,8 +4,8 @@
 //! Begin with [`Regressor`], [`LeastSquares`] and [`Fit`].
 //!
 //! ```
-//! // Half of a normal distribution lies within 0.674 standard deviations.
-//! assert!((kardan_identify::normal_quantile(0.75) - 0.674_489_750_196).abs() < 1e-9);
+//! // A quarter of a normal distribution lies above 0.674 standard deviations.
+//! assert!((kardan_identify::normal_quantile(0.25) - 0.674_489_750_196).abs() < 1e-9);
 //! ```
 #![deny(clippy::disallowed_methods)]
 

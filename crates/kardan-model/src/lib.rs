@@ -5,7 +5,7 @@
 //! ```
 //! use kardan_model::read;
 //!
-//! let text = "[model]\nname = \"axle\"\n[element.axle]\nkind = \"shaft\"\ninertia = \"2 kg cm^2\"\n";
+//! let text = "[model]\nname = \"axle\"\n[shaft.axle]\ninertia = \"2 kg cm^2\"\n";
 //! let (document, diagnostics) = read(text);
 //! assert!(diagnostics.is_empty(), "{diagnostics:?}");
 //! let (model, _) = document.model(&[]);

@@ -19,7 +19,7 @@
 //!
 //! let lamp = Lamp::new("1 N m").lag("5 ms");
 //! assert_eq!(lamp.entries().iter().count(), 2);
-//! assert_eq!(Lamp::FIELDS[0].key, "torque");
+//! assert_eq!(Lamp::FIELDS[0].name, "torque");
 //! ```
 #![deny(clippy::disallowed_methods)]
 

@@ -29,7 +29,7 @@ use kardan_results::{Event, Outcome, Physical};
 /// use kardan_simulate::{Setup, Simulation, Tolerance};
 /// use kardan::study;
 ///
-/// let (prepared, _) = study::prepare(kardan_model::builtin("two-bodies").unwrap().source);
+/// let (prepared, _) = study::prepare(kardan::model::builtin("two-bodies").unwrap().source);
 /// let variant = &prepared.variants[0];
 /// let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
 /// let mut bodies = Simulation::new(setup, Tolerance::default());

@@ -9,7 +9,7 @@
 //!
 //! // aᵀx + xa + q = 0 for a = −1, q = 2.
 //! let number = |value| Matrix::from_fn(1, 1, |_, _| value);
-//! assert_eq!(lyapunov(&number(-1.0), &number(2.0)).unwrap().row(0)[0], 1.0);
+//! assert_eq!(lyapunov(&number(-1.0), &number(2.0)).unwrap().solution.row(0)[0], 1.0);
 //! ```
 #![deny(clippy::disallowed_methods)]
 
