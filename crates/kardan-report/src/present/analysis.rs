@@ -302,8 +302,7 @@ fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option
         }
         row
     };
-    let mut headers =
-        vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "controllable", "observable", "largest motions"];
+    let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "contr.", "obs.", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
     match modes.is_empty() {
         true => Body::default(),
