@@ -233,7 +233,7 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
     let shafts = &equations.coordinates;
     let tests = integrable(reduced);
     let motion = Motion::new(reduced);
-    let together = together(reduced, &tests, &motion);
+    let combined = combined(reduced, &tests, &motion);
     let begin = Motion::at_time_zero(reduced);
     let varying = motion.graph.varying();
     let first = motion.frictions.len() - motion.multiplier_constraints.len();
@@ -277,7 +277,7 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
                     format!("({}) {}'", formula.expression.text(), shafts[*shaft])
                 };
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
-                let (holonomic, why) = judged(&tests.rows[k], linear, &together);
+                let (holonomic, why) = judged(&tests.rows[k], linear, &combined);
                 if linear {
                     return found(equation, holonomic, !of_time, why);
                 }
@@ -307,13 +307,13 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
 const MOST_OF_LAW: usize = 160;
 
 /// Whether a row of speeds is a relation between positions, if that is decided, and how.
-fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, String) {
+fn judged(test: &Integrable, linear: bool, combined: &str) -> (Option<bool>, String) {
     match test {
         Integrable::No(point) => {
             let why = format!(
                 "Frobenius' test is not zero, exactly, at the generic point {point}: no relation between positions is equivalent to it"
             );
-            (Some(false), why + together)
+            (Some(false), why + combined)
         }
         _ if linear => {
             let why = "its coefficients are constant, given the other constraints: it is the rate of a linear relation \
@@ -323,14 +323,14 @@ fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, Str
         }
         Integrable::Closed => {
             let why = "the cross derivatives of its coefficients are equal, exactly: it is the rate of a relation between positions";
-            (Some(true), why.to_string() + together)
+            (Some(true), why.to_string() + combined)
         }
         Integrable::AtAllPoints(points, accident) => {
             let why = format!(
                 "Frobenius' test is zero at {points} random points modulo random primes: it is a relation between \
                  positions; wrong with a probability below {accident:.0e}"
             );
-            (Some(true), why + together)
+            (Some(true), why + combined)
         }
         Integrable::NotDecided(why) => (
             None,
@@ -342,7 +342,7 @@ fn judged(test: &Integrable, linear: bool, together: &str) -> (Option<bool>, Str
 }
 
 /// What several rows imply together: how many relations between positions, and the simple ones.
-fn together(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
+fn combined(reduced: &Reduced, tests: &Integrals, motion: &Motion) -> String {
     let multiplier_constraints = &reduced.equations.multiplier_constraints;
     let Some(relations) = tests.relations.filter(|_| multiplier_constraints.len() > 1) else { return String::new() };
     let names = reduced.coordinate_names();

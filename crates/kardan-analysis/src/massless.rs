@@ -300,9 +300,9 @@ fn infinite_part(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Matrix<Rational>
 
 /// A basis of all x with `matrix · x` in the span of `image`.
 fn preimage(matrix: &Matrix<Rational>, image: &Matrix<Rational>) -> Matrix<Rational> {
-    let together = null_space(&beside(matrix, image));
+    let combined = null_space(&beside(matrix, image));
     let n = matrix.columns();
-    let parts = Matrix::from_fn(together.columns(), n, |i, j| together[(j, i)].clone());
+    let parts = Matrix::from_fn(combined.columns(), n, |i, j| combined[(j, i)].clone());
     let e = echelon(&parts, &(0..n).collect::<Vec<_>>());
     Matrix::from_fn(n, e.rank(), |i, j| e.form[(j, i)].clone())
 }

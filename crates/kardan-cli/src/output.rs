@@ -328,11 +328,11 @@ pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
 pub fn note_saved_file(path: &Path) {
     let path = path.display().to_string();
     note(&format!("wrote {path}"));
-    stderr(&where_to_look(&path));
+    stderr(&likely_columns(&path));
 }
 
 /// How to open a written page; nothing for Markdown.
-pub fn where_to_look(path: &str) -> String {
+pub fn likely_columns(path: &str) -> String {
     if !path.ends_with(".html") {
         return String::new();
     }

@@ -70,7 +70,7 @@ pub struct Regressor {
     law_waves: Vec<f64>,
     teeth: Vec<Teeth>,
     /// Backlashes: the direction of each, and its cut.
-    plays: Vec<Teeth>,
+    backlashes: Vec<Teeth>,
     /// Current gear loads: T and the sign of the speed along them; none where unknown.
     carried: Vec<Option<[f64; 2]>>,
     /// Inputs with unmeasured torques and independent directions.
@@ -166,7 +166,7 @@ impl Regressor {
             law_harmonics: Vec::new(),
             law_waves: Vec::new(),
             teeth: Vec::new(),
-            plays: Vec::new(),
+            backlashes: Vec::new(),
             carried: Vec::new(),
             extras: Vec::new(),
             lenient: false,
@@ -279,8 +279,8 @@ impl Regressor {
     }
 
     /// The same with backlashes, whose torques are among the unmeasured ones.
-    pub fn with_plays(mut self, plays: Vec<Teeth>) -> Self {
-        self.plays = plays;
+    pub fn with_backlashes(mut self, backlashes: Vec<Teeth>) -> Self {
+        self.backlashes = backlashes;
         self
     }
 
@@ -291,7 +291,7 @@ impl Regressor {
     /// If there is no such backlash, or not a part for each column.
     pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
-        let own = &self.plays[play];
+        let own = &self.backlashes[play];
         let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);

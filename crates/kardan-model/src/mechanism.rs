@@ -10,8 +10,8 @@ use kardan_schema::schema::{Field, Kind};
 pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], described: &str) -> MechanismPart {
     let kind = instance.kind;
     let mut laws: Vec<String> = Vec::new();
-    let play = kind.symbol != Symbol::Stop && terms.iter().any(is_side);
-    for law in terms.iter().flat_map(laws_of).chain(play.then_some("backlash")) {
+    let backlash = kind.symbol != Symbol::Stop && terms.iter().any(is_side);
+    for law in terms.iter().flat_map(laws_of).chain(backlash.then_some("backlash")) {
         let law = if values.translational { translational(law) } else { law };
         if !laws.iter().any(|listed| listed == law) {
             laws.push(law.into());

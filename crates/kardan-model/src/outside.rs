@@ -64,7 +64,7 @@ impl Document {
             let own = controls.iter_mut().filter(|control| control.name == name);
             own.for_each(|control| control.values.insert("commands", Resolved::Task(Arc::clone(&task))));
         }
-        functions.blocks = programs.outputs().map(|answer| (answer.name.clone(), answer.dimension)).collect();
+        functions.blocks = programs.outputs().map(|output| (output.name.clone(), output.dimension)).collect();
         functions.broken_blocks = programs.broken;
         programs
     }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use kardan_expr::expr::{AtOnce, Expr, Graph, Symbol, Together, at_once};
+use kardan_expr::expr::{AtOnce, Expr, Graph, JointBound, Symbol, at_once};
 use kardan_math::num::Rational;
 use kardan_math::units::{Exact, shown_quantity};
 use kardan_schema::diagnostics::Diagnostic;
@@ -23,7 +23,7 @@ pub(super) struct Assumptions {
     not_negative: HashMap<Symbol, usize>,
     bounds: Vec<Rational>,
     /// The sums that contain each.
-    together: HashMap<Symbol, Vec<usize>>,
+    joint: HashMap<Symbol, Vec<usize>>,
 }
 
 impl Assumptions {
@@ -37,7 +37,7 @@ impl Assumptions {
 
     /// Records symbols whose sum is not above a bound.
     pub fn bounded(&mut self, symbols: &[Symbol], bound: Rational) {
-        symbols.iter().for_each(|symbol| self.together.entry(*symbol).or_default().push(self.bounds.len()));
+        symbols.iter().for_each(|symbol| self.joint.entry(*symbol).or_default().push(self.bounds.len()));
         self.bounds.push(bound);
     }
 
@@ -47,14 +47,14 @@ impl Assumptions {
         let mut not_negative: Vec<Symbol> =
             symbols.iter().copied().filter(|symbol| self.not_negative.contains_key(symbol)).collect();
         not_negative.sort_by_key(|symbol| self.not_negative[symbol]);
-        let mut together: BTreeMap<usize, Vec<Symbol>> = BTreeMap::new();
+        let mut joint: BTreeMap<usize, Vec<Symbol>> = BTreeMap::new();
         for symbol in symbols {
-            let sums = self.together.get(&symbol).into_iter().flatten();
-            sums.for_each(|sum| together.entry(*sum).or_default().push(symbol));
+            let sums = self.joint.get(&symbol).into_iter().flatten();
+            sums.for_each(|sum| joint.entry(*sum).or_default().push(symbol));
         }
-        let together: Vec<Together> =
-            together.into_iter().map(|(sum, symbols)| (symbols, self.bounds[sum].clone())).collect();
-        at_once(graph, exprs, &not_negative, &together)
+        let joint: Vec<JointBound> =
+            joint.into_iter().map(|(sum, symbols)| (symbols, self.bounds[sum].clone())).collect();
+        at_once(graph, exprs, &not_negative, &joint)
     }
 }
 

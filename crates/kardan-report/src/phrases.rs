@@ -495,7 +495,7 @@ pub fn certificate(certificate: &Certificate) -> String {
 }
 
 /// A list whose lines break between its entries only.
-pub fn together(list: &str) -> String {
+pub fn unbroken(list: &str) -> String {
     let entry = |entry: &str| match entry.split_once(" and ") {
         Some((entry, more)) => format!("{} and {more}", entry.replace(' ', "\u{a0}")),
         None => entry.replace(' ', "\u{a0}"),

@@ -404,7 +404,7 @@ pub struct Suggestions {
     /// Prediction of segments outside the fit with them.
     pub validation: Vec<Validation>,
     /// Prediction of whole logs from the others; empty with few logs, or if terms of single logs were requested.
-    pub log_cross_validation: Vec<HeldOutLogs>,
+    pub log_cross_validation: Vec<ValidationLogs>,
     /// The part for a model file with them.
     #[serde(skip)]
     pub for_file: Vec<FileValue>,
@@ -451,7 +451,7 @@ pub struct Suggestion {
 
 /// Prediction of whole logs from the others, without terms of single logs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct HeldOutLogs {
+pub struct ValidationLogs {
     /// Row of the balance.
     pub row: String,
     /// Root mean square of the residual of the model as it is, N m.

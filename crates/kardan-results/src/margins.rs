@@ -61,7 +61,7 @@ pub struct Margins {
     /// only those of the motors of a sampled controller.
     pub channels: Vec<ChannelMargin>,
     /// Margins for simultaneous errors of all torques; `None` with one motor.
-    pub multiloop: Option<TogetherMargin>,
+    pub multiloop: Option<MultiloopMargin>,
     /// Whether it is stable, but an error of 10 % in the torque of a motor is not tolerated, or its disk margin is at most that.
     pub low_margins: bool,
     /// Of a loop with open backlash at its operating point: the same with the flanks in contact.
@@ -98,7 +98,7 @@ pub struct ContactMargins {
     /// Margins of the torque of each motor, and of each reading, alone; empty if the loop is unstable.
     pub channels: Vec<ChannelMargin>,
     /// Margins for simultaneous errors of all torques; `None` with one motor.
-    pub multiloop: Option<TogetherMargin>,
+    pub multiloop: Option<MultiloopMargin>,
 }
 
 /// A loop on the other side of a kink at its operating point.
@@ -201,7 +201,7 @@ pub struct ChannelMargin {
 
 /// Margins for simultaneous errors of the torques of all motors, or of all readings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct TogetherMargin {
+pub struct MultiloopMargin {
     /// Bounds of the true disk margin: the lower is proven, for the upper a destabilising set of errors is known.
     pub disk: [f64; 2],
     /// Of that set, rad/s.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{ChannelMargin, TogetherMargin};
+use super::{ChannelMargin, MultiloopMargin};
 
 /// Prefix of a note on why a design has no [`LoopResponses`].
 pub const NO_RESPONSES: &str = "no frequency responses are shown: ";
@@ -23,7 +23,7 @@ pub struct LoopResponses {
     /// S, T and KS with all motors, or all readings, at once; empty for a loop that is not stable.
     pub sensitivities: Vec<SingularValues>,
     /// Margin for simultaneous errors of all readings; `None` of a loop that is not stable, of one reading, or of many.
-    pub sensors_multiloop: Option<TogetherMargin>,
+    pub sensors_multiloop: Option<MultiloopMargin>,
     /// From each reference to each output.
     pub references: Vec<ReferenceResponse>,
     /// Responses to a step of each reference; empty for a loop that is not stable.

@@ -76,7 +76,7 @@ pub use number::{Arithmetic, Lanes, Number};
 pub use plan::{Operator, Plan, Run, Table};
 pub use position_loop::PositionLoop;
 pub use real::Real;
-pub use regulator::{Health, Regulator, RegulatorMemory, hold};
+pub use regulator::{Health, Regulator, RegulatorState, hold};
 pub use schedule::Schedule;
 pub use scheduled_regulator::ScheduledRegulator;
 pub use signals::{DeadZone, Delay, Hysteresis, Integrator, Manual, Monitor, Observer, Pid, RateLimit};

@@ -42,7 +42,7 @@ pub struct Regulator<'a, T> {
 
 /// The state of a [`Regulator`]. All zero at the start, except for the estimate of the plant state.
 #[derive(Debug)]
-pub struct RegulatorMemory<'m, T> {
+pub struct RegulatorState<'m, T> {
     /// x̂
     pub estimate: &'m mut [T],
     /// ξ
@@ -87,15 +87,15 @@ pub struct NonlinearTerms<'a, T> {
 }
 
 impl<T: Real> Regulator<'_, T> {
-    /// Entries of [`RegulatorMemory::work`] for these numbers of states, states of the reference model, references and
+    /// Entries of [`RegulatorState::work`] for these numbers of states, states of the reference model, references and
     /// readings.
     pub const fn work(states: usize, model: usize, references: usize, readings: usize) -> usize {
         sum(&[states, states, model, model, references, references, readings])
     }
 
-    /// One sample. `memory.commands` receives the commands, N m.
-    pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>) -> Health {
-        self.advance(readings, references, memory, None)
+    /// One sample. `state.commands` receives the commands, N m.
+    pub fn step(&self, readings: &[T], references: &[T], state: RegulatorState<'_, T>) -> Health {
+        self.advance(readings, references, state, None)
     }
 
     /// [`step`](Self::step) with these further inputs.
@@ -103,10 +103,10 @@ impl<T: Real> Regulator<'_, T> {
         &self,
         readings: &[T],
         references: &[T],
-        memory: RegulatorMemory<'_, T>,
+        state: RegulatorState<'_, T>,
         nonlinear: Option<NonlinearTerms<'_, T>>,
     ) -> Health {
-        let RegulatorMemory { estimate, model, readings: read, references: governed, commands, work } = memory;
+        let RegulatorState { estimate, model, readings: read, references: governed, commands, work } = state;
         let failed = Health { estimate_frozen: true, ..Health::default() };
         let (n, k, r, p) = (estimate.len(), model.len(), governed.len(), read.len());
         let Some((augmented, work)) = work.split_at_mut_checked(sum(&[n, k, r])) else { return failed };

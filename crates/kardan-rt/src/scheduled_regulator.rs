@@ -3,7 +3,7 @@
 use crate::dense::{all_finite, at, copy, sum};
 use crate::mechanism::take;
 use crate::regulator::NonlinearTerms;
-use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorMemory, Schedule, Sensor};
+use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorState, Schedule, Sensor};
 
 /// A [`Regulator`] for a plant whose linear model depends on its position: its gains are scheduled by a coordinate of
 /// the estimate; the mechanism itself predicts the readings and the forces that grow with the square of the speeds.
@@ -69,7 +69,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     /// One sample, as [`Regulator::step`]. `scratch` has no state. If it is too short or an estimate is not finite, all
     /// states stay unchanged; where the mechanism has no finite result, the block uses the linear prediction C x̂ and
     /// no force.
-    pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>, scratch: &mut [T]) -> Health {
+    pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorState<'_, T>, scratch: &mut [T]) -> Health {
         match self.found(readings, references, memory, scratch) {
             Some(health) => health,
             None => Health { estimate_frozen: true, ..Health::default() },
@@ -80,7 +80,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         &self,
         readings: &[T],
         references: &[T],
-        memory: RegulatorMemory<'_, T>,
+        memory: RegulatorState<'_, T>,
         scratch: &mut [T],
     ) -> Option<Health> {
         let [n, k, r, m] = [&*memory.estimate, &*memory.model, &*memory.references, &*memory.commands].map(<[T]>::len);
@@ -91,7 +91,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         if !self.schedule.at(at(memory.estimate, self.coordinate), numbers) {
             return None;
         }
-        let looked = self.look(memory.estimate, foreseen, forces, rest);
+        let predicted = self.predict(memory.estimate, foreseen, forces, rest);
         let mut numbers: &[T] = numbers;
         let mut next = |rows: usize, columns: usize| {
             let (head, tail) = numbers.split_at_checked(rows.checked_mul(columns)?)?;
@@ -101,7 +101,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         let (prediction, input, output) = (next(n, n)?, next(n, m)?, next(p, n)?);
         let (correction, feedback) = (next(n, p)?, next(m, sum(&[n, k, r]))?);
         let (force_input, on_forces) = (next(n, c)?, next(m, c)?);
-        if looked.is_none() || !self.is_predictable(memory.estimate, &force_input, forces) {
+        if predicted.is_none() || !self.is_predictable(memory.estimate, &force_input, forces) {
             forces.fill(T::ZERO);
         }
         let governor = if g > 0 {
@@ -112,12 +112,12 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         };
         let (model, model_input, bounds) = (self.model, self.model_input, self.bounds);
         let block = Regulator { prediction, input, output, correction, model, model_input, feedback, bounds, governor };
-        let nonlinear = NonlinearTerms { foreseen: looked.map(|()| &*foreseen), forces, on_forces, force_input };
+        let nonlinear = NonlinearTerms { foreseen: predicted.map(|()| &*foreseen), forces, on_forces, force_input };
         Some(block.advance(readings, references, memory, Some(nonlinear)))
     }
 
     /// The predicted readings at an estimate, and the forces of its speeds; `None` if a number is not finite.
-    fn look(&self, estimate: &[T], foreseen: &mut [T], forces: &mut [T], memory: &mut [T]) -> Option<()> {
+    fn predict(&self, estimate: &[T], foreseen: &mut [T], forces: &mut [T], memory: &mut [T]) -> Option<()> {
         let c = self.mechanism.coordinates;
         let (position, rest) = estimate.split_at_checked(c)?;
         let evaluated = self.mechanism.evaluate(position, rest.get(..c)?, memory)?;

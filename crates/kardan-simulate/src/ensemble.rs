@@ -521,7 +521,7 @@ impl Own {
             Prospect::Leaves(part) => self.confirm(lane, (part, length), simd_taylor),
             _ => None,
         };
-        let found = found.or_else(|| self.look(lane, length, simd_taylor));
+        let found = found.or_else(|| self.scan_for_event(lane, length, simd_taylor));
         if found.is_none() {
             simd_taylor.state(lane, length, &mut self.looked);
         }
@@ -552,10 +552,10 @@ impl Own {
     }
 
     /// The first sample at which a mode is left.
-    fn look<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
+    fn scan_for_event<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut low = 0.0;
-        for look in 1..EVENT_SCAN_POINTS + 1 {
-            let mut high = length * look as f64 / EVENT_SCAN_POINTS as f64;
+        for scan_for_event in 1..EVENT_SCAN_POINTS + 1 {
+            let mut high = length * scan_for_event as f64 / EVENT_SCAN_POINTS as f64;
             if !self.leaves_after(lane, high, simd_taylor) {
                 low = high;
                 continue;

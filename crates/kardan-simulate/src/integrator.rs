@@ -97,8 +97,8 @@ impl Integrator {
             Self::Taylor(solver) => {
                 let time = solver.time();
                 solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
-                solver.look_inside(|t, x, dx| machine.derivative(t, x, dx))?;
-                solver.look_at_rounding(|t, x, dx| machine.derivative(t, x, dx));
+                solver.sample_interior(|t, x, dx| machine.derivative(t, x, dx))?;
+                solver.check_rounding(|t, x, dx| machine.derivative(t, x, dx));
                 Ok(())
             }
             Self::Radau(solver) => solver.step(until, machine),

@@ -48,6 +48,6 @@ pub use faults::{
 };
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
-pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, simulate, teeth_that_lock};
+pub use run::{Method, Ready, RunResult, Tolerance, UNJAM, locking_gears, simulate};
 pub use scenario::{Profile, Recorded, Scenario, SignalEvent, Source, SourceSignal, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

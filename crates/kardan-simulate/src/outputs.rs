@@ -230,13 +230,13 @@ impl Columns<'_> {
             }
             let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
             if bent || equations.measures.contains_key(&unilateral.element) || differ() {
-                self.add_play(&own, first);
+                self.add_backlash(&own, first);
             }
         }
     }
 
     /// The torques of the backlash sides of a transmission on its bodies, in units of these.
-    fn add_play(&mut self, own: &[(usize, &DirectionalTerm<UnilateralConstraint>)], first: usize) {
+    fn add_backlash(&mut self, own: &[(usize, &DirectionalTerm<UnilateralConstraint>)], first: usize) {
         let element = &own[0].1.element;
         let bodies = own[0].1.row.iter().map(|(body, _)| *body);
         let bodies: Vec<usize> = bodies.filter(|body| self.reduced.equations.coordinates[*body] != *element).collect();

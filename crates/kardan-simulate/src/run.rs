@@ -24,7 +24,7 @@ pub use jamming_gears::UNJAM;
 use kardan_math::num::{Random, StateArchive};
 use kardan_mechanics::reduce::Reduced;
 use kardan_results::{Effort, Event, Outcome};
-pub use ready::{Ready, simulate, teeth_that_lock};
+pub use ready::{Ready, locking_gears, simulate};
 pub use recording::RunResult;
 pub(super) use tolerance::absolute_tolerances;
 pub use tolerance::{Method, Tolerance};
@@ -269,7 +269,7 @@ impl RunLoop {
     }
 
     /// Evaluates the sources of signals at a time that is computed already.
-    pub(super) fn look(&mut self, at: f64) {
+    pub(super) fn sample(&mut self, at: f64) {
         if at < self.time {
             self.solver.interpolate(at, &mut self.looked);
         } else {

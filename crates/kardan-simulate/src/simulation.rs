@@ -295,7 +295,7 @@ impl Simulation {
     /// If the signal belongs to another model.
     pub fn get(&mut self, signal: SignalId) -> f64 {
         if !self.looked {
-            self.run_loop.look(self.now);
+            self.run_loop.sample(self.now);
             self.looked = true;
         }
         self.run_loop.outputs.value(signal.0)

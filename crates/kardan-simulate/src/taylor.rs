@@ -38,7 +38,7 @@ const ROUNDING: f64 = 0.25;
 /// Part of the state that bounds rounding; above, an error of the series may decrease slowly too.
 const SLIGHT: f64 = 1e-2;
 /// Steps between two measurements of the rounding error of a step.
-const LOOK_AT_ROUNDING: u64 = 64;
+const CHECK_ROUNDING: u64 = 64;
 /// The lowest and the highest order.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 
@@ -242,7 +242,7 @@ impl Taylor {
     /// Checks whether the last step follows the motion, at its end and inside, and shortens it until it does: the
     /// truncation of the series makes its slope differ from the rates. Where its terms are inconclusive, the difference
     /// may be at most a tolerance. Rounding errors decrease slowly with the length, and are ignored.
-    pub(super) fn look_inside(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
+    pub(super) fn sample_interior(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
         let doubtful = std::mem::take(&mut self.doubtful);
         // Terms that have decayed before the last ones belong to a motion that continues: as between two samples.
         // Vanishing terms are inconclusive.
@@ -318,8 +318,8 @@ impl Taylor {
     }
 
     /// Measures the rounding error of the last step from time to time: the lengths of steps do not depend on it.
-    pub(super) fn look_at_rounding(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
-        if !self.counts.accepted.is_multiple_of(LOOK_AT_ROUNDING) {
+    pub(super) fn check_rounding(&mut self, mut rates: impl FnMut(f64, &[f64], &mut [f64])) {
+        if !self.counts.accepted.is_multiple_of(CHECK_ROUNDING) {
             return;
         }
         let Self { previous, previous_time, coefficients, time, rounding, absolute, relative, .. } = self;

@@ -13,7 +13,7 @@ use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{ChannelDesign, Clock, LawRuntime, NoninteractingDesign, Observation, design_noninteracting};
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Noninteracting, PositionLoop, Real, Regulator,
-    RegulatorMemory, Situation, StateSpace, Task,
+    RegulatorState, Situation, StateSpace, Task,
 };
 
 /// Shows allocations beside the times; there must be none.
@@ -151,7 +151,7 @@ fn sia_regulator<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, govern
     let mut sign = to(1e-3);
     bencher.bench_local(|| {
         sign = -sign;
-        let memory = RegulatorMemory {
+        let memory = RegulatorState {
             estimate: &mut estimate,
             model: &mut states,
             readings: &mut readings,

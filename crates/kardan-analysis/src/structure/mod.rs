@@ -24,7 +24,7 @@ use least_number::count;
 use left_vectors::InvariantRows;
 use limits::{Limits, RANK_TRIALS};
 use modulo_primes::{spectrum, zeros};
-use ranks::{Look, Ranks};
+use ranks::{RankSample, Ranks};
 use relative_degrees::vanish_exactly;
 use statements::Statements;
 
@@ -126,7 +126,7 @@ fn decide_modulo(
     let dual = OnceLock::new();
     let mut dual_images = Images::of_dual(system, &dual, drawn);
     let ranks = Ranks::decide(system, [&mut images, &mut dual_images], &mut own, limits)?;
-    let Look { image: first, dual: dual_first, reached, observable } = &ranks.found;
+    let RankSample { image: first, dual: dual_first, reached, observable } = &ranks.found;
     let mut statements = Statements::new(system);
     let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);
     describe_ranks(&ranks, undecided, limits, &mut statements);
@@ -192,7 +192,7 @@ fn decide_modulo(
 }
 
 fn describe_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statements: &mut Statements) {
-    let Look { image, reached, observable, .. } = &ranks.found;
+    let RankSample { image, reached, observable, .. } = &ranks.found;
     let n = image.g.rows;
     for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", observable.rank, 1)] {
         if undecided[k] {

@@ -12,7 +12,7 @@ use kardan_results::{Minor, MinorColumn};
 
 /// The controllable and the observable part modulo one prime.
 #[derive(Clone)]
-pub(super) struct Look {
+pub(super) struct RankSample {
     pub image: Arc<Image>,
     /// The image of the transposed system.
     pub dual: Arc<Image>,
@@ -20,7 +20,7 @@ pub(super) struct Look {
     pub observable: Reach,
 }
 
-impl Look {
+impl RankSample {
     fn of(image: Arc<Image>, dual: Arc<Image>) -> Self {
         let (reached, observable) = rayon::join(|| Reach::of(&image), || Reach::of(&dual));
         Self { image, dual, reached, observable }
@@ -31,10 +31,10 @@ impl Look {
         let mut best: Option<Self> = None;
         for _ in 0..most {
             let (image, dual) = next();
-            let look = Self::of(image, dual);
-            let full = look.is_full();
-            if best.as_ref().is_none_or(|best| best.sum() < look.sum()) {
-                best = Some(look);
+            let sample = Self::of(image, dual);
+            let full = sample.is_full();
+            if best.as_ref().is_none_or(|best| best.sum() < sample.sum()) {
+                best = Some(sample);
             }
             if full {
                 break;
@@ -86,9 +86,9 @@ pub(super) fn minor(field: &PrimeField, columns: Vec<(usize, usize)>, span: &Spa
 /// The ranks of a system, and what proves them.
 pub(super) struct Ranks {
     /// Modulo primes that were drawn.
-    pub found: Look,
+    pub found: RankSample,
     /// The same ranks or more, modulo a prime that follows from the system: for the certificate.
-    pub stated: Look,
+    pub stated: RankSample,
     /// Left vectors that no input reaches; `None` if all is reached, or they were not found.
     pub unreached: Option<InvariantRows>,
     /// Vectors that no output shows.
@@ -116,23 +116,23 @@ impl Ranks {
             let prime = own.next().expect("primes are many");
             if let (Some(image), Some(dual)) = rayon::join(|| Image::new(system, prime), || Image::dual(system, prime))
             {
-                return Look::of(Arc::new(image), Arc::new(dual));
+                return RankSample::of(Arc::new(image), Arc::new(dual));
             }
         };
         let mut stated = next_own();
         loop {
             let mut trials = 0;
-            let mut look = || {
+            let mut sample = || {
                 let pair = images.get(trials).zip(dual_images.get(trials)).expect("E is regular, and primes are many");
                 trials += 1;
                 pair
             };
             let found = if stated.is_full() {
                 // Full rank needs no second opinion.
-                let (image, dual) = look();
-                Look { image, dual, ..stated.clone() }
+                let (image, dual) = sample();
+                RankSample { image, dual, ..stated.clone() }
             } else {
-                Look::best(look, limits.trials)
+                RankSample::best(sample, limits.trials)
             };
             while !stated.reaches(&found) {
                 stated = next_own();

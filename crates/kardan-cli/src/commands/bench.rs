@@ -16,7 +16,7 @@ use crate::args::{BenchArgs, Format, Limits};
 use crate::exit::{DONE, ERROR};
 use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{print, render_text, shown, where_to_look};
+use crate::output::{likely_columns, print, render_text, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -135,7 +135,7 @@ fn printed(
         let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
     }
     if found.is_some() {
-        files.iter().filter(|file| file.ends_with(".html")).for_each(|report| out += &where_to_look(report));
+        files.iter().filter(|file| file.ends_with(".html")).for_each(|report| out += &likely_columns(report));
     }
     out
 }

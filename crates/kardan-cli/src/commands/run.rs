@@ -19,7 +19,7 @@ use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::files;
 use crate::folder::{Folder, note_moved_files};
 use crate::input;
-use crate::output::{print, reason, render_summary, render_text, shown, where_to_look};
+use crate::output::{likely_columns, print, reason, render_summary, render_text, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
@@ -126,7 +126,7 @@ fn report_result(
         print(&(export::json(study, &files) + "\n"))?;
     } else {
         let mut paths = format_saved_files(&files, args.verbose);
-        files.report.iter().for_each(|report| paths += &where_to_look(report));
+        files.report.iter().for_each(|report| paths += &likely_columns(report));
         let text = match args.verbose {
             true => render_text(&page, origin),
             false => render_summary(&report::summary(study), origin, SUMMARY_LINES - 1 - paths.lines().count()),

@@ -34,7 +34,7 @@ pub struct BlockKind {
 
 /// A state of a block.
 #[derive(Debug, Clone, Copy)]
-pub struct Remembered<'g> {
+pub struct BlockState<'g> {
     /// Its symbol.
     pub symbol: Traced<'g>,
     /// Its initial value, an expression of parameters only.
@@ -45,7 +45,7 @@ pub struct Remembered<'g> {
 
 /// An output of a block.
 #[derive(Debug, Clone)]
-pub struct Answer<'g> {
+pub struct BlockOutput<'g> {
     /// The part of its name after that of the block and a point; empty: the name of the block.
     pub name: String,
     /// The output.
@@ -98,9 +98,9 @@ pub struct BlockBuilder<'g> {
     /// Its sample time, s; `None`: continuous time.
     pub sample_time: Option<Exact>,
     /// Its states.
-    pub memory: Vec<Remembered<'g>>,
+    pub states: Vec<BlockState<'g>>,
     /// Its outputs.
-    pub outputs: Vec<Answer<'g>>,
+    pub outputs: Vec<BlockOutput<'g>>,
     /// Sign conditions on keys that vary.
     pub rules: RefCell<Vec<Rule<'g>>>,
 }
@@ -212,33 +212,33 @@ impl<'g> BlockBuilder<'g> {
     }
 
     /// A new state with its initial value; its next value must be set.
-    pub fn remember(&mut self, start: Traced<'g>) -> Traced<'g> {
-        let expr = self.graph.borrow_mut().new_symbol(format!("memory.{}", self.memory.len()), Dimension::NONE);
+    pub fn new_state(&mut self, start: Traced<'g>) -> Traced<'g> {
+        let expr = self.graph.borrow_mut().new_symbol(format!("memory.{}", self.states.len()), Dimension::NONE);
         let symbol = Traced::new(self.graph, expr);
-        self.memory.push(Remembered { symbol, start, next: symbol });
+        self.states.push(BlockState { symbol, start, next: symbol });
         symbol
     }
 
     /// A number of states that start at zero.
     pub fn zeros<const N: usize>(&mut self) -> [Traced<'g>; N] {
-        [(); N].map(|()| self.remember(Self::zero()))
+        [(); N].map(|()| self.new_state(Self::zero()))
     }
 
     /// The next values of the states, from one on.
     pub fn next(&mut self, first: usize, values: &[Traced<'g>]) {
-        for (entry, next) in self.memory.iter_mut().skip(first).zip(values) {
+        for (entry, next) in self.states.iter_mut().skip(first).zip(values) {
             entry.next = *next;
         }
     }
 
     /// Its outputs.
-    pub fn answer(&mut self, value: Traced<'g>, dimension: Dimension) {
+    pub fn output(&mut self, value: Traced<'g>, dimension: Dimension) {
         self.answer_as("", value, dimension);
     }
 
     /// An additional output.
     pub fn answer_as(&mut self, name: &str, value: Traced<'g>, dimension: Dimension) {
-        self.outputs.push(Answer { name: name.into(), value, dimension });
+        self.outputs.push(BlockOutput { name: name.into(), value, dimension });
     }
 
     /// The block of `kardan-rt`: its state is the output and the states made before.
@@ -247,15 +247,15 @@ impl<'g> BlockBuilder<'g> {
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
         starts: [Traced<'g>; N],
     ) -> Traced<'g> {
-        let first = self.memory.len();
-        let mut memory = starts;
+        let first = self.states.len();
+        let mut state = starts;
         // The output is a state only if a number is lost (NaN); no finite value depends on it.
-        for (place, start) in memory.iter_mut().zip(starts).skip(1) {
-            *place = self.remember(start);
+        for (place, start) in state.iter_mut().zip(starts).skip(1) {
+            *place = self.new_state(start);
         }
-        step(&mut memory);
-        self.next(first, &memory[1..]);
-        memory[0]
+        step(&mut state);
+        self.next(first, &state[1..]);
+        state[0]
     }
 
     /// The same of a block that continues from its own output, with the initial values of all states.
@@ -264,11 +264,11 @@ impl<'g> BlockBuilder<'g> {
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
         starts: [Traced<'g>; N],
     ) -> [Traced<'g>; N] {
-        let first = self.memory.len();
-        let mut memory = starts.map(|start| self.remember(start));
-        step(&mut memory);
-        self.next(first, &memory);
-        memory
+        let first = self.states.len();
+        let mut state = starts.map(|start| self.new_state(start));
+        step(&mut state);
+        self.next(first, &state);
+        state
     }
 
     /// The quotient of two dimensions.
@@ -409,9 +409,9 @@ impl<'g> BlockBuilder<'g> {
 
     /// A signal within bounds.
     pub fn clamped(&self, x: Traced<'g>, [low, high]: [Option<Traced<'g>>; 2]) -> Traced<'g> {
-        let mut answer = [Self::zero()];
-        let _ = kardan_rt::Saturation { low, high }.step(x, &mut answer);
-        answer[0]
+        let mut output = [Self::zero()];
+        let _ = kardan_rt::Saturation { low, high }.step(x, &mut output);
+        output[0]
     }
 
     /// A rate, zero if it would move a number that is beyond a bound further out.

@@ -37,7 +37,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let high = builder.needed("high", dimension)?;
     let low = builder.of("low", dimension)?.unwrap_or(-high);
     builder.in_order(["low", "high"], [low, high], dimension)?;
-    let answer = builder.step(|memory| kardan_rt::DeadZone { low, high }.step(input, memory), [BlockBuilder::zero()]);
-    builder.answer(answer, dimension);
+    let output = builder.step(|state| kardan_rt::DeadZone { low, high }.step(input, state), [BlockBuilder::zero()]);
+    builder.output(output, dimension);
     Ok(())
 }

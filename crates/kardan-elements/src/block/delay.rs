@@ -45,11 +45,11 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     if count == 0 {
         return Err(key_error("time", "`time` is shorter than a sample", "make it one sample, or remove the block"));
     }
-    let first = builder.memory.len();
-    let mut memory = vec![BlockBuilder::zero()];
-    memory.extend((0..count).map(|_| builder.remember(start)));
-    let _ = kardan_rt::Delay.step(input, &mut memory);
-    builder.next(first, &memory[1..]);
-    builder.answer(memory[0], dimension);
+    let first = builder.states.len();
+    let mut state = vec![BlockBuilder::zero()];
+    state.extend((0..count).map(|_| builder.new_state(start)));
+    let _ = kardan_rt::Delay.step(input, &mut state);
+    builder.next(first, &state[1..]);
+    builder.output(state[0], dimension);
     Ok(())
 }

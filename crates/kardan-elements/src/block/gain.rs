@@ -34,6 +34,6 @@ gain = \"-0.02 N m s/rad\"
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let ((input, of), (gain, by)) = (builder.input("input")?, builder.input("gain")?);
     let dimension = builder.over("gain", of, by, 1)?;
-    builder.answer(gain * input, dimension);
+    builder.output(gain * input, dimension);
     Ok(())
 }

@@ -40,6 +40,6 @@ sample_time = \"1 ms\"
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (input, dimension) = builder.input("input")?;
     builder.period("it reads at samples")?;
-    builder.answer(input, dimension);
+    builder.output(input, dimension);
     Ok(())
 }

@@ -45,7 +45,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (on, dimension) = builder.inputs.get("on").copied().unwrap_or((BlockBuilder::one(), Dimension::NONE));
     let off = builder.of("off", dimension)?.unwrap_or(BlockBuilder::zero());
     let switch = kardan_rt::Hysteresis { upper, lower, levels: [off, on] };
-    let answer = builder.step(|memory| switch.step(input, memory), [BlockBuilder::zero(); 2]);
-    builder.answer(answer, dimension);
+    let output = builder.step(|state| switch.step(input, state), [BlockBuilder::zero(); 2]);
+    builder.output(output, dimension);
     Ok(())
 }

@@ -53,15 +53,15 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     if reset.is_none() && reset_to.is_some() {
         return Err(key_error("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
     }
-    let answer = match builder.sample_time.clone() {
+    let output = match builder.sample_time.clone() {
         Some(time) => {
             let sum = kardan_rt::Integrator { sample_time: builder.exact(&time), low, high };
             let (reset, reset_to) = (reset.unwrap_or(zero), reset_to.unwrap_or(zero));
             let trapezoidal = builder.values.word_or_default("rule") == "trapezoidal";
             builder.step(
-                |memory| match trapezoidal {
-                    true => sum.step_trapezoidal(input, reset, reset_to, memory),
-                    false => sum.step(input, reset, reset_to, memory),
+                |state| match trapezoidal {
+                    true => sum.step_trapezoidal(input, reset, reset_to, state),
+                    false => sum.step(input, reset, reset_to, state),
                 },
                 [zero, start],
             )
@@ -77,14 +77,14 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             return Err(key_error("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => {
-            let first = builder.memory.len();
-            let sum = builder.remember(start);
+            let first = builder.states.len();
+            let sum = builder.new_state(start);
             // At a bound it stops until its input leads away from the bound.
             let rate = builder.away_from(sum, [low, high], input);
             builder.next(first, &[rate]);
             builder.clamped(sum, [low, high])
         }
     };
-    builder.answer(answer, dimension);
+    builder.output(output, dimension);
     Ok(())
 }

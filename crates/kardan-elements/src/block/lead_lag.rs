@@ -43,7 +43,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let [lead, lag] = [builder.needed("lead", Dimension::TIME)?, builder.needed("lag", Dimension::TIME)?];
     let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
     let one = BlockBuilder::one();
-    let answer = filtered(builder, (&[one, lead], &[one, lag]), input, start)?;
-    builder.answer(answer, dimension);
+    let output = filtered(builder, (&[one, lead], &[one, lag]), input, start)?;
+    builder.output(output, dimension);
     Ok(())
 }

@@ -47,7 +47,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             None => vec![one, time],
         };
     let start = builder.of("initial", dimension)?.unwrap_or(BlockBuilder::zero());
-    let answer = filtered(builder, (&[one], &denominator), input, start)?;
-    builder.answer(answer, dimension);
+    let output = filtered(builder, (&[one], &denominator), input, start)?;
+    builder.output(output, dimension);
     Ok(())
 }

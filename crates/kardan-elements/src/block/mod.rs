@@ -24,7 +24,7 @@ mod state_machine;
 mod table;
 mod transfer_function;
 
-pub use builder::{Answer, BlockBuilder, BlockKind, Expressions, Guard, List, Remembered, Rule};
+pub use builder::{BlockBuilder, BlockKind, BlockOutput, BlockState, Expressions, Guard, List, Rule};
 pub use dead_zone::DeadZone;
 pub use delay::Delay;
 pub use gain::Gain;

@@ -61,7 +61,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         Traced::Fraction(found.clamp(1, NEVER) as i64, 1)
     };
     let watch = kardan_rt::Monitor { threshold, debounce: count("debounce", 1), hold: count("hold", NEVER) };
-    let [alarm, _] = builder.go_on(|memory| watch.step(residual, memory), [BlockBuilder::zero(); 2]);
-    builder.answer(alarm, Dimension::NONE);
+    let [alarm, _] = builder.go_on(|state| watch.step(residual, state), [BlockBuilder::zero(); 2]);
+    builder.output(alarm, Dimension::NONE);
     Ok(())
 }

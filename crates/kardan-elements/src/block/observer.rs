@@ -392,12 +392,12 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     };
     let [a, b, c, gain] = [&plant.a, &b, &plant.c, &gain].map(numbers);
     let block = kardan_rt::Observer { a: &a, b: &b, c: &c, gain: &gain };
-    let first = builder.memory.len();
-    let mut memory = vec![BlockBuilder::zero(); states.len()];
-    memory.extend(states.iter().map(|(_, start, _)| builder.remember(*start)));
+    let first = builder.entries.len();
+    let mut entries = vec![BlockBuilder::zero(); states.len()];
+    entries.extend(states.iter().map(|(_, start, _)| builder.new_state(*start)));
     // In continuous time the step of the block gives the rates of its states: the same sum with other matrices.
-    let _ = block.step(&rate_terms, &deviations, &mut memory);
-    let (now, next) = memory.split_at(states.len());
+    let _ = block.step(&rate_terms, &deviations, &mut entries);
+    let (now, next) = entries.split_at(states.len());
     builder.next(first, next);
     for ((name, _, dimension), value) in states.iter().zip(now) {
         builder.answer_as(name, *value, *dimension);

@@ -190,18 +190,18 @@ fn tracking<'g>(
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let Read { mut pid, reference, measured, manual, dimension } = read(builder)?;
     let (zero, one) = (BlockBuilder::zero(), BlockBuilder::one());
-    let answer = match builder.sample_time.clone() {
+    let output = match builder.sample_time.clone() {
         Some(time) => {
             pid.sample_time = builder.exact(&time);
             let manual = manual.unwrap_or(Manual { on: one, value: zero });
-            builder.step(|memory| pid.step(reference, measured, manual, memory), [zero; 5])
+            builder.step(|state| pid.step(reference, measured, manual, state), [zero; 5])
         }
         None if manual.is_some() => {
             return Err(key_error("on", "switching needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => flowing(builder, &pid, [reference, measured]),
     };
-    builder.answer(answer, dimension);
+    builder.output(output, dimension);
     Ok(())
 }
 
@@ -215,17 +215,17 @@ fn flowing<'g>(
     let [b, c] = pid.weights;
     let mut direct = pid.proportional * (b * reference - measured);
     if !builder.is_zero(pid.derivative) {
-        let first = builder.memory.len();
+        let first = builder.states.len();
         let [filtered] = builder.zeros();
         let late = (c * reference - measured - filtered) / pid.filter;
         builder.next(first, &[late]);
         direct = direct + pid.derivative * late;
     }
     let Some(by_time) = pid.integral else { return builder.clamped(direct, pid.bounds) };
-    let first = builder.memory.len();
-    let integral = builder.remember(zero);
+    let first = builder.states.len();
+    let integral = builder.new_state(zero);
     let free = direct + integral;
-    let answer = builder.clamped(free, pid.bounds);
-    builder.next(first, &[by_time * (reference - measured) + (answer - free) / pid.tracking]);
-    answer
+    let output = builder.clamped(free, pid.bounds);
+    builder.next(first, &[by_time * (reference - measured) + (output - free) / pid.tracking]);
+    output
 }

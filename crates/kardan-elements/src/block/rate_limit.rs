@@ -48,7 +48,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let fall =
         builder.positive("fall", rate, "it is the magnitude of the fastest fall, without a sign")?.unwrap_or(rise);
     let limit = kardan_rt::RateLimit { rise: rise * h, fall: fall * h };
-    let [answer, _] = builder.go_on(|memory| limit.step(input, memory), [BlockBuilder::zero(); 2]);
-    builder.answer(answer, dimension);
+    let [output, _] = builder.go_on(|state| limit.step(input, state), [BlockBuilder::zero(); 2]);
+    builder.output(output, dimension);
     Ok(())
 }

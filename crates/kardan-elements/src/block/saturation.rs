@@ -38,7 +38,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     if bounds.iter().all(Option::is_none) {
         return Err(key_error("high", "there is no bound", "add `high`, `low` or both"));
     }
-    let answer = builder.clamped(input, bounds);
-    builder.answer(answer, dimension);
+    let output = builder.clamped(input, bounds);
+    builder.output(output, dimension);
     Ok(())
 }

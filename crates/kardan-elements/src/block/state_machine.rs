@@ -93,13 +93,13 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     }
     let (transitions, guards): (Vec<Transition>, Vec<Traced<'_>>) =
         builder.guards.iter().map(|guard| (guard.transition, guard.when)).unzip();
-    let first = builder.memory.len();
+    let first = builder.states.len();
     // No time has passed at the first sample.
     let starts = [BlockBuilder::zero(), -BlockBuilder::one()];
     let machine = kardan_rt::StateMachine { transitions: &transitions };
     let [now, _] = builder.go_on(|memory| machine.step(&guards, memory), starts);
-    let since = builder.memory[first + 1].symbol;
-    builder.answer(now, Dimension::NONE);
+    let since = builder.states[first + 1].symbol;
+    builder.output(now, Dimension::NONE);
     // When a sample begins: guards may read it.
     builder.answer_as(SINCE, (since + BlockBuilder::one()) * h, Dimension::TIME);
     let half = BlockBuilder::one() / Traced::whole(2);

@@ -51,6 +51,6 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         at.push(builder.needed(key, expected)?.expr(builder.graph));
     }
     let value = table.write_into(&mut builder.graph.borrow_mut(), &at);
-    builder.answer(Traced::new(builder.graph, value), table.dimension());
+    builder.output(Traced::new(builder.graph, value), table.dimension());
     Ok(())
 }

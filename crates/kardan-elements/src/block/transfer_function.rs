@@ -138,10 +138,10 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         ));
     }
     let start = start.unwrap_or(BlockBuilder::zero());
-    let mut answer = gain * input;
+    let mut output = gain * input;
     for [numerator, denominator] in sections {
-        answer = filtered(builder, (&numerator, &denominator), answer, start)?;
+        output = filtered(builder, (&numerator, &denominator), output, start)?;
     }
-    builder.answer(answer, dimension);
+    builder.output(output, dimension);
     Ok(())
 }

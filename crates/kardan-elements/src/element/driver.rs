@@ -125,7 +125,7 @@ pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     let reference = match kind.as_str() {
         "open_loop" => format!("({})", driver.formula("angle")?),
         "preview" | "two_level" => {
-            let preview = driver.look(&mut out, kind == "two_level")?;
+            let preview = driver.preview_signal(&mut out, kind == "two_level")?;
             driver.formula("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
         }
         "hands_off" => return Some(out),
@@ -192,7 +192,7 @@ impl DriverBuilder<'_> {
     }
 
     /// The wheel angle that the path requests, after the reaction time.
-    fn look(&self, out: &mut Entries, two_level: bool) -> Option<String> {
+    fn preview_signal(&self, out: &mut Entries, two_level: bool) -> Option<String> {
         let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
         let of = |word: &str| quoted(format!("{car}.{word}"));
         let [x, y, heading, u, v] = ["x", "y", "heading", "v_x", "v_y"].map(of);

@@ -1,6 +1,6 @@
 //! The element `gear`: two bodies in a fixed ratio.
 
-use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
+use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
@@ -54,7 +54,7 @@ ratio = \"51/5\"
 };
 
 fn check_gear(values: &Values) -> Vec<KeyError> {
-    [check(values), check_play(values), check_gear_loss(values)].concat()
+    [check(values), check_backlash(values), check_gear_loss(values)].concat()
 }
 
 /// Both ends are not the same body.
@@ -79,8 +79,8 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     };
     let offset = -&values.exact_or_default("offset");
     let loss = gear_loss(Direction::shaft(values.word_or_default("shaft_1")), values);
-    let teeth = match play_of(values) {
-        Some(backlash) => play(&direction, &offset, backlash, &Side::of(values)),
+    let teeth = match backlash_of(values) {
+        Some(backlash) => backlash_terms(&direction, &offset, backlash, &Side::of(values)),
         None => vec![Term::Constraint { direction, offset }],
     };
     teeth.into_iter().chain(loss).collect()

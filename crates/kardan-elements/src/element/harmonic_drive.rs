@@ -1,6 +1,6 @@
 //! The element `harmonic_drive`: a strain-wave gear with three shafts.
 
-use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
+use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::shafts::check_different;
 use super::{Element, KeyError};
@@ -74,7 +74,7 @@ fn check(values: &Values) -> Vec<KeyError> {
             "add `stiffness`, or remove `damping`; that of a shaft belongs to the shaft",
         ));
     }
-    out.extend([check_play(values), check_gear_loss(values)].concat());
+    out.extend([check_backlash(values), check_gear_loss(values)].concat());
     out
 }
 
@@ -91,8 +91,8 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let offset = -&values.exact_or_default("offset");
     let [wave_generator, circular] = ["wave_generator", "circular_spline"].map(|key| values.word_or_default(key));
     let loss = gear_loss(Direction::difference(wave_generator, Some(circular)), values);
-    let teeth = match (values.exact("stiffness").cloned(), play_of(values)) {
-        (_, Some(backlash)) => play(&direction, &offset, &(&ratio * backlash), &side(values, &ratio)),
+    let teeth = match (values.exact("stiffness").cloned(), backlash_of(values)) {
+        (_, Some(backlash)) => backlash_terms(&direction, &offset, &(&ratio * backlash), &side(values, &ratio)),
         (Some(stiffness), None) => {
             let damping = values.exact_or_default("damping");
             vec![Term::Compliance { direction, offset, scale: ratio, stiffness, damping }]

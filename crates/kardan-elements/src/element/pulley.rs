@@ -1,7 +1,7 @@
 //! The element `pulley`: a rope or belt on a pulley.
 
 use super::Element;
-use super::shared::contact::{RESTITUTION, check_play};
+use super::shared::contact::{RESTITUTION, check_backlash};
 use super::shared::straight::{check_moves, straight};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::Term;
@@ -44,7 +44,7 @@ shaft = \"drum\"
 mass = \"cabin\"
 radius = \"0.2 m\"
 ",
-    check: |values| [check_moves(values, &["shaft", "mass"]), check_play(values)].concat(),
+    check: |values| [check_moves(values, &["shaft", "mass"]), check_backlash(values)].concat(),
     terms,
 };
 

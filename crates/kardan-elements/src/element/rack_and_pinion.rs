@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
+use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::spline::{Spline, check_points};
 use super::shared::straight::{check_moves, straight};
@@ -97,7 +97,7 @@ fn check(values: &Values) -> Vec<KeyError> {
             out.push(KeyError::new("offset", "a curve gives positions itself", "add it to the positions of the curve"));
         }
     }
-    out.extend([check_play(values), check_gear_loss(values)].concat());
+    out.extend([check_backlash(values), check_gear_loss(values)].concat());
     out
 }
 
@@ -118,9 +118,9 @@ fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values)
         let (driven, driving) = (driven.to_string(), driving.to_string());
         [Term::Measure(Domain::Translation), Term::Transmission { driven, driving, curve: Arc::new(spline) }]
     };
-    let Some(backlash) = play_of(values) else { return moves(rack).into() };
+    let Some(backlash) = backlash_of(values) else { return moves(rack).into() };
     // The position that the rack would have without backlash follows from the pinion; the backlash is between these two.
     let direction = Direction::difference(rack, Some(name));
     let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
-    behind.chain(play(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()
+    behind.chain(backlash_terms(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()
 }

@@ -1,7 +1,7 @@
 //! The element `screw`: a screw that moves a nut.
 
 use super::Element;
-use super::shared::contact::{RESTITUTION, check_play};
+use super::shared::contact::{RESTITUTION, check_backlash};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
 use super::shared::straight::{check_moves, straight};
 use kardan_math::units::{Dimension, Exact};
@@ -47,7 +47,7 @@ shaft = \"motor\"
 nut = \"table\"
 lead = \"5 mm/rev\"
 ",
-    check: |values| [check_moves(values, &["shaft", "nut"]), check_play(values), check_gear_loss(values)].concat(),
+    check: |values| [check_moves(values, &["shaft", "nut"]), check_backlash(values), check_gear_loss(values)].concat(),
     terms,
 };
 

@@ -1,6 +1,6 @@
 //! The element `spring_damper`: spring, damper and friction in parallel.
 
-use super::shared::contact::{Side, centred_limits, contact, play_of};
+use super::shared::contact::{Side, backlash_of, centred_limits, contact};
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, KeyError, gear};
 use kardan_math::units::Dimension;
@@ -73,7 +73,7 @@ fn check(values: &Values) -> Vec<KeyError> {
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
-    if let Some(backlash) = play_of(values) {
+    if let Some(backlash) = backlash_of(values) {
         let rest = values.exact_or_default("rest");
         let mut friction = losses(&direction, values);
         friction.retain(|term| matches!(term, Term::Friction { .. }));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
-use super::shared::contact::{RESTITUTION, Side, check_play, play, play_of};
+use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
 use super::shared::straight::check_moves;
 use super::{Element, KeyError, gear};
 use kardan_expr::expr::{Expr, Function, Graph, Surd};
@@ -61,7 +61,7 @@ angle = \"20 deg\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_play(values)].concat();
+    let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_backlash(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {
@@ -114,16 +114,16 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         false => Arc::new(joint),
     };
     let [first, driving] = ["shaft_1", "shaft_2"].map(|key| values.word_or_default(key).to_string());
-    let Some(backlash) = play_of(values) else { return vec![Term::Transmission { driven: first, driving, curve }] };
-    let play = |second: &str, offset: Exact| {
-        play(&Direction::difference(&first, Some(second)), &offset, backlash, &Side::of(values))
+    let Some(backlash) = backlash_of(values) else { return vec![Term::Transmission { driven: first, driving, curve }] };
+    let flanks = |second: &str, offset: Exact| {
+        backlash_terms(&Direction::difference(&first, Some(second)), &offset, backlash, &Side::of(values))
     };
     if let Some(shift) = curve.shifted_identity() {
-        return play(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
+        return flanks(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
     }
     // The angle that shaft_1 would have without backlash follows from shaft_2; the backlash is between these two.
     let behind = [Term::Angle { name: name.into() }, Term::Transmission { driven: name.into(), driving, curve }];
-    behind.into_iter().chain(play(name, Exact::zero())).collect()
+    behind.into_iter().chain(flanks(name, Exact::zero())).collect()
 }
 
 const ANGLES: [&str; 3] = ["angle", "angle_1", "angle_2"];

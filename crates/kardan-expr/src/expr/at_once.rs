@@ -21,7 +21,7 @@ pub enum AtOnce {
 }
 
 /// Symbols whose sum is not above a bound.
-pub type Together = (Vec<Symbol>, Rational);
+pub type JointBound = (Vec<Symbol>, Rational);
 
 /// Whether expressions can be above a half at once, where some symbols are not negative and some sums of these are bounded.
 ///
@@ -40,7 +40,7 @@ pub type Together = (Vec<Symbol>, Rational);
 /// assert_eq!(at_once(&graph, &[a, b], &[], &[]), AtOnce::Never);
 /// assert!(matches!(at_once(&graph, &[a, c], &[], &[]), AtOnce::At(_)));
 /// ```
-pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together: &[Together]) -> AtOnce {
+pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], joint: &[JointBound]) -> AtOnce {
     let symbols = graph.symbols(exprs);
     let mut cases = Cases { variables: symbols.len() };
     let number = |symbol: &Symbol| symbols.iter().position(|candidate| candidate == symbol);
@@ -49,7 +49,7 @@ pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], together:
     for symbol in not_negative.iter().filter_map(number) {
         conditions.push(Above { sum: Affine::variable(symbol), strict: false });
     }
-    for (all, bound) in together {
+    for (all, bound) in joint {
         let terms = all.iter().filter_map(number).map(|symbol| (symbol, Rational::from(-1))).collect();
         conditions.push(Above { sum: Affine { constant: bound.clone(), terms }, strict: false });
     }

@@ -17,14 +17,14 @@ impl Graph {
     }
 
     /// The same one by one.
-    pub(super) fn each_part(&self, expr: Expr, mut look: impl FnMut(Expr)) {
+    pub(super) fn each_part(&self, expr: Expr, mut visit: impl FnMut(Expr)) {
         match self.node(expr) {
             Node::Number(_) | Node::Pi | Node::Symbol(_) => {}
-            Node::Sum { terms, .. } => terms.iter().for_each(|(term, _)| look(*term)),
-            Node::Product(factors) => factors.iter().for_each(|(factor, _)| look(*factor)),
-            Node::Apply(_, a) | Node::Table(_, a) | Node::Group(a) => look(*a),
-            Node::Atan2(a, b) | Node::Min(a, b) | Node::Max(a, b) => [a, b].into_iter().for_each(|part| look(*part)),
-            Node::Select(parts) => parts.iter().for_each(|part| look(*part)),
+            Node::Sum { terms, .. } => terms.iter().for_each(|(term, _)| visit(*term)),
+            Node::Product(factors) => factors.iter().for_each(|(factor, _)| visit(*factor)),
+            Node::Apply(_, a) | Node::Table(_, a) | Node::Group(a) => visit(*a),
+            Node::Atan2(a, b) | Node::Min(a, b) | Node::Max(a, b) => [a, b].into_iter().for_each(|part| visit(*part)),
+            Node::Select(parts) => parts.iter().for_each(|part| visit(*part)),
         }
     }
 

@@ -6,7 +6,7 @@ use kardan_math::units::Dimension;
 
 /// The continuation outside the first and the last point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Beyond {
+pub enum Extrapolation {
     /// The value of that point.
     Level,
     /// The straight line of the outermost slope.
@@ -18,14 +18,14 @@ pub enum Beyond {
 /// The surface is `f(x, y) = Σ_j h_j(y) f_j(x)`: along x a curve for each y of the grid, between two of these a straight line along y.
 ///
 /// ```
-/// use kardan_expr::expr::{Beyond, Lookup};
+/// use kardan_expr::expr::{Extrapolation, Lookup};
 /// use kardan_math::num::Rational;
 /// use kardan_math::units::Dimension;
 /// let whole = |list: &[i64]| list.iter().map(|x| Rational::from(*x)).collect::<Vec<_>>();
 /// let dimensions = [Dimension::ANGULAR_VELOCITY, Dimension::NONE];
 /// let grid = [whole(&[0, 100, 200]), whole(&[0, 1])];
 /// // At 0, 100 and 200 rad/s without throttle, then at full throttle.
-/// let map = Lookup::surface(dimensions, Dimension::TORQUE, grid, &whole(&[0, -4, -8, 20, 40, 30]), false, Beyond::Level).unwrap();
+/// let map = Lookup::surface(dimensions, Dimension::TORQUE, grid, &whole(&[0, -4, -8, 20, 40, 30]), false, Extrapolation::Level).unwrap();
 /// assert_eq!(map.value(&[50.0, 0.5]), 14.0);
 /// assert_eq!(map.value(&[1e6, 2.0]), 30.0);
 /// ```
@@ -37,12 +37,12 @@ pub struct Lookup {
     rows: Vec<PiecewisePolynomial>,
     /// The share of each row, over the second argument.
     shares: Vec<PiecewisePolynomial>,
-    beyond: Beyond,
+    beyond: Extrapolation,
 }
 
 /// A curve through points.
-fn curve(points: &[(Rational, Rational)], cubic: bool, beyond: Beyond) -> Option<PiecewisePolynomial> {
-    let straight = beyond == Beyond::Straight;
+fn curve(points: &[(Rational, Rational)], cubic: bool, beyond: Extrapolation) -> Option<PiecewisePolynomial> {
+    let straight = beyond == Extrapolation::Straight;
     if cubic && points.len() > 2 {
         let list = |of: &dyn Fn(&(Rational, Rational)) -> f64| points.iter().map(of).collect::<Vec<f64>>();
         let (x, y) = (list(&|point| rational_to_f64(&point.0)), list(&|point| rational_to_f64(&point.1)));
@@ -65,7 +65,7 @@ impl Lookup {
         dimension: Dimension,
         points: &[(Rational, Rational)],
         cubic: bool,
-        beyond: Beyond,
+        beyond: Extrapolation,
     ) -> Option<Self> {
         let rows = vec![curve(points, cubic, beyond)?];
         Some(Self { arguments: vec![argument], dimension, rows, shares: Vec::new(), beyond })
@@ -79,7 +79,7 @@ impl Lookup {
         [x, y]: [Vec<Rational>; 2],
         values: &[Rational],
         cubic: bool,
-        beyond: Beyond,
+        beyond: Extrapolation,
     ) -> Option<Self> {
         if values.len() != x.len() * y.len() || values.is_empty() {
             return None;
@@ -112,7 +112,7 @@ impl Lookup {
     }
 
     /// The continuation outside its points.
-    pub fn beyond(&self) -> Beyond {
+    pub fn beyond(&self) -> Extrapolation {
         self.beyond
     }
 

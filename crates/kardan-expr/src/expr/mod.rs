@@ -26,12 +26,12 @@ mod substitution;
 mod surds;
 mod traced;
 
-pub use at_once::{AtOnce, Together, at_once};
+pub use at_once::{AtOnce, JointBound, at_once};
 pub use domains::{Domain, Floating, Rationals};
 pub use forward::{WithSlopes, forward, slopes_at};
 pub use graph::Graph;
 pub use interval::{Interval, Intervals};
-pub use lookup::{Beyond, Lookup};
+pub use lookup::{Extrapolation, Lookup};
 pub use lower::lower;
 pub use lowering::Named;
 pub use nodes::{Expr, Function, Symbol};

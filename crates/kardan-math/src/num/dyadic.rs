@@ -52,18 +52,18 @@ impl DyadicMatrix {
         Self { rows: self.rows, columns: other.columns, digits: self.digits + other.digits, values }
     }
 
-    fn together(&self, other: &Self, of: impl Fn(IBig, IBig) -> IBig) -> Self {
+    fn aligned(&self, other: &Self, of: impl Fn(IBig, IBig) -> IBig) -> Self {
         let digits = self.digits.max(other.digits);
         let [a, b] = [self, other].map(|one| one.values.iter().map(move |x| x << (digits - one.digits)));
         Self { digits, values: a.zip(b).map(|(a, b)| of(a, b)).collect(), ..*self }
     }
 
     pub fn plus(&self, other: &Self) -> Self {
-        self.together(other, |a, b| a + b)
+        self.aligned(other, |a, b| a + b)
     }
 
     pub fn minus(&self, other: &Self) -> Self {
-        self.together(other, |a, b| a - b)
+        self.aligned(other, |a, b| a - b)
     }
 
     /// A part of it, truncated.

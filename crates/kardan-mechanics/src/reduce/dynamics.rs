@@ -112,8 +112,8 @@ fn with_constants(
 ) -> Kinematics {
     let zero = vec![0.0; reduced.degrees_of_freedom()];
     kinematics.update(&zero, &zero);
-    if let Some(relaxation) = &reduced.relaxation {
-        kinematics.transform(&relaxation.transform);
+    if let Some(massless) = &reduced.massless {
+        kinematics.transform(&massless.transform);
     }
     for (own, exprs) in [(&mut kinematics.speeds, &motion.speeds), (&mut kinematics.bias, &motion.bias)] {
         for ((own, expr), constant) in own.iter_mut().zip(exprs).zip(constants(exprs)) {
@@ -164,7 +164,7 @@ impl Dynamics {
         let speeds = motion.speeds.clone();
         let extension = extend(&mut motion);
         // The slipping sliders among those that springs couple are inputs.
-        let couples = reduced.relaxation.as_ref().is_some_and(|relaxation| !relaxation.coupled_slips().is_empty());
+        let couples = reduced.massless.as_ref().is_some_and(|massless| !massless.coupled_slips().is_empty());
         let speeds = if couples { motion.speeds.clone() } else { speeds };
         let energy = motion.energy(reduced);
         let plan = MotionPlan::new(&motion, r, extension, (energy, &speeds));

@@ -74,7 +74,7 @@ fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduce
     };
     let (coordinates, steps) = explicit?;
     check_depth(&equations, &steps)?;
-    Ok(Reduced { equations, redundant, coordinates, steps, relaxation: None })
+    Ok(Reduced { equations, redundant, coordinates, steps, massless: None })
 }
 
 /// Refuses shafts that follow through more transmissions than their exact ratios allow.

@@ -4,7 +4,7 @@ use kardan_math::num::{Matrix, Scalar};
 
 /// `ż = A z + B τ` of `H q̈_r + D q̇_r + S q_r = F τ`, with the states `z = [q_r; q̇_m]` where m are the coordinates that have an inertia.
 ///
-/// A coordinate without inertia has a damping of its own ([`relaxation`](super::relaxation())), so its rate follows from the states and the inputs.
+/// A coordinate without inertia has a damping of its own ([`massless_dynamics`](super::massless_dynamics())), so its rate follows from the states and the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FirstOrder<S> {
     /// A, states × states.

@@ -170,7 +170,7 @@ pub(super) fn all_free(equations: &Equations) -> Reduced {
         equations: equations.clone(),
         redundant: Vec::new(),
         steps: Vec::new(),
-        relaxation: None,
+        massless: None,
     }
 }
 

@@ -83,9 +83,9 @@ impl Motion {
     pub(super) fn add_laws(&mut self, reduced: &Reduced) {
         for law in &reduced.equations.laws {
             let (torque, mut row) = (self.formula(reduced, &law.value), self.reduced_row(&law.row));
-            if let Some(relaxation) = &reduced.relaxation {
+            if let Some(massless) = &reduced.massless {
                 let (relaxes, moves): (SparseRow, SparseRow) =
-                    row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
+                    row.into_iter().partition(|(place, _)| massless.is_state(*place));
                 row = moves;
                 if !relaxes.is_empty() {
                     let carried = self.of_carried(reduced, &law.value);

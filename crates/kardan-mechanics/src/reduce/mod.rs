@@ -19,6 +19,7 @@ mod law_slopes;
 mod law_torques;
 mod laws;
 mod linear;
+mod massless;
 mod mechanism;
 mod motion;
 mod multiplier_constraints;
@@ -26,7 +27,6 @@ mod multipliers;
 mod prescribed;
 mod reduced;
 mod redundant;
-mod relaxation;
 mod slipping;
 mod steady;
 
@@ -48,12 +48,12 @@ pub use law_slopes::{
 };
 pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, linearise_at, linearise_near, sparse_model};
+pub use massless::{NoMasslessDynamics, massless_dynamics};
 pub use mechanism::{MechanismData, MechanismError};
 pub use motion::{Forces, Motion, MultiplierTerms, SparseRow, Timed};
 pub use multiplier_constraints::{
     NoStart, StartOnRows, StartValues, follows_everywhere, frozen, inertia_with_rows, start_on_rows,
 };
 pub use multipliers::Multipliers;
-pub use reduced::{Affine, Reduced, Redundant, Relaxation, Slip, Step};
-pub use relaxation::{NoRelaxation, relaxation};
+pub use reduced::{Affine, MasslessDynamics, Reduced, Redundant, Slip, Step};
 pub use steady::{MotionSpec, NoSteadyMotion, SteadyMotion, accelerations, motion_of, steady_motion};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Reduced, Relaxation, Step};
+use super::{MasslessDynamics, Reduced, Step};
 use kardan_expr::expr::{Expr, Graph, OfTime, Part, Symbol};
 use kardan_expr::plan::{Plan, compile};
 use kardan_math::num::{Rational, rational_from_f64};
@@ -140,7 +140,7 @@ impl Timed {
 /// The first-order and slipping motions.
 #[derive(Debug, Clone)]
 pub(super) struct Relaxing {
-    pub relaxation: Relaxation,
+    pub massless: MasslessDynamics,
     /// Speeds of all shafts while y is at rest.
     pub base_speeds: Vec<Expr>,
     /// Speed of each slipping motion if it slipped alone.
@@ -168,7 +168,7 @@ impl Motion {
         let equations = &reduced.equations;
         out.frictions = rows(&mut out, equations.set_valued().map(|(_, row)| row).collect());
         out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
-        for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+        for slip in reduced.massless.iter().flat_map(|massless| &massless.slips) {
             out.frictions[slip.friction].clear();
         }
         out.friction_bias = equations.set_valued().map(|(_, row)| out.sum(row, |out, k| out.bias[k])).collect();
@@ -288,7 +288,7 @@ impl Motion {
         };
         for (k, damper) in equations.dampers.iter().enumerate() {
             let force = self.damper_torque(reduced, k);
-            if reduced.relaxation.is_some() {
+            if reduced.massless.is_some() {
                 self.damp_relaxing(reduced, &damper.row, (force, &damper.value), &mut inertia);
             } else {
                 resist(self, &damper.row, force);

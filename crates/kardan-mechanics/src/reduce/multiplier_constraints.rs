@@ -21,7 +21,7 @@ impl Free {
             equations: crate::assemble::Equations { multiplier_constraints: Vec::new(), ..reduced.equations.clone() },
             redundant: Vec::new(),
             steps: Vec::new(),
-            relaxation: None,
+            massless: None,
         }
     }
 

@@ -20,7 +20,7 @@ pub struct Reduced {
     /// How the other shafts follow, in order of evaluation.
     pub steps: Vec<Step>,
     /// Motions without inertia that are states of first order in a run.
-    pub relaxation: Option<Relaxation>,
+    pub massless: Option<MasslessDynamics>,
 }
 
 impl Reduced {
@@ -43,14 +43,14 @@ impl Reduced {
     /// order.
     pub fn is_settled(&self) -> bool {
         let equations = &self.equations;
-        self.relaxation.is_some() || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row))
+        self.massless.is_some() || (0..equations.constraints.len()).any(|row| equations.is_equilibrium(row))
     }
 
     /// The same model with its coordinates without inertia, where a run has states of first order instead: for statics
     /// and laws.
     pub fn unrelaxed(&self) -> Cow<'_, Self> {
-        match &self.relaxation {
-            Some(_) => Cow::Owned(Self { relaxation: None, ..self.clone() }),
+        match &self.massless {
+            Some(_) => Cow::Owned(Self { massless: None, ..self.clone() }),
             None => Cow::Borrowed(self),
         }
     }
@@ -108,7 +108,7 @@ pub struct Redundant {
 /// `D_y = T_yᵀ D T_y`, so that y has a rate where x has an acceleration. Where frictions alone act beside springs, each
 /// y is the slip angle of one of them.
 #[derive(Debug, Clone)]
-pub struct Relaxation {
+pub struct MasslessDynamics {
     /// Numbers of the reduced coordinates that the damped y replace.
     pub places: Vec<usize>,
     /// Motions that slip.

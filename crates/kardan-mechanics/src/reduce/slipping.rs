@@ -6,7 +6,7 @@
 //! alone these are factors, which are inputs: the set A changes between events.
 
 use super::motion::Motion;
-use super::{Kinematics, Reduced, Relaxation, Slip};
+use super::{Kinematics, MasslessDynamics, Reduced, Slip};
 use crate::assemble::{DirectionalTerm, SpringLaw};
 use kardan_expr::expr::Expr;
 use kardan_math::num::{Matrix, Rational, Scalar, dot, echelon, rational_to_f64};
@@ -34,7 +34,7 @@ impl Reduced {
     pub fn slipping_friction_torques(&self, position: &[f64]) -> Vec<(usize, f64)> {
         let mut kinematics = Kinematics::new(self);
         kinematics.update(position, &vec![0.0; position.len()]);
-        let slips = self.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+        let slips = self.massless.iter().flat_map(|massless| &massless.slips);
         let jenkins_torques = self.jenkins_shares(&kinematics).into_iter().map(|shares| {
             let torque = |(spring, share): (usize, f64)| {
                 let spring = &self.equations.springs[spring];
@@ -65,8 +65,8 @@ impl Reduced {
 
     /// For each slider the springs that it twists, and its share of their torque per unit of twist.
     fn jenkins_shares(&self, kinematics: &Kinematics) -> Vec<Vec<(usize, f64)>> {
-        let Some(relaxation) = &self.relaxation else { return Vec::new() };
-        let transform = relaxation.transform.to_f64();
+        let Some(massless) = &self.massless else { return Vec::new() };
+        let transform = massless.transform.to_f64();
         let shares = |slip: &Slip| {
             let moved: Vec<f64> = (0..self.degrees_of_freedom()).map(|i| transform[(i, slip.place)]).collect();
             let share = |spring: &DirectionalTerm<SpringLaw>| {
@@ -77,11 +77,11 @@ impl Reduced {
             let shares = self.equations.springs.iter().map(share).enumerate();
             shares.filter(|(_, share)| *share != 0.0).collect()
         };
-        relaxation.slips.iter().map(shares).collect()
+        massless.slips.iter().map(shares).collect()
     }
 }
 
-impl Relaxation {
+impl MasslessDynamics {
     /// Pairs of sliders whose slips depend on each other: those that springs couple, also through others, and each with
     /// itself.
     pub fn coupled_slips(&self) -> Vec<(usize, usize)> {
@@ -112,7 +112,7 @@ impl Motion {
     pub(super) fn slip(
         &mut self,
         reduced: &Reduced,
-        relaxation: &Relaxation,
+        massless: &MasslessDynamics,
         forces: &mut [Expr],
         (senses, couplings): (&[Expr], &[Expr]),
     ) -> Vec<Expr> {
@@ -121,14 +121,13 @@ impl Motion {
             let carried = out.sum(row, |out, shaft| out.carried[shaft]);
             out.graph.negate(carried)
         };
-        let back: Vec<(usize, Expr)> = relaxation.slips.iter().map(|slip| (slip.place, back(self, slip))).collect();
+        let back: Vec<(usize, Expr)> = massless.slips.iter().map(|slip| (slip.place, back(self, slip))).collect();
         self.add_rates(back.iter().copied().filter(|(_, rate)| !self.graph.is_zero(*rate)).collect());
-        let slip_speeds: Vec<Expr> = (0..relaxation.slips.len())
-            .map(|element| self.uncoupled_slip_speed(reduced, relaxation, element))
-            .collect();
-        let pairs = relaxation.coupled_slips();
+        let slip_speeds: Vec<Expr> =
+            (0..massless.slips.len()).map(|element| self.uncoupled_slip_speed(reduced, massless, element)).collect();
+        let pairs = massless.coupled_slips();
         let mut slipping = Vec::new();
-        for (element, slip) in relaxation.slips.iter().enumerate() {
+        for (element, slip) in massless.slips.iter().enumerate() {
             let own = pairs.iter().zip(couplings).filter(|((i, _), _)| *i == element);
             let terms: Vec<(Expr, Rational)> =
                 own.map(|((_, j), factor)| (self.graph.multiply(*factor, slip_speeds[*j]), Rational::ONE)).collect();
@@ -159,13 +158,13 @@ impl Motion {
     }
 
     /// `−T_yᵀ S q̇/S_ii`, the speed of a motion if it slipped alone.
-    fn uncoupled_slip_speed(&mut self, reduced: &Reduced, relaxation: &Relaxation, element: usize) -> Expr {
-        let sum = self.slip_component(reduced, &relaxation.slips[element], |out, k| {
+    fn uncoupled_slip_speed(&mut self, reduced: &Reduced, massless: &MasslessDynamics, element: usize) -> Expr {
+        let sum = self.slip_component(reduced, &massless.slips[element], |out, k| {
             let spring = &reduced.equations.springs[k];
             let twisting = out.sum(&spring.row, |out, shaft| out.speeds[shaft]);
             out.resisting(twisting, &spring.value.stiffness)
         });
-        let scale = Rational::from(-1).over(&relaxation.stiffness[(element, element)]);
+        let scale = Rational::from(-1).over(&massless.stiffness[(element, element)]);
         let speed = self.graph.scale(scale, sum);
         self.graph.group(speed)
     }
@@ -179,7 +178,7 @@ impl Motion {
             let torque = out.graph.negate(sum);
             out.graph.group(torque)
         };
-        let torques = relaxing.relaxation.slips.iter().map(|slip| torque(self, slip)).collect();
+        let torques = relaxing.massless.slips.iter().map(|slip| torque(self, slip)).collect();
         let slip_speeds = relaxing.slip_speeds.clone();
         self.relaxing = Some(relaxing);
         [torques, slip_speeds]

@@ -211,7 +211,7 @@ impl Collector<'_> {
         if groups.len() < 2 {
             return groups.into_iter().flat_map(|(_, group)| group).collect();
         }
-        let together = |(shape, mut group): (Monomial, Vec<Collected>)| {
+        let factored = |(shape, mut group): (Monomial, Vec<Collected>)| {
             if shape.is_empty() || group.len() < 2 {
                 return group;
             }
@@ -225,7 +225,7 @@ impl Collector<'_> {
             self.order(&mut out);
             vec![out]
         };
-        groups.into_iter().flat_map(together).collect()
+        groups.into_iter().flat_map(factored).collect()
     }
 
     /// The order of the members of a sum: numbers last, fewer factors first, high powers first.

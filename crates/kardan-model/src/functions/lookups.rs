@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Functions;
 use super::samples::{Refusal, factor, file_of, refusal, unknown};
 use crate::table_reader::TableReader;
-use kardan_expr::expr::{Beyond, Lookup};
+use kardan_expr::expr::{Extrapolation, Lookup};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
@@ -85,7 +85,11 @@ impl<'a> Functions<'a, '_> {
         };
         let key = if values.has("file") { "file" } else { "points" };
         let cubic = values.word_or_default("interpolation") == "cubic";
-        let beyond = if values.word_or_default("extrapolation") == "hold" { Beyond::Level } else { Beyond::Straight };
+        let beyond = if values.word_or_default("extrapolation") == "hold" {
+            Extrapolation::Level
+        } else {
+            Extrapolation::Straight
+        };
         match through(columns, cubic, beyond) {
             Ok(lookup) => Some(lookup),
             Err((message, help)) => report(table, key, format!("{what}: {message}"), help, out),
@@ -211,7 +215,7 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
 }
 
 /// The curve or surface through points.
-fn through(columns: Columns, cubic: bool, beyond: Beyond) -> Result<Lookup, (String, &'static str)> {
+fn through(columns: Columns, cubic: bool, beyond: Extrapolation) -> Result<Lookup, (String, &'static str)> {
     let Columns { mut values, dimensions, sorted } = columns;
     let value = values.pop().unwrap_or_default();
     if value.is_empty() {

@@ -17,7 +17,7 @@ use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::Values;
 use kardan_schema::schema::{Kind, Placed, Table, Value};
 
-use super::{BlockInputs, Blocks, Made, Memory, Outputs, outside_name};
+use super::{BlockInputs, BlockStates, Blocks, Made, Outputs, outside_name};
 
 /// The symbols of an output: `.since` of a machine and others whose units are known in advance.
 pub(super) fn declared_outputs(kind: &BlockKind, values: &Values, lists: &[List]) -> Vec<(String, Dimension)> {
@@ -53,7 +53,7 @@ impl<'a> Blocks<'a, '_, '_> {
         kind: &BlockKind,
         (values, sample_time, table, lists): (&Values, Option<Exact>, Option<Arc<Lookup>>, Vec<List>),
         (inputs, guards, own): (BlockInputs, Vec<TransitionGuard>, Vec<[Expr; 2]>),
-    ) -> Result<(Outputs, Memory, Vec<KeyRule>), KeyError> {
+    ) -> Result<(Outputs, BlockStates, Vec<KeyRule>), KeyError> {
         let graph = &self.graph;
         let traced = |expr: Expr| Traced::new(graph, expr);
         let (mut unnamed, mut named) = (BTreeMap::new(), BTreeMap::<&str, Expressions<'_>>::new());
@@ -76,7 +76,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 .collect(),
             table,
             sample_time,
-            memory: Vec::new(),
+            block_states: Vec::new(),
             outputs: Vec::new(),
             rules: RefCell::default(),
         };
@@ -87,12 +87,12 @@ impl<'a> Blocks<'a, '_, '_> {
         };
         let rules = builder.rules.take().into_iter().map(rule).collect();
         let outputs =
-            builder.outputs.iter().map(|answer| (answer.name.clone(), answer.value.expr(graph), answer.dimension));
-        let memory = builder
-            .memory
+            builder.outputs.iter().map(|output| (output.name.clone(), output.value.expr(graph), output.dimension));
+        let block_states = builder
+            .block_states
             .iter()
             .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
-        Ok((outputs.collect(), memory.collect(), rules))
+        Ok((outputs.collect(), block_states.collect(), rules))
     }
 
     /// Checks the result of a block, and gives its outputs to its users.
@@ -113,19 +113,19 @@ impl<'a> Blocks<'a, '_, '_> {
             out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
             return None;
         }
-        if let (Some(unit), Some(answer)) = (unit, made.outputs.first_mut()) {
-            answer.2 = unit;
+        if let (Some(unit), Some(output)) = (unit, made.outputs.first_mut()) {
+            output.2 = unit;
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
-        if made.memory.iter().any(|(_, start, _)| varies(*start)) {
+        if made.block_states.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
             let diagnostic = Diagnostic::error("block::initial-value", format!("{what}: its initial value may vary"))
                 .at(at, "varies");
             out.push(diagnostic.help("write it with numbers and parameters alone"));
             return None;
         }
-        for (answer, _, dimension) in &made.outputs {
-            self.answer_symbol(outside_name(&block.name, answer), *dimension);
+        for (output, _, dimension) in &made.outputs {
+            self.output_symbol(outside_name(&block.name, output), *dimension);
         }
         Some(made)
     }

@@ -87,7 +87,7 @@ struct Command {
 /// Outputs of a block: names after its own, values and dimensions.
 type Outputs = Vec<(String, Expr, Dimension)>;
 /// States of a block: symbol, initial value, next value.
-type Memory = Vec<(Expr, Expr, Expr)>;
+type BlockStates = Vec<(Expr, Expr, Expr)>;
 /// Keys that are expressions, with the name in the key if listed by name.
 type BlockInputs = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 
@@ -96,7 +96,7 @@ type BlockInputs = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 struct Made {
     period: Option<Exact>,
     outputs: Outputs,
-    memory: Memory,
+    block_states: BlockStates,
     /// Names in its expressions, with signals expanded.
     reads: Arc<BTreeSet<String>>,
 }
@@ -136,7 +136,7 @@ struct Ordered<'a> {
     /// Its block, or the signal that it is the formula of.
     block: &'a str,
     /// Its name after that of the block.
-    answer: String,
+    output: String,
     /// Its name outside.
     name: String,
     value: Expr,
@@ -187,8 +187,8 @@ fn errors(out: &[Diagnostic]) -> usize {
 }
 
 /// The external name of an output.
-fn outside_name(block: &str, answer: &str) -> String {
-    if answer.is_empty() { block.to_string() } else { format!("{block}.{answer}") }
+fn outside_name(block: &str, output: &str) -> String {
+    if output.is_empty() { block.to_string() } else { format!("{block}.{output}") }
 }
 
 impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
@@ -355,7 +355,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     /// The symbol of an output, of a dimension.
-    fn answer_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
+    fn output_symbol(&mut self, name: String, dimension: Dimension) -> (Expr, Dimension) {
         if let Some(cached) = self.outputs.get(&name) {
             return *cached;
         }

@@ -67,7 +67,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let bounds: HashMap<Symbol, Interval> =
             own.iter().filter_map(|(name, bound)| Some((symbol(name)?, *bound))).collect();
         let mut values = Substitution::default();
-        for Ordered { name, value, .. } in order.iter().filter(|answer| !own.contains_key(&answer.name)) {
+        for Ordered { name, value, .. } in order.iter().filter(|output| !own.contains_key(&output.name)) {
             if let Some(symbol) = symbol(name) {
                 let value = values.of(&mut graph, &[*value])[0];
                 values.set(symbol, value);

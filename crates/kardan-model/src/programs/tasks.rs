@@ -85,21 +85,21 @@ impl<'a> Blocks<'a, '_, '_> {
             .filter_map(|(name, (expr, _))| Some((graph.symbol_of(*expr)?, name.as_str())))
             .collect();
         let made = self.made.iter().filter_map(|(block, made)| Some((*block, made.as_ref()?)));
-        let outputs = made.flat_map(|(block, made)| made.outputs.iter().map(move |answer| (block, answer)));
+        let outputs = made.flat_map(|(block, made)| made.outputs.iter().map(move |output| (block, output)));
         let mut all: Vec<Ordered<'a>> = outputs
-            .map(|(block, (answer, value, dimension))| Ordered {
+            .map(|(block, (output, value, dimension))| Ordered {
                 block,
-                answer: answer.clone(),
-                name: outside_name(block, answer),
+                output: output.clone(),
+                name: outside_name(block, output),
                 value: *value,
                 dimension: *dimension,
                 at_once: Vec::new(),
             })
             .collect();
-        let values: Vec<Expr> = all.iter().map(|answer| answer.value).collect();
-        for (answer, symbols) in all.iter_mut().zip(graph.symbols_of_each(&values)) {
-            answer.at_once = symbols.iter().filter_map(|symbol| named.get(symbol)).map(ToString::to_string).collect();
-            answer.at_once.sort();
+        let values: Vec<Expr> = all.iter().map(|output| output.value).collect();
+        for (output, symbols) in all.iter_mut().zip(graph.symbols_of_each(&values)) {
+            output.at_once = symbols.iter().filter_map(|symbol| named.get(symbol)).map(ToString::to_string).collect();
+            output.at_once.sort();
         }
         all
     }
@@ -108,14 +108,14 @@ impl<'a> Blocks<'a, '_, '_> {
     pub(super) fn order(&self, out: &mut Vec<Diagnostic>) -> Option<Vec<Ordered<'a>>> {
         let all = self.all_outputs();
         let places: HashMap<&str, usize> =
-            all.iter().enumerate().map(|(k, answer)| (answer.name.as_str(), k)).collect();
+            all.iter().enumerate().map(|(k, output)| (output.name.as_str(), k)).collect();
         let period = |block: &str| self.made.get(block)?.as_ref().map(|made| &made.period);
-        let needs = |answer: &Ordered<'_>| {
+        let needs = |output: &Ordered<'_>| {
             // The outputs of another task are constant.
             let of_task = |name: &&String| {
-                self.of_name(name).and_then(period).is_some_and(|candidate| Some(candidate) == period(answer.block))
+                self.of_name(name).and_then(period).is_some_and(|candidate| Some(candidate) == period(output.block))
             };
-            let names = answer.at_once.iter().filter(of_task);
+            let names = output.at_once.iter().filter(of_task);
             names.filter_map(|name| places.get(name.as_str()).copied()).collect()
         };
         let needs: Vec<Vec<usize>> = all.iter().map(needs).collect();
@@ -131,8 +131,8 @@ impl<'a> Blocks<'a, '_, '_> {
     /// The error for an algebraic loop of block outputs, with the signals between them if there are few.
     fn circle(&self, outputs: &[(&str, &str)]) -> Diagnostic {
         let mut names: Vec<&str> = Vec::new();
-        for (k, (block, answer)) in outputs.iter().enumerate() {
-            names.push(answer);
+        for (k, (block, output)) in outputs.iter().enumerate() {
+            names.push(output);
             if outputs.len() <= MOST_WITH_SIGNALS {
                 names.extend(self.signals_between(block, outputs[(k + 1) % outputs.len()].1));
             }
@@ -146,7 +146,7 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// The signals through which a block reads an output, by the shortest path; none if it names it itself.
-    fn signals_between(&self, block: &str, answer: &str) -> Vec<&'a str> {
+    fn signals_between(&self, block: &str, output: &str) -> Vec<&'a str> {
         let Some(block) = self.document.blocks.get(block) else { return Vec::new() };
         let mut ways: VecDeque<(Vec<&'a str>, BTreeSet<String>)> = VecDeque::new();
         let mut first = BTreeSet::new();
@@ -154,7 +154,7 @@ impl<'a> Blocks<'a, '_, '_> {
         ways.push_back((Vec::new(), first));
         let mut visited: BTreeSet<&'a str> = BTreeSet::new();
         while let Some((way, names)) = ways.pop_front() {
-            if names.contains(answer) {
+            if names.contains(output) {
                 return way;
             }
             for signal in names.iter().filter_map(|name| self.document.signals.get(name)) {
@@ -178,7 +178,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let (mut outputs, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
         let mut places: HashMap<&str, usize> = HashMap::new();
         let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
-        for Ordered { block, answer, name, value, dimension, at_once } in order {
+        for Ordered { block, output, name, value, dimension, at_once } in order {
             let Some(made) = of_period(block) else { continue };
             let of_block = self.document.blocks.get(block);
             let kind = of_block.map_or("expression", |block| block.kind.keyword);
@@ -190,10 +190,10 @@ impl<'a> Blocks<'a, '_, '_> {
             let whose = kind.replace('_', " ");
             let description = if of_block.is_none() {
                 "a formula of coordinates".into()
-            } else if answer.is_empty() {
+            } else if output.is_empty() {
                 format!("output of the {whose}")
             } else {
-                format!("{answer} of the {whose} {block}")
+                format!("{output} of the {whose} {block}")
             };
             outputs.push(TaskAnswer { name: name.clone(), dimension: *dimension, description, value });
             let place = *places.entry(block).or_insert(steps.len());
@@ -207,25 +207,25 @@ impl<'a> Blocks<'a, '_, '_> {
                 }),
             }
         }
-        let mut memory = Vec::new();
+        let mut block_states = Vec::new();
         for Step { block, .. } in &steps {
-            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.memory) {
+            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.block_states) {
                 let next = values.of(&mut graph, &[*next])[0];
                 let start = lower(&graph, &[*start], &mut Floating::<f64>::default(), |_| f64::NAN)[0];
                 let symbol = graph.symbol_of(*symbol).expect("an entry of a memory is a symbol");
-                memory.push(Entry { name: block.clone(), symbol, start, next });
+                block_states.push(Entry { name: block.clone(), symbol, start, next });
             }
         }
         let exprs: Vec<Expr> =
-            outputs.iter().map(|answer| answer.value).chain(memory.iter().map(|entry| entry.next)).collect();
+            outputs.iter().map(|output| output.value).chain(block_states.iter().map(|entry| entry.next)).collect();
         let reads = self.reads_of(&graph, &exprs);
         let name = match &period {
             Some(period) => format!("blocks at {}", shown_quantity(period, Dimension::TIME)),
             None => "blocks at every instant".into(),
         };
-        let moving = self.moving(&reads, &memory);
+        let moving = self.moving(&reads, &block_states);
         let (names, lists) = (Vec::new(), Lists::default());
-        Task { name, period, graph, reads, memory, outputs, moving, names, order: steps, lists }
+        Task { name, period, graph, reads, block_states, outputs, moving, names, order: steps, lists }
     }
 
     /// The commands of a law, with the blocks of its sample time that it needs.
@@ -239,9 +239,9 @@ impl<'a> Blocks<'a, '_, '_> {
         let crosses = |name: &str| self.document.blocks.get(name).is_some_and(|block| block.kind.crosses);
         let mut task = self.task(period, order, crosses);
         let symbol = |graph: &Graph, name: &str| self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
-        let inside = task.outputs.iter().filter(|answer| !crosses(&answer.name));
+        let inside = task.outputs.iter().filter(|output| !crosses(&output.name));
         let substitutions: Vec<(Symbol, Expr)> =
-            inside.filter_map(|answer| Some((symbol(&task.graph, &answer.name)?, answer.value))).collect();
+            inside.filter_map(|output| Some((symbol(&task.graph, &output.name)?, output.value))).collect();
         task.outputs = Vec::new();
         let names: BTreeSet<String> = commands.iter().flat_map(|command| command.reads.iter().cloned()).collect();
         task.names = names.into_iter().collect();
@@ -250,33 +250,34 @@ impl<'a> Blocks<'a, '_, '_> {
             task.outputs.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
         }
         // States that are needed, until no new ones appear.
-        let mut exprs: Vec<Expr> = task.outputs.iter().map(|answer| answer.value).collect();
+        let mut exprs: Vec<Expr> = task.outputs.iter().map(|output| output.value).collect();
         let places: HashMap<Symbol, usize> =
-            task.memory.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
-        let mut memory: Vec<Option<Entry>> = std::mem::take(&mut task.memory).into_iter().map(Some).collect();
+            task.block_states.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
+        let mut block_states: Vec<Option<Entry>> =
+            std::mem::take(&mut task.block_states).into_iter().map(Some).collect();
         let (mut needed, mut new): (Vec<Entry>, Vec<Expr>) = (Vec::new(), exprs.clone());
         while !new.is_empty() {
             let used = task.graph.symbols(&new);
             let mut used: Vec<usize> = used.iter().filter_map(|symbol| places.get(symbol).copied()).collect();
             used.sort();
             let first = needed.len();
-            needed.extend(used.into_iter().filter_map(|place| memory[place].take()));
+            needed.extend(used.into_iter().filter_map(|place| block_states[place].take()));
             new = needed[first..].iter().map(|entry| entry.next).collect();
             exprs.extend(&new);
         }
         let blocks: HashSet<&str> = needed.iter().map(|entry| entry.name.as_str()).collect();
         task.order.retain(|step| blocks.contains(step.block.as_str()));
-        task.memory = needed;
+        task.block_states = needed;
         task.reads = self.reads_of(&task.graph, &exprs);
-        task.moving = self.moving(&task.reads, &task.memory);
+        task.moving = self.moving(&task.reads, &task.block_states);
         task.name = name.to_string();
         task
     }
 
     /// The part of it that depends on the plant.
-    fn moving(&self, reads: &[(Symbol, Read)], memory: &[Entry]) -> Vec<Symbol> {
+    fn moving(&self, reads: &[(Symbol, Read)], block_states: &[Entry]) -> Vec<Symbol> {
         let moving = self.moving.get_or_init(|| self.all_moving());
-        let all = reads.iter().map(|(symbol, _)| *symbol).chain(memory.iter().map(|entry| entry.symbol));
+        let all = reads.iter().map(|(symbol, _)| *symbol).chain(block_states.iter().map(|entry| entry.symbol));
         all.filter(|symbol| moving.contains(symbol)).collect()
     }
 
@@ -293,10 +294,10 @@ impl<'a> Blocks<'a, '_, '_> {
             outside.filter_map(|outside| graph.symbol_of(self.read.get(&outside.name)?.0)).collect();
         let mut represented = Vec::new();
         for (block, made) in self.made.iter().filter_map(|(block, made)| Some((block, made.as_ref()?))) {
-            let symbols = made.memory.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
+            let symbols = made.block_states.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
             represented.extend(symbols);
-            for (answer, value, _) in &made.outputs {
-                let symbol = self.outputs.get(&outside_name(block, answer));
+            for (output, value, _) in &made.outputs {
+                let symbol = self.outputs.get(&outside_name(block, output));
                 represented.extend(symbol.and_then(|(own, _)| Some((graph.symbol_of(*own)?, *value))));
             }
         }

@@ -162,7 +162,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Source::Block(block) => self.lowered(block, (expressions, lowered, reads), keys, out),
             _ => {
                 let outputs = lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
-                Some(Made { period: None, outputs, memory: Vec::new(), reads })
+                Some(Made { period: None, outputs, block_states: Vec::new(), reads })
             }
         }
     }
@@ -383,9 +383,9 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let lists = self.lists(table, out);
         let mut own = Vec::new();
-        for (answer, dimension) in declared_outputs(kind, &values, &lists) {
-            let outside = outside_name(name, &answer);
-            let (symbol, _) = self.answer_symbol(outside.clone(), dimension);
+        for (output, dimension) in declared_outputs(kind, &values, &lists) {
+            let outside = outside_name(name, &output);
+            let (symbol, _) = self.output_symbol(outside.clone(), dimension);
             if kind.keyword == "observer" {
                 let moves = self.symbol(&outside, dimension);
                 self.states.insert(outside, (moves, dimension));
@@ -393,7 +393,7 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         if let Some(dimension) = unit {
-            self.answer_symbol(name.clone(), dimension);
+            self.output_symbol(name.clone(), dimension);
         }
         let ways = ways(table, values.names("states").unwrap_or_default(), &what, out);
         Some(Keys { values, unit, lists, own, ways })
@@ -439,9 +439,9 @@ impl<'a> Blocks<'a, '_, '_> {
             self.machines.push((name, values.names("states").unwrap_or_default().to_vec(), guards.clone()));
         }
         match self.wire(kind, (&values, period.clone(), called, lists), (block_inputs, guards, own)) {
-            Ok((outputs, memory, rules)) => {
+            Ok((outputs, block_states, rules)) => {
                 self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
-                self.finished(block, Made { period, outputs, memory, reads }, unit, out)
+                self.finished(block, Made { period, outputs, block_states, reads }, unit, out)
             }
             Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));

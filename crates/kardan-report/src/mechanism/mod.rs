@@ -132,13 +132,13 @@ fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
     };
     let housing = parts.iter().any(is_grounded);
     let losses = parts.iter().any(|part| part.symbol.is_body() && part.laws.iter().any(|law| law != "inertia"));
-    let play = parts.iter().any(|part| part.laws.iter().any(|law| law == "backlash"));
+    let backlash = parts.iter().any(|part| part.laws.iter().any(|law| law == "backlash"));
     let folded = scene.groups.iter().any(|group| group.kind == "folded");
     let remarks = [
         (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
         (losses, "hatched: bearings with losses"),
         (symbol(Symbol::Motor) || symbol(Symbol::Machine), "M: motors"),
-        (play, "two flanks across an end: backlash"),
+        (backlash, "two flanks across an end: backlash"),
         (symbol(Symbol::Torque), "arrows: external torques and forces"),
         (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque; of masses s, v, F)"),
     ];

@@ -292,12 +292,12 @@ fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option
             phrases::pair(mode.eigenvalue),
             decision(controllable, mode.controllable),
             decision(observable, mode.observable),
-            phrases::together(&phrases::motion(&mode.shape)),
+            phrases::unbroken(&phrases::motion(&mode.shape)),
         ];
         if energy {
             row.extend(
                 [phrases::stored(mode), phrases::of_elements(&mode.dissipated)]
-                    .map(|text| Cell::Text(phrases::together(&text))),
+                    .map(|text| Cell::Text(phrases::unbroken(&text))),
             );
         }
         row
@@ -324,7 +324,7 @@ fn ranks(structure: &Structure) -> Body {
     let factor = |factor: &Factor| {
         row![
             &factor.polynomial,
-            phrases::together(&phrases::pairs(&factor.roots).join(", ")),
+            phrases::unbroken(&phrases::pairs(&factor.roots).join(", ")),
             factor.algebraic,
             factor.geometric,
             defect(structure.controllability(), factor.input_defect),

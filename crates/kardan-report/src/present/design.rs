@@ -195,7 +195,7 @@ fn blocks(design: &Design) -> Vec<String> {
 fn channels(channels: &[ChannelResult]) -> Body {
     let row = |channel: &ChannelResult| {
         let ChannelResult { output, reference, kind, transfer, poles, .. } = channel;
-        let poles = phrases::together(&list(&pairs(poles), 12));
+        let poles = phrases::unbroken(&list(&pairs(poles), 12));
         row![output, reference, kind, Cell::Code(transfer.clone()), poles]
     };
     let headers = ["output", "reference", "kind", "transfer function", "poles [1/s]"];
@@ -259,9 +259,9 @@ fn zero_dynamics(design: &Design) -> Body {
             phrases::pair(mode.pole),
             mode.natural_frequency,
             mode.damping_ratio,
-            phrases::together(&phrases::motion(&mode.shape)),
-            phrases::together(&phrases::of_elements(&mode.stored)),
-            phrases::together(&phrases::of_elements(&mode.dissipated)),
+            phrases::unbroken(&phrases::motion(&mode.shape)),
+            phrases::unbroken(&phrases::of_elements(&mode.stored)),
+            phrases::unbroken(&phrases::of_elements(&mode.dissipated)),
             word,
         ]
     };

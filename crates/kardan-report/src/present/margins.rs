@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
-use kardan_results::{ChannelMargin, Margins, MotorLoad, OppositeSide, TogetherMargin, TorquePeak};
+use kardan_results::{ChannelMargin, Margins, MotorLoad, MultiloopMargin, OppositeSide, TorquePeak};
 
 /// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -112,8 +112,9 @@ fn contacts(margins: &Margins) -> Body {
     let names = |list: &[String]| if list.is_empty() { "–".to_string() } else { list.join(", ") };
     let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
     let [disk, channel] = least(&margins.channels);
-    let together = |found: &Option<TogetherMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, together(&margins.multiloop)]];
+    let multiloop =
+        |found: &Option<MultiloopMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
+    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, multiloop(&margins.multiloop)]];
     let in_contact = margins.contacts.iter().map(|one| {
         let [disk, channel] = least(&one.channels);
         row![
@@ -123,7 +124,7 @@ fn contacts(margins: &Margins) -> Body {
             stable(one.stable),
             disk,
             channel,
-            together(&one.multiloop)
+            multiloop(&one.multiloop)
         ]
     });
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];

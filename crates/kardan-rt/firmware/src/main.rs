@@ -10,7 +10,7 @@ use core::hint::black_box;
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, DeadZone, Delay, Gain, Governor, Hysteresis, Integrator, Manual, Measurement,
     Mechanism, ModelObserver, Monitor, Noninteracting, Observer, Operator, Pid, Plan, PositionLoop, RateLimit, Regulator,
-    RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine, StateSpace,
+    RegulatorState, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine, StateSpace,
     Table, Task, TransferFunction, Transition, hold,
 };
 
@@ -93,7 +93,7 @@ macro_rules! blocks {
             };
             let (mut estimate, mut model, mut readings) = ([0.0 as T; 2], [0.0 as T; 2], [0.0 as T; 2]);
             let (mut references, mut commands) = ([0.0 as T; 2], [0.0 as T; 2]);
-            let own = RegulatorMemory {
+            let own = RegulatorState {
                 estimate: any_mut!(estimate),
                 model: any_mut!(model),
                 readings: any_mut!(readings),
@@ -187,7 +187,7 @@ macro_rules! blocks {
                 sensors: any!(sensors),
                 entries: any!(entries),
             };
-            let own = RegulatorMemory {
+            let own = RegulatorState {
                 estimate: any_mut!(estimate),
                 model: any_mut!(model),
                 readings: any_mut!(readings),

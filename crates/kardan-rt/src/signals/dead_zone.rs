@@ -1,6 +1,6 @@
 //! The block of a dead zone.
 
-use super::{remember, zero};
+use super::{store, zero};
 use crate::Arithmetic;
 
 /// A signal with a dead zone: zero inside the zone, straight outside.
@@ -14,22 +14,22 @@ pub struct DeadZone<N> {
 
 impl<N: Arithmetic> DeadZone<N> {
     /// Entries of its memory: the output.
-    pub const MEMORY: usize = 1;
+    pub const STATES: usize = 1;
 
     /// `u − high` above the zone, `u − low` below it, else 0. Returns false and leaves the output unchanged where the
     /// input is not a number.
     ///
     /// ```
     /// let zone = kardan_rt::DeadZone { low: -1.0, high: 2.0 };
-    /// let mut answer = [0.0];
+    /// let mut output = [0.0];
     /// for (input, expected) in [(3.0, 1.0), (2.0, 0.0), (-0.5, 0.0), (-4.0, -3.0)] {
-    ///     assert!(zone.step(input, &mut answer) && answer == [expected]);
+    ///     assert!(zone.step(input, &mut output) && output == [expected]);
     /// }
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
+    pub fn step(&self, input: N, state: &mut [N; 1]) -> bool {
         let below = input.select(self.low, input - self.low, zero());
-        let answer = self.high.select(input, input - self.high, below);
-        remember(memory.iter_mut(), [answer].into_iter(), &[input])
+        let output = self.high.select(input, input - self.high, below);
+        store(state.iter_mut(), [output].into_iter(), &[input])
     }
 }

@@ -13,16 +13,16 @@ impl Delay {
     /// false and uses the previous input.
     ///
     /// ```
-    /// let mut memory = [0.0; 3];
-    /// let outputs = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut memory).then_some(memory[0]));
+    /// let mut state = [0.0; 3];
+    /// let outputs = [1.0, 2.0, 3.0, 4.0].map(|input| kardan_rt::Delay.step(input, &mut state).then_some(state[0]));
     /// assert_eq!(outputs, [Some(0.0), Some(0.0), Some(1.0), Some(2.0)]);
     /// ```
     #[must_use = "false: the previous input replaces this one"]
-    pub fn step<N: Arithmetic>(&self, input: N, memory: &mut [N]) -> bool {
-        let last = memory.last().map_or(zero(), |last| *last);
+    pub fn step<N: Arithmetic>(&self, input: N, state: &mut [N]) -> bool {
+        let last = state.last().map_or(zero(), |last| *last);
         let mut later = input.finite_or(last);
         // The oldest entry becomes the output, the others move up, and the input is appended.
-        for place in memory.iter_mut().rev() {
+        for place in state.iter_mut().rev() {
             core::mem::swap(place, &mut later);
         }
         input.all_finite()

@@ -1,6 +1,6 @@
 //! The block of an integrator with bounds.
 
-use super::{clamped, half, remember};
+use super::{clamped, half, store};
 use crate::Arithmetic;
 
 /// The integral of a signal over time, between bounds if it has any: `y⁺ = y + h u` (forward), or `y = y⁻ + h (u + u⁻)/2` (trapezoidal).
@@ -18,24 +18,24 @@ pub struct Integrator<N> {
 
 impl<N: Arithmetic> Integrator<N> {
     /// Entries of its memory: the output, and the sum.
-    pub const MEMORY: usize = 2;
+    pub const STATES: usize = 2;
 
     /// One sample; where `reset` is above a half, the output is `reset_to`, and integration continues from there.
     /// Returns false and leaves the memory unchanged where an input is not a number.
     ///
     /// ```
     /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: Some(1.2) };
-    /// let mut memory = [0.0; 2];
+    /// let mut state = [0.0; 2];
     /// for (input, reset, expected) in [(1.0, 0.0, 0.0), (1.0, 0.0, 0.5), (1.0, 0.0, 1.0), (1.0, 0.0, 1.2), (1.0, 1.0, 0.25), (0.0, 0.0, 0.75)] {
-    ///     assert!(sum.step(input, reset, 0.25, &mut memory) && memory[0] == expected);
+    ///     assert!(sum.step(input, reset, 0.25, &mut state) && state[0] == expected);
     /// }
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
-        let [_, sum] = *memory;
-        let answer = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
-        let next = clamped(answer + self.sample_time * input, self.low, self.high);
-        remember(memory.iter_mut(), [answer, next].into_iter(), &[input, reset, reset_to])
+    pub fn step(&self, input: N, reset: N, reset_to: N, state: &mut [N; 2]) -> bool {
+        let [_, sum] = *state;
+        let output = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
+        let next = clamped(output + self.sample_time * input, self.low, self.high);
+        store(state.iter_mut(), [output, next].into_iter(), &[input, reset, reset_to])
     }
 
     /// One sample by the trapezoidal rule, whose output depends on its input at once; its memory contains the previous
@@ -43,17 +43,17 @@ impl<N: Arithmetic> Integrator<N> {
     ///
     /// ```
     /// let sum = kardan_rt::Integrator { sample_time: 0.5, low: None, high: None };
-    /// let mut memory = [0.0; 2];
+    /// let mut state = [0.0; 2];
     /// // The integral of t over the time, sampled at 0.5 s: t²/2 exactly.
     /// for (input, expected) in [(0.0, 0.0), (0.5, 0.125), (1.0, 0.5), (1.5, 1.125)] {
-    ///     assert!(sum.step_trapezoidal(input, 0.0, 0.0, &mut memory) && memory[0] == expected);
+    ///     assert!(sum.step_trapezoidal(input, 0.0, 0.0, &mut state) && state[0] == expected);
     /// }
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, memory: &mut [N; 2]) -> bool {
-        let [_, sum] = *memory;
+    pub fn step_trapezoidal(&self, input: N, reset: N, reset_to: N, state: &mut [N; 2]) -> bool {
+        let [_, sum] = *state;
         let share = half::<N>() * self.sample_time * input;
-        let answer = clamped(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
-        remember(memory.iter_mut(), [answer, answer + share].into_iter(), &[input, reset, reset_to])
+        let output = clamped(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
+        store(state.iter_mut(), [output, output + share].into_iter(), &[input, reset, reset_to])
     }
 }

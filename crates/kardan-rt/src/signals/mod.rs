@@ -75,14 +75,14 @@ fn zero_or_nan<N: Arithmetic>(x: N) -> N {
 
 /// New entries of a memory, for each lane all of them or none: where an input or an entry is not a number, the memory
 /// stays unchanged. Returns whether all lanes are new.
-fn remember<'m, N: Arithmetic + 'm>(
-    memory: impl Iterator<Item = &'m mut N>,
+fn store<'m, N: Arithmetic + 'm>(
+    state: impl Iterator<Item = &'m mut N>,
     new: impl Iterator<Item = N> + Clone,
     inputs: &[N],
 ) -> bool {
     let nan_sum = inputs.iter().copied().chain(new.clone()).fold(zero(), |sum: N, x| sum + zero_or_nan(x));
     let stays = nan_sum.finite_or(one());
-    for (old, new) in memory.zip(new) {
+    for (old, new) in state.zip(new) {
         *old = half::<N>().select(stays, *old, new);
     }
     nan_sum.all_finite()

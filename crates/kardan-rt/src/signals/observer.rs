@@ -51,8 +51,8 @@ impl<N: Arithmetic> Observer<'_, N> {
         let nan_of_inputs = inputs.iter().chain(measured).fold(zero(), |sum: N, x| sum + zero_or_nan(*x));
         let nan_sum = (0..count).fold(nan_of_inputs, |sum: N, i| sum + zero_or_nan(next(i, states)));
         let stays = nan_sum.finite_or(one());
-        for (answer, state) in estimates.iter_mut().zip(states.iter()) {
-            *answer = half::<N>().select(stays, *answer, *state);
+        for (output, state) in estimates.iter_mut().zip(states.iter()) {
+            *output = half::<N>().select(stays, *output, *state);
         }
         for (i, state) in states.iter_mut().enumerate() {
             *state = half::<N>().select(stays, *state, next(i, estimates));

@@ -1,6 +1,6 @@
 //! The block of a PID controller with anti-windup.
 
-use super::{clamped, half, is_on, one, remember, zero};
+use super::{clamped, half, is_on, one, store, zero};
 use crate::Arithmetic;
 
 /// A controller of proportional, integral and filtered derivative parts: setpoint weights, bounds, and anti-windup by back-calculation
@@ -43,7 +43,7 @@ pub struct Manual<N> {
 
 impl<N: Arithmetic> Pid<N> {
     /// Entries of its memory: the output, I, D, the previous e, and whether there was a sample (1, else 0).
-    pub const MEMORY: usize = 5;
+    pub const STATES: usize = 5;
 
     /// One sample with a reference r and a measurement y. Returns false and leaves the memory unchanged where an input
     /// is not a number.
@@ -56,15 +56,15 @@ impl<N: Arithmetic> Pid<N> {
     /// let pid = Pid {
     ///     proportional: 2.0, integral: Some(10.0), derivative: 0.0, filter: 0.0, weights: [1.0, 0.0], bounds: [None, Some(5.0)], tracking: 0.1, sample_time: 0.01,
     /// };
-    /// let mut memory = [0.0_f64; 5];
-    /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut memory) && memory[0] == 3.0);
+    /// let mut state = [0.0_f64; 5];
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 0.0, value: 3.0 }, &mut state) && state[0] == 3.0);
     /// // Switched on it outputs the manual command, and continues from there.
-    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && memory[0] == 3.0);
-    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut memory) && (memory[0] - 3.05).abs() < 1e-15);
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut state) && state[0] == 3.0);
+    /// assert!(pid.step(1.0, 0.5, Manual { on: 1.0, value: 0.0 }, &mut state) && (state[0] - 3.05).abs() < 1e-15);
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step(&self, reference: N, measured: N, manual: Manual<N>, memory: &mut [N; 5]) -> bool {
-        let [_, integral, slope, before, begun] = *memory;
+    pub fn step(&self, reference: N, measured: N, manual: Manual<N>, state: &mut [N; 5]) -> bool {
+        let [_, integral, slope, before, begun] = *state;
         let [of_reference, of_rate] = self.weights;
         let [low, high] = self.bounds;
         let on = is_on(manual.on);
@@ -76,14 +76,14 @@ impl<N: Arithmetic> Pid<N> {
         let direct = self.proportional * (of_reference * reference - measured) + slope;
         let free = direct + integral;
         let bounded = clamped(free, low, high);
-        let answer = half::<N>().select(on, bounded, manual.value);
+        let output = half::<N>().select(on, bounded, manual.value);
         let rate = match self.integral {
             Some(by_time) => by_time * (reference - measured) + (bounded - free) / self.tracking,
             None => -integral / self.tracking,
         };
         let next = integral + time * rate;
         let next = half::<N>().select(on, next, manual.value - direct);
-        let new = [answer, next, slope, weighted, one()];
-        remember(memory.iter_mut(), new.into_iter(), &[reference, measured, manual.on, manual.value])
+        let new = [output, next, slope, weighted, one()];
+        store(state.iter_mut(), new.into_iter(), &[reference, measured, manual.on, manual.value])
     }
 }

@@ -1,6 +1,6 @@
 //! The block of a saturation.
 
-use super::{clamped, remember};
+use super::{clamped, store};
 use crate::Arithmetic;
 
 /// A signal between two bounds.
@@ -14,19 +14,19 @@ pub struct Saturation<N> {
 
 impl<N: Arithmetic> Saturation<N> {
     /// Entries of its memory: the output.
-    pub const MEMORY: usize = 1;
+    pub const STATES: usize = 1;
 
     /// The nearest number between the bounds. Returns false and leaves the output unchanged where the input is not a
     /// number.
     ///
     /// ```
     /// let limit = kardan_rt::Saturation { low: None, high: Some(3.0) };
-    /// let mut answer = [0.0];
-    /// assert!(limit.step(5.0, &mut answer) && answer == [3.0]);
-    /// assert!(!limit.step(f64::NAN, &mut answer) && answer == [3.0]);
+    /// let mut output = [0.0];
+    /// assert!(limit.step(5.0, &mut output) && output == [3.0]);
+    /// assert!(!limit.step(f64::NAN, &mut output) && output == [3.0]);
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step(&self, input: N, memory: &mut [N; 1]) -> bool {
-        remember(memory.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
+    pub fn step(&self, input: N, state: &mut [N; 1]) -> bool {
+        store(state.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
     }
 }

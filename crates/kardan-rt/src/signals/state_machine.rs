@@ -29,14 +29,14 @@ impl StateMachine<'_> {
     /// ```
     /// use kardan_rt::{StateMachine, Transition};
     /// let machine = StateMachine { transitions: &[Transition { from: 0, to: 1 }, Transition { from: 1, to: 2 }, Transition { from: 1, to: 0 }] };
-    /// let mut memory = [0.0; 2];
+    /// let mut entries = [0.0; 2];
     /// for (guards, expected) in [([0.0, 1.0, 1.0], [0.0, 1.0]), ([1.0, 1.0, 0.0], [1.0, 0.0]), ([0.0, 1.0, 1.0], [2.0, 0.0]), ([1.0, 1.0, 1.0], [2.0, 1.0])] {
-    ///     assert!(machine.step(&guards, &mut memory) && memory == expected);
+    ///     assert!(machine.step(&guards, &mut entries) && entries == expected);
     /// }
     /// ```
     #[must_use = "false: a guard was not a number, and counts as false"]
-    pub fn step<N: Arithmetic>(&self, guards: &[N], memory: &mut [N; 2]) -> bool {
-        let [state, since] = *memory;
+    pub fn step<N: Arithmetic>(&self, guards: &[N], entries: &mut [N; 2]) -> bool {
+        let [state, since] = *entries;
         // Samples that are counted for ever stop where numbers are no longer exact.
         let (mut next, mut time) = (state, smaller(since + one(), N::whole(1 << 24)));
         let mut good = true;
@@ -50,7 +50,7 @@ impl StateMachine<'_> {
             next = half::<N>().select(fires, N::whole(*to), next);
             time = half::<N>().select(fires, zero(), time);
         }
-        *memory = [next, time];
+        *entries = [next, time];
         good
     }
 }

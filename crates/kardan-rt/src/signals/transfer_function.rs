@@ -20,16 +20,16 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
     /// // A low pass with 1/e after ten samples.
     /// let decay = (-0.1_f64).exp();
     /// let filter = kardan_rt::TransferFunction { numerator: &[0.0, 1.0 - decay], denominator: &[-decay] };
-    /// let mut memory = [0.0; 2];
+    /// let mut state = [0.0; 2];
     /// for _ in 0..=10 {
-    ///     assert!(filter.step(1.0, &mut memory));
+    ///     assert!(filter.step(1.0, &mut state));
     /// }
-    /// assert!((memory[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
+    /// assert!((state[0] - (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
     /// ```
     #[must_use = "false: the output is that of the sample before"]
-    pub fn step(&self, input: N, memory: &mut [N]) -> bool {
+    pub fn step(&self, input: N, state: &mut [N]) -> bool {
         let coefficient = |list: &[N], k: usize| list.get(k).map_or(zero(), |x| *x);
-        let Some((answer, states)) = memory.split_first_mut() else { return input.all_finite() };
+        let Some((output, states)) = state.split_first_mut() else { return input.all_finite() };
         let first = states.first().map_or(zero(), |x| *x);
         let now = coefficient(self.numerator, 0) * input + first;
         let new = |k: usize, later: Option<&N>| {
@@ -48,7 +48,7 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
             k = k.saturating_add(1);
             rest = later;
         }
-        *answer = half::<N>().select(stays, *answer, now);
+        *output = half::<N>().select(stays, *output, now);
         nan_sum.all_finite()
     }
 }

@@ -5,7 +5,7 @@
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, DeadZone, Delay, Gain, Governor, Hysteresis, Integrator, Manual, Measurement,
     Mechanism, ModelObserver, Monitor, Noninteracting, Observer, Operator, Pid, Plan, PositionLoop, RateLimit, Real,
-    Regulator, RegulatorMemory, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine,
+    Regulator, RegulatorState, Row, Run, Saturation, Schedule, ScheduledRegulator, Sensor, Situation, StateMachine,
     StateSpace, Task, TransferFunction, Transition, hold,
 };
 use std::fmt::Debug;
@@ -435,7 +435,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                     let [estimate, model, readings, references] = &mut memory;
                     let mut work = vec![T::ZERO; Regulator::<T>::work(1, 1, 1, 1)];
                     let memory =
-                        RegulatorMemory { estimate, model, readings, references, commands: out, work: &mut work };
+                        RegulatorState { estimate, model, readings, references, commands: out, work: &mut work };
                     regulator.step(&x[..1], &x[1..], memory) == kardan_rt::Health::default()
                 })
             }),
@@ -494,7 +494,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                     let mut work = vec![T::ZERO; Regulator::<T>::work(4, 1, 1, 1)];
                     let mut scratch = vec![T::ZERO; regulator.scratch(4, 1, 1, 1)];
                     let memory =
-                        RegulatorMemory { estimate, model, readings, references, commands: out, work: &mut work };
+                        RegulatorState { estimate, model, readings, references, commands: out, work: &mut work };
                     regulator.step(&x[..1], &x[1..], memory, &mut scratch) == kardan_rt::Health::default()
                 })
             }),

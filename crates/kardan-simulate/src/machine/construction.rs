@@ -268,7 +268,7 @@ impl Machine {
         let (jenkins, unilaterals) = (JenkinsElements::new(reduced), Unilaterals::new(&reduced.equations));
         let bounds = unilaterals.bounds(dynamics.breakaway_torques(), multiplier_constraints.len());
         let mut out = Self {
-            relaxes: reduced.relaxation.is_some(),
+            relaxes: reduced.massless.is_some(),
             directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
             jenkins,
             unilaterals,
@@ -309,8 +309,8 @@ impl Machine {
             active_factor: Cholesky::new(0),
             active_torque: vec![0.0; multiplier_constraints.end],
             active_constant: false,
-            active_known: false,
-            torque_distribution_known: false,
+            active_distribution: false,
+            torque_distribution_unique: false,
             torque_distribution: TorqueDistribution::new(multiplier_constraints.end, r),
             box_problem: BoxProblem::new(m),
             contradiction: Vec::new(),

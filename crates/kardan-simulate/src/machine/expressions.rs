@@ -16,7 +16,7 @@ use kardan_math::num::{Matrix, Rational, rational_from_f64};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::{DirectionalTerm, Equations, FrictionLaw};
 use kardan_mechanics::equations::InputKind;
-use kardan_mechanics::reduce::{Dynamics, Extension, Motion, MultiplierTerms, Reduced, Relaxation, Work};
+use kardan_mechanics::reduce::{Dynamics, Extension, MasslessDynamics, Motion, MultiplierTerms, Reduced, Work};
 
 /// The indices of the loop's inputs and outputs among those of the [`Extension`].
 #[derive(Debug, Clone, Default)]
@@ -196,7 +196,7 @@ pub(super) fn extend(
     (places.limiter_rates, limiter_rates) = all.run_parameters(of_inputs("limiter_rate"));
     (places.senses, senses) =
         all.run_parameters(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
-    let coupled = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips);
+    let coupled = reduced.massless.iter().flat_map(MasslessDynamics::coupled_slips);
     (places.couplings, couplings) = all.run_parameters(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
     let (places_of_stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
@@ -589,7 +589,7 @@ fn massless_rates(
     speeds: &mut [Expr],
 ) -> Vec<Expr> {
     all.motion.massless_rates(reduced, forces, slipping);
-    for slip in reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips) {
+    for slip in reduced.massless.iter().flat_map(|massless| &massless.slips) {
         speeds[slip.friction] = row_speed(all, &reduced.equations.frictions[slip.friction].row);
     }
     let [torques, slip_speeds] = all.motion.jenkins(reduced);
@@ -606,7 +606,7 @@ fn sliding_frictions(
     jenkins_torques: &[Expr],
 ) -> Vec<Expr> {
     let mut sliding = friction.to_vec();
-    let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+    let slips = reduced.massless.iter().flat_map(|massless| &massless.slips);
     for (slip, torque) in slips.zip(jenkins_torques) {
         let graph = &mut all.motion.graph;
         let slides = graph.product(&[(senses[slip.friction], 2)]);

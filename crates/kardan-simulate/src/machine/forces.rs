@@ -198,10 +198,10 @@ impl Machine {
     /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the active directions; where neither depends on the
     /// position, once.
     pub(super) fn factor_holding(&mut self) {
-        if self.active_constant && self.active_known {
+        if self.active_constant && self.active_distribution {
             return;
         }
-        self.active_known = true;
+        self.active_distribution = true;
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
             let k = self.holding[a];

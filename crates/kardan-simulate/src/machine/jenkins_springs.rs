@@ -1,7 +1,7 @@
 //! Friction elements in series with springs on a motion without inertia, and these springs.
 
 use kardan_math::num::rational_to_f64;
-use kardan_mechanics::reduce::{Reduced, Relaxation};
+use kardan_mechanics::reduce::{MasslessDynamics, Reduced};
 
 /// The friction elements (sliders) of a machine.
 pub(super) struct JenkinsElements {
@@ -21,10 +21,10 @@ pub(super) struct JenkinsElements {
 
 impl JenkinsElements {
     pub(super) fn new(reduced: &Reduced) -> Self {
-        let slips = reduced.relaxation.iter().flat_map(|one| &one.slips);
-        let stiffness = reduced.relaxation.iter().flat_map(|one| one.stiffness.as_slice());
-        let states: Vec<usize> = reduced.relaxation.iter().flat_map(Relaxation::states).collect();
-        let pairs: Vec<(usize, usize)> = reduced.relaxation.iter().flat_map(Relaxation::coupled_slips).collect();
+        let slips = reduced.massless.iter().flat_map(|one| &one.slips);
+        let stiffness = reduced.massless.iter().flat_map(|one| one.stiffness.as_slice());
+        let states: Vec<usize> = reduced.massless.iter().flat_map(MasslessDynamics::states).collect();
+        let pairs: Vec<(usize, usize)> = reduced.massless.iter().flat_map(MasslessDynamics::coupled_slips).collect();
         Self {
             directions: slips.map(|slip| slip.friction).collect(),
             stiffness: stiffness.map(rational_to_f64).collect(),

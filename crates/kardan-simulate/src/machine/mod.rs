@@ -138,8 +138,8 @@ pub struct Machine {
     active_torque: Vec<f64>,
     /// Whether `weighted` and `active_factor` are the same at every position, and computed.
     active_constant: bool,
-    active_known: bool,
-    torque_distribution_known: bool,
+    active_distribution: bool,
+    torque_distribution_unique: bool,
     torque_distribution: TorqueDistribution,
     box_problem: BoxProblem,
     /// Directions that contradicted each other in the last mode selection.

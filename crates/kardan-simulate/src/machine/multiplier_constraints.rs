@@ -27,7 +27,7 @@ impl Machine {
     }
 
     /// Evaluates the multiplier constraints at a state, as the reference for the next steps.
-    pub fn look_at_rows(&mut self, time: f64, state: &[f64]) {
+    pub fn inspect_rows(&mut self, time: f64, state: &[f64]) {
         self.take_rows(time, state);
         (self.watched.sign, self.watched.least) = self.watched.eliminate(true);
     }
@@ -48,9 +48,9 @@ impl Machine {
     /// Whether they depend on each other at a state, relative to their values at the reference and at another state.
     pub fn rows_depend(&mut self, (time, state): (f64, &[f64]), (other, other_state): (f64, &[f64])) -> bool {
         let before = self.watched.least;
-        self.look_at_rows(other, other_state);
+        self.inspect_rows(other, other_state);
         let usual = f64::max(before, self.watched.least);
-        self.look_at_rows(time, state);
+        self.inspect_rows(time, state);
         self.watched.least < LOST * usual
     }
 

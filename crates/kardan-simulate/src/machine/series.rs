@@ -173,7 +173,7 @@ impl Machine {
         let own =
             torque_distribution::Holding { directions: holding, weighted: &self.weighted, factor: &self.active_factor };
         torque_distribution.prepare(&own, &work.friction_rows, &sizes);
-        self.torque_distribution_known = false;
+        self.torque_distribution_unique = false;
         let term = |k: usize, a: usize| torques[k * counts[1] + a];
         let limit = |direction: usize, k: usize| match direction.checked_sub(unilaterals.first) {
             Some(unilateral) if let Some(Kind::Friction { at_rest }) = unilaterals.kinds.get(unilateral) => {

@@ -63,7 +63,7 @@ impl Machine {
     pub(super) fn prepare_holding(&mut self) {
         self.active_factor = Cholesky::new(self.holding.len());
         self.torque_distribution.choose(&self.holding, &self.following);
-        (self.active_known, self.torque_distribution_known) = (false, false);
+        (self.active_distribution, self.torque_distribution_unique) = (false, false);
         self.response.iter_mut().for_each(|response| response.valid = false);
         let sticking = self.torque_distribution.sticking.iter();
         self.active_constant =

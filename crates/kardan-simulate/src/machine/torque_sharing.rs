@@ -49,10 +49,10 @@ impl Machine {
             return false;
         }
         let c = &self.bounds[0];
-        if !(self.active_constant && self.torque_distribution_known && !self.unilaterals.changes) {
+        if !(self.active_constant && self.torque_distribution_unique && !self.unilaterals.changes) {
             let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.active_factor };
             self.torque_distribution.prepare(&holding, &self.work.friction_rows, c);
-            self.torque_distribution_known = true;
+            self.torque_distribution_unique = true;
         }
         true
     }

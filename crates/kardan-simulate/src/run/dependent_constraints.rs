@@ -63,7 +63,7 @@ impl RunLoop {
                 return Err(failed(high, self.singular()));
             }
         }
-        self.machine.look_at_rows(self.time, &self.state);
+        self.machine.inspect_rows(self.time, &self.state);
         Ok(())
     }
 

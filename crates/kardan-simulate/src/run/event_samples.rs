@@ -72,15 +72,15 @@ impl EventSamples {
 
     /// Whether the samples are too far apart to show a margin between them; `noise` is the rounding error of each.
     pub(super) fn are_coarse(&self, noise: impl Fn(usize) -> f64) -> bool {
-        let look = |watch| move |row| (self.times[row], self.at(row, watch));
-        (0..self.directions).any(|watch| is_coarse(self.count, noise(watch), look(watch)))
+        let sample = |watch| move |row| (self.times[row], self.at(row, watch));
+        (0..self.directions).any(|watch| is_coarse(self.count, noise(watch), sample(watch)))
     }
 }
 
 /// The curvature of numbers at samples, each relative to its neighbours.
-fn curvatures(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
+fn curvatures(count: usize, sample: impl Fn(usize) -> (f64, f64)) -> impl Iterator<Item = f64> {
     (0..count.saturating_sub(2)).map(move |row| {
-        let [before, here, after] = [row, row + 1, row + 2].map(&look);
+        let [before, here, after] = [row, row + 1, row + 2].map(&sample);
         let part = (here.0 - before.0) / (after.0 - before.0);
         2.0 * (here.1 - before.1 - part * (after.1 - before.1)).abs()
     })
@@ -88,12 +88,12 @@ fn curvatures(count: usize, look: impl Fn(usize) -> (f64, f64)) -> impl Iterator
 
 /// Whether numbers at samples of a step may vanish between the samples undetected; a range of at most `noise` is only
 /// rounding.
-pub(super) fn is_coarse(count: usize, noise: f64, look: impl Fn(usize) -> (f64, f64)) -> bool {
-    let ends = |(low, high): (f64, f64), row| (low.min(look(row).1), high.max(look(row).1));
+pub(super) fn is_coarse(count: usize, noise: f64, sample: impl Fn(usize) -> (f64, f64)) -> bool {
+    let ends = |(low, high): (f64, f64), row| (low.min(sample(row).1), high.max(sample(row).1));
     let (least, most) = (0..count).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
     let near = if least > 0.0 { least } else { (-most).max(0.0) };
     let has_range = least.is_finite() && most.is_finite() && most - least > noise && near <= NEAR * (most - least);
-    has_range && curvatures(count, look).fold(0.0, f64::max) > UNKNOWN * (most - least)
+    has_range && curvatures(count, sample).fold(0.0, f64::max) > UNKNOWN * (most - least)
 }
 
 /// Prevents steps from missing an event.

@@ -94,7 +94,7 @@ impl RunLoop {
             }
             Prospect::Unknown => {}
         }
-        self.look_for_event(length, !self.solver.shortens()).map(|found| (found, false))
+        self.search_event(length, !self.solver.shortens()).map(|found| (found, false))
     }
 
     /// Two times about one at which a mode is left by its series: at the first none is, at the second one is.
@@ -121,7 +121,7 @@ impl RunLoop {
     /// The first event within the last step: `exactly`, to the last bits of the time, or to a [`ROUGHLY`] of the step.
     ///
     /// `length` is that of the step before it was shortened, s.
-    pub(super) fn look_for_event(&mut self, length: f64, exactly: bool) -> Option<f64> {
+    pub(super) fn search_event(&mut self, length: f64, exactly: bool) -> Option<f64> {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let friction = self.machine.has_friction();

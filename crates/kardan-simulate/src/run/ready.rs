@@ -21,7 +21,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
 }
 
 /// Elements with gears that the inertia of their load would lock at the start (Painlevé).
-pub fn teeth_that_lock(setup: Setup<'_>) -> Vec<String> {
+pub fn locking_gears(setup: Setup<'_>) -> Vec<String> {
     let (reduced, scenario) = (setup.reduced, setup.scenario);
     let mut machine = Machine::new(setup);
     let mut state = vec![0.0; machine.size()];

@@ -30,7 +30,7 @@ impl RunLoop {
         self.contradict()?;
         self.machine.stay_on_rows(0.0, &mut self.state);
         if self.machine.watches_rows() {
-            self.machine.look_at_rows(0.0, &self.state);
+            self.machine.inspect_rows(0.0, &self.state);
         }
         self.note_shared_friction();
         self.note_blows();

@@ -65,7 +65,7 @@ impl RunLoop {
         let mut event = self.find_event(length);
         if let Some(at) = event.filter(|_| self.solver.shortens()) {
             self.shorten_step(at)?;
-            event = self.look_for_event(length, true);
+            event = self.search_event(length, true);
         }
         let cut = self.missed_event(event.unwrap_or(self.solver.time()))?;
         let event = if cut.is_some() { None } else { event };
@@ -96,7 +96,7 @@ impl RunLoop {
             self.restart(self.time);
             self.solver.set_step(next);
         }
-        self.end_where_unfit()?;
+        self.end_at_failure()?;
         self.machine.clear_jammed_gear();
         self.report_progress(progress)
     }

@@ -16,7 +16,7 @@ const BEGIN: f64 = 1e-3;
 impl RunLoop {
     /// Ends the run at the first time of the last step at which a formula of a friction, a gear loss or a lock is
     /// undefined or negative. Evaluates the end of the step.
-    pub(super) fn end_where_unfit(&mut self) -> Result<(), Outcome> {
+    pub(super) fn end_at_failure(&mut self) -> Result<(), Outcome> {
         if !self.machine.has_formulas() {
             return Ok(());
         }

@@ -93,11 +93,11 @@ fn merged(system: &LinearSystem) -> Vec<Vec<usize>> {
         let d = Matrix::from_fn(rows.len(), p, |i, j| rows[i][j].clone());
         let dependent = echelon(&d, &(0..p).collect::<Vec<_>>()).dependent_rows();
         let Some(rows) = dependent.first() else { return blocks };
-        let mut together: Vec<usize> = rows.iter().map(|&row| owners[row]).collect();
-        together.dedup();
-        let mut block: Vec<usize> = together.iter().flat_map(|&number| blocks[number].clone()).collect();
+        let mut tied: Vec<usize> = rows.iter().map(|&row| owners[row]).collect();
+        tied.dedup();
+        let mut block: Vec<usize> = tied.iter().flat_map(|&number| blocks[number].clone()).collect();
         block.sort_unstable();
-        together.iter().rev().for_each(|&number| {
+        tied.iter().rev().for_each(|&number| {
             blocks.remove(number);
         });
         blocks.push(block);

@@ -39,12 +39,12 @@ pub fn frequency_range(response: &Response) -> [f64; 2] {
     [low, high]
 }
 
-/// Frequencies within a range, ascending, with the value of `look` there: evenly spaced, at the given frequencies, and between two
+/// Frequencies within a range, ascending, with the value of `evaluate` there: evenly spaced, at the given frequencies, and between two
 /// neighbours another one until none of the `curves` moves much from one to the next.
 pub fn refined<T: Send>(
     [low, high]: [f64; 2],
     places: &[f64],
-    look: &(dyn Fn(f64) -> T + Sync),
+    evaluate: &(dyn Fn(f64) -> T + Sync),
     curves: &dyn Fn(&T) -> Vec<c64>,
 ) -> Vec<(f64, T)> {
     let count = (log10(high / low) * PER_DECADE).ceil().max(1.0) as usize;
@@ -54,7 +54,7 @@ pub fn refined<T: Send>(
     next.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-9);
     let mut points: Vec<(f64, T, Vec<c64>)> = Vec::new();
     for _ in 0..=ROUNDS {
-        let sampled: Vec<(f64, T)> = next.into_par_iter().map(|frequency| (frequency, look(frequency))).collect();
+        let sampled: Vec<(f64, T)> = next.into_par_iter().map(|frequency| (frequency, evaluate(frequency))).collect();
         points.extend(sampled.into_iter().map(|(frequency, sampled)| {
             let curves = curves(&sampled);
             (frequency, sampled, curves)

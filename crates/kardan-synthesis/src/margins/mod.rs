@@ -7,11 +7,11 @@
 
 mod channel;
 mod frequencies;
+mod multiloop;
 mod one_channel;
 mod response;
-mod together;
 
 pub use channel::{ChannelMargins, channel_margins};
 pub use frequencies::{frequency_range, refined};
+pub use multiloop::{MultiloopMargin, multiloop_margin, structured_singular_value};
 pub use response::{FrequencyError, LargestGain, Response};
-pub use together::{Together, structured_singular_value, together};

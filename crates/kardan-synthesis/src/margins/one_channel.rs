@@ -122,7 +122,7 @@ impl OneChannel {
     /// size of M, so that most often one round is enough.
     pub fn peak(&self, starts: &[f64], near: &dyn Fn(f64) -> f64) -> (f64, f64) {
         let mut best = (0.0f64, 0.0f64);
-        let look = |place: f64, best: &mut (f64, f64)| {
+        let evaluate = |place: f64, best: &mut (f64, f64)| {
             let size = self.size(place);
             if size > best.0 {
                 *best = (size, place);
@@ -131,27 +131,27 @@ impl OneChannel {
         let mut first = (0.0, 0.0);
         for &place in starts {
             match near(place) {
-                size if !size.is_finite() => look(place, &mut best),
+                size if !size.is_finite() => evaluate(place, &mut best),
                 size if size > first.0 => first = (size, place),
                 _ => {}
             }
         }
         for place in [0.0, f64::INFINITY, first.1] {
-            look(place, &mut best);
+            evaluate(place, &mut best);
         }
         if best.0 == 0.0 && self.numerator.is_zero() {
             return best;
         }
         let middle = best.1;
         if best.0.is_finite() && middle > 0.0 && middle.is_finite() {
-            look(middle * exp(golden(-BESIDE, BESIDE, &|x| -near(middle * exp(x)))), &mut best);
+            evaluate(middle * exp(golden(-BESIDE, BESIDE, &|x| -near(middle * exp(x)))), &mut best);
         }
         for _ in 0..ROUNDS {
             let before = best.0;
             let places = if before.is_finite() { self.level(before * (1.0 + LEVEL)) } else { Vec::new() };
             for (k, place) in places.iter().enumerate() {
-                look(places.get(k + 1).map_or(2.0 * place, |next| (place * next).sqrt()), &mut best);
-                look(*place, &mut best);
+                evaluate(places.get(k + 1).map_or(2.0 * place, |next| (place * next).sqrt()), &mut best);
+                evaluate(*place, &mut best);
             }
             if best.0 <= before * (1.0 + LEVEL) {
                 break;

@@ -70,8 +70,8 @@ impl Net<'_> {
     }
 
     /// The task with that output.
-    fn answer(&self, name: &str) -> Option<Node> {
-        let of = |task: &LinearTask| task.outputs.iter().position(|answer| answer == name);
+    fn output_node(&self, name: &str) -> Option<Node> {
+        let of = |task: &LinearTask| task.outputs.iter().position(|output_node| output_node == name);
         self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, ExportedSignal::Command(of(task)?))))
     }
 
@@ -103,7 +103,7 @@ impl Net<'_> {
     fn before(&self, node: Node) -> Vec<Node> {
         let [references, _, states] = self.rows(node);
         let names = references.iter().zip(&self.tasks[node.0].references).filter(|(x, _)| **x != 0.0);
-        let mut out: Vec<Node> = names.filter_map(|(_, name)| self.answer(name)).collect();
+        let mut out: Vec<Node> = names.filter_map(|(_, name)| self.output_node(name)).collect();
         out.extend((0..states.len()).filter(|k| states[*k] != 0.0).map(|k| (node.0, ExportedSignal::State(k))));
         out
     }
@@ -125,7 +125,7 @@ impl Net<'_> {
         let read = self.laws.iter().flat_map(|law| &law.references);
         let act = self.torques.iter().flat_map(|torque| &torque.on_outputs).filter(|(_, slope)| *slope != 0.0);
         let read = read.chain(act.map(|(name, _)| name));
-        let mut felt: Vec<Node> = read.filter_map(|name| self.answer(name)).collect();
+        let mut felt: Vec<Node> = read.filter_map(|name| self.output_node(name)).collect();
         grow(&mut felt, |felt, out| out.extend(felt.iter().flat_map(|node| self.before(*node))));
         all.into_iter().filter(|node| acted.contains(node) && felt.contains(node)).collect()
     }
@@ -160,12 +160,12 @@ impl LoopBlocks {
         let own = |task: usize, select: fn(&ExportedSignal) -> Option<usize>| -> Vec<usize> {
             closed.iter().filter(|(of, _)| *of == task).filter_map(|(_, exported)| select(exported)).collect()
         };
-        let answer: fn(&ExportedSignal) -> Option<usize> =
+        let output_node: fn(&ExportedSignal) -> Option<usize> =
             |exported| if let ExportedSignal::Command(k) = exported { Some(*k) } else { None };
         let state: fn(&ExportedSignal) -> Option<usize> =
             |exported| if let ExportedSignal::State(k) = exported { Some(*k) } else { None };
         let retained: Vec<[Vec<usize>; 2]> =
-            (0..tasks.len()).map(|task| [own(task, answer), own(task, state)]).collect();
+            (0..tasks.len()).map(|task| [own(task, output_node), own(task, state)]).collect();
         // Tasks without remaining blocks are no parts.
         let mut numbers = vec![None; tasks.len()];
         let mut count = 0;
@@ -179,9 +179,9 @@ impl LoopBlocks {
             if let Some((part, exported)) = net.exported(name) {
                 return Some(Teller { part, exported });
             }
-            let (task, ExportedSignal::Command(answer)) = net.answer(name)? else { return None };
-            let answer = retained[task][0].iter().position(|own| *own == answer)?;
-            Some(Teller { part: numbers[task]?, exported: ExportedSignal::Command(answer) })
+            let (task, ExportedSignal::Command(output_node)) = net.output_node(name)? else { return None };
+            let output_node = retained[task][0].iter().position(|own| *own == output_node)?;
+            Some(Teller { part: numbers[task]?, exported: ExportedSignal::Command(output_node) })
         };
         let reads = |names: &[String]| -> Vec<(usize, Teller)> {
             names.iter().enumerate().filter_map(|(k, name)| Some((k, teller(name)?))).collect()
@@ -203,7 +203,7 @@ impl LoopBlocks {
         let reads = laws.iter().map(|law| reads(&law.references)).collect();
         let names = closed
             .iter()
-            .filter_map(|(task, exported)| Some(tasks[*task].outputs[answer(exported)?].clone()))
+            .filter_map(|(task, exported)| Some(tasks[*task].outputs[output_node(exported)?].clone()))
             .collect();
         let place = |task: usize, exported: &ExportedSignal| match exported {
             ExportedSignal::Command(k) => *k,

@@ -14,7 +14,7 @@ const MOST_SAMPLES: usize = 1000;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoopEvent {
     /// The end of an interval: a controller or sensor computes next.
-    Look,
+    Observe,
     /// The error at a place of z is another one from here on.
     Fresh(usize),
     /// z changes.
@@ -116,20 +116,20 @@ impl<S: Number> EventSequence<S> {
     ) -> Result<Self, SampledLoopError> {
         let mut event_sequence = Self::new(parts.len());
         let mut time = 0.0;
-        for (at, together) in schedule(parts, period, shortest) {
+        for (at, simultaneous) in schedule(parts, period, shortest) {
             if at - time > SAME * shortest {
                 event_sequence.wait(at - time, shortest, &exponential)?;
                 time = at;
-                if together.iter().any(|what| matches!(what, Scheduled::Answer(_) | Scheduled::Compute(_))) {
-                    event_sequence.events.push(LoopEvent::Look);
+                if simultaneous.iter().any(|what| matches!(what, Scheduled::Answer(_) | Scheduled::Compute(_))) {
+                    event_sequence.events.push(LoopEvent::Observe);
                 }
             }
-            together.into_iter().for_each(|what| event_sequence.execute(what, places, parts));
+            simultaneous.into_iter().for_each(|what| event_sequence.execute(what, places, parts));
         }
         if period - time > SAME * shortest {
             event_sequence.wait(period - time, shortest, &exponential)?;
         }
-        event_sequence.events.push(LoopEvent::Look);
+        event_sequence.events.push(LoopEvent::Observe);
         Ok(event_sequence)
     }
 
@@ -223,11 +223,11 @@ fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<
     let mut out: Vec<(f64, Vec<Scheduled>)> = Vec::new();
     for (at, what) in all {
         match out.last_mut() {
-            Some((time, together)) if at - *time < SAME * shortest => together.push(what),
+            Some((time, simultaneous)) if at - *time < SAME * shortest => simultaneous.push(what),
             _ => out.push((at, vec![what])),
         }
     }
-    out.iter_mut().for_each(|(_, together)| together.sort_unstable());
+    out.iter_mut().for_each(|(_, simultaneous)| simultaneous.sort_unstable());
     out
 }
 

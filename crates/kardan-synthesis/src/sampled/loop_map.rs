@@ -303,13 +303,13 @@ impl SampledLoop {
         at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
     }
 
-    /// Lets one period pass. `look` receives z at the end of each interval after which a law computes, and at the end.
-    pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
+    /// Lets one period pass. `observe` receives z at the end of each interval after which a law computes, and at the end.
+    pub fn pass(&self, z: &mut [f64], observe: &mut dyn FnMut(&[f64])) {
         let mut memory = Vec::new();
         for event in &self.event_sequence {
             match event {
                 LoopEvent::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
-                LoopEvent::Look => look(z),
+                LoopEvent::Observe => observe(z),
                 LoopEvent::Fresh(_) | LoopEvent::Launch(_) => {}
             }
         }
@@ -331,7 +331,7 @@ impl SampledLoop {
                         (re[(*place, j)], im[(*place, j)]) = (entry.re, entry.im);
                     }
                 }
-                LoopEvent::Look | LoopEvent::Fresh(_) => {}
+                LoopEvent::Observe | LoopEvent::Fresh(_) => {}
             }
         }
         [re, im].map(|m| Matrix::from_fn(self.constants, self.constants, |i, j| m[(i, j)]))
@@ -496,7 +496,7 @@ impl SampledLoop {
         let first = self.errors[law];
         assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
         let variance = |place: usize| place.checked_sub(first).and_then(|k| variances.get(k)).copied().unwrap_or(0.0);
-        let pass = |sum: &mut Matrix<f64>, look: &mut dyn FnMut(&Matrix<f64>)| {
+        let pass = |sum: &mut Matrix<f64>, observe: &mut dyn FnMut(&Matrix<f64>)| {
             for event in &self.event_sequence {
                 match event {
                     LoopEvent::Jump(jump) => {
@@ -508,7 +508,7 @@ impl SampledLoop {
                         (0..n).for_each(|k| (sum[(*place, k)], sum[(k, *place)]) = (0.0, 0.0));
                         sum[(*place, *place)] = variance(*place);
                     }
-                    LoopEvent::Look => look(sum),
+                    LoopEvent::Observe => observe(sum),
                     LoopEvent::Launch(_) => {}
                 }
             }

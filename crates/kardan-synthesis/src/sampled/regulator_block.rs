@@ -1,6 +1,6 @@
 //! A regulator of the runtime with its memory.
 
-use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
+use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorState};
 
 use super::{RegulatorData, ScheduleData, Scheduled, archive_health, entries};
 use crate::observed::Reading;
@@ -101,7 +101,7 @@ impl<T: Float> Block for RegulatorBlock<T> {
         let (model, rest) = rest.split_at_mut(k);
         let (readings, rest) = rest.split_at_mut(p);
         let (references, commands) = rest.split_at_mut(r);
-        let memory = RegulatorMemory { estimate, model, readings, references, commands, work: &mut self.work };
+        let memory = RegulatorState { estimate, model, readings, references, commands, work: &mut self.work };
         let gain = |matrix, columns: usize| Gain::new(matrix, columns.max(1));
         let (read, references, bounds) = (&self.read, &self.references, &self.bounds);
         let found = match &mut self.numbers {

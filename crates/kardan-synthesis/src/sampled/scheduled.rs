@@ -1,7 +1,7 @@
 //! A law that follows the position of the joints of its plant: the same design at points over half a turn.
 
 use dashu_int::UBig;
-use kardan_rt::{Bounds, Gain, Health, RegulatorMemory, Schedule, ScheduledRegulator, Sensor};
+use kardan_rt::{Bounds, Gain, Health, RegulatorState, Schedule, ScheduledRegulator, Sensor};
 
 use super::RegulatorData;
 use kardan_math::num::{Float, Matrix, Rational, Scalar};
@@ -196,7 +196,7 @@ impl<T: Float> Scheduled<T> {
         bounds: &[Bounds<T>],
         governor_bounds: &[T],
         (readings, references): (&[T], &[T]),
-        memory: RegulatorMemory<'_, T>,
+        memory: RegulatorState<'_, T>,
     ) -> Option<Health> {
         let block = ScheduledRegulator {
             schedule: Schedule::new(&self.rows, self.width, T::from_f64(PERIOD))?,

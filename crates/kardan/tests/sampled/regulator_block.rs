@@ -8,7 +8,7 @@
 use std::fmt::Debug;
 
 use crate::common::{Dice, close};
-use kardan_rt::{Bounds, Gain, Governor, Health, Real, Regulator, RegulatorMemory};
+use kardan_rt::{Bounds, Gain, Governor, Health, Real, Regulator, RegulatorState};
 use proptest::prelude::*;
 
 /// What the tests need of `f32` and `f64` beyond what the blocks need.
@@ -188,7 +188,7 @@ impl<T: Number> Memory<T> {
     }
 
     fn step(&mut self, numbers: &Numbers<T>, readings: &[T], references: &[T]) -> Health {
-        let memory = RegulatorMemory {
+        let memory = RegulatorState {
             estimate: &mut self.estimate,
             model: &mut self.model,
             readings: &mut self.readings,

@@ -87,13 +87,18 @@ pub(in crate::element) const RESTITUTION: Field = Field::with_default(
 );
 
 /// The width of the backlash of an element, if it has any.
-pub(in crate::element) fn play_of(values: &Values) -> Option<&Exact> {
+pub(in crate::element) fn backlash_of(values: &Values) -> Option<&Exact> {
     values.exact("backlash").filter(|backlash| !backlash.is_zero())
 }
 
 /// A constraint `aᵀq = offset` with backlash of a width along a: at half of it either way its flanks are in contact. The torque along a is what the
 /// multiplier of the constraint would be.
-pub(in crate::element) fn play(direction: &Direction, offset: &Exact, width: &Exact, side: &Side) -> Vec<Term> {
+pub(in crate::element) fn backlash_terms(
+    direction: &Direction,
+    offset: &Exact,
+    width: &Exact,
+    side: &Side,
+) -> Vec<Term> {
     contact(&opposite(direction), centred_limits(&-offset, width), side)
 }
 
@@ -104,9 +109,9 @@ pub(in crate::element) fn centred_limits(middle: &Exact, width: &Exact) -> [Opti
 }
 
 /// Errors of `restitution` with `backlash`.
-pub(in crate::element) fn check_play(values: &Values) -> Vec<KeyError> {
+pub(in crate::element) fn check_backlash(values: &Values) -> Vec<KeyError> {
     let mut out = check_restitution(values);
-    if play_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
+    if backlash_of(values).is_none() && values.exact("restitution").is_some_and(|e| !e.is_zero()) {
         out.push(KeyError::new(
             "restitution",
             "without `backlash` nothing separates, so there is no impact",

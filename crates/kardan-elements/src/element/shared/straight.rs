@@ -1,6 +1,6 @@
 //! Rotating and translating bodies.
 
-use super::contact::{Side, play, play_of};
+use super::contact::{Side, backlash_of, backlash_terms};
 use super::kind::KeyError;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Domain, Term};
@@ -10,8 +10,8 @@ use kardan_schema::schema::Values;
 pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, values: &Values) -> Vec<Term> {
     let direction = Direction { entries: vec![(mass.to_string(), Exact::one()), (shaft.to_string(), -lead)] };
     let offset = values.exact_or_default("offset");
-    let moves = match play_of(values) {
-        Some(backlash) => play(&direction, &offset, backlash, &Side::of(values)),
+    let moves = match backlash_of(values) {
+        Some(backlash) => backlash_terms(&direction, &offset, backlash, &Side::of(values)),
         None => vec![Term::Constraint { direction, offset }],
     };
     std::iter::once(Term::Measure(Domain::Translation)).chain(moves).collect()

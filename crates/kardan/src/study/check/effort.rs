@@ -13,7 +13,7 @@ use kardan_mechanics::program::Task;
 use kardan_mechanics::reduce::{Dynamics, Work, linearise};
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_simulate::{Setup, UNJAM, teeth_that_lock};
+use kardan_simulate::{Setup, UNJAM, locking_gears};
 use kardan_synthesis::closed_loop_poles;
 
 /// Number of steps above which kardan warns.
@@ -113,7 +113,7 @@ fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
     let r = reduced.degrees_of_freedom();
     let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "the model has no dynamics of its own".into() };
-    if reduced.relaxation.is_some() {
+    if reduced.massless.is_some() {
         out.cause = "motions without inertia are not analysed".into();
         return out;
     }
@@ -265,7 +265,7 @@ fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Dia
         return;
     }
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
-    for element in teeth_that_lock(setup) {
+    for element in locking_gears(setup) {
         let message = format!(
             "the gear `{element}` is self-locking against the inertia of its load: whenever the load drives the \
              rotating gear, it jams (Painlevé), and kardan ends a run that stays jammed"

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use kardan_expr::expr::{Beyond, Expr, Graph, Lookup, Named, OfTime, Symbol};
+use kardan_expr::expr::{Expr, Extrapolation, Graph, Lookup, Named, OfTime, Symbol};
 use kardan_expr::plan::compile;
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Formula, GearLoss, Meaning, UnilateralConstraint};
@@ -23,7 +23,7 @@ const SMALL: f64 = 1e-3;
 struct Exceedance {
     /// For a surface: the axis.
     axis: &'static str,
-    beyond: Beyond,
+    beyond: Extrapolation,
     /// The exceedance, as a fraction of its range, and in the unit of the argument.
     part: f64,
     by: f64,
@@ -47,22 +47,28 @@ pub(in crate::study) fn extrapolation_warnings(reduced: &Reduced, programs: &Pro
     let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
     let mut exceedances: BTreeMap<(String, &str), Exceedance> = BTreeMap::new();
     for (element, formula) in laws.chain(unilaterals) {
-        look(reduced, (element, &[]), formula, series, &mut exceedances);
+        record_exceedances(reduced, (element, &[]), formula, series, &mut exceedances);
     }
     for unilateral in &equations.unilaterals {
         if let UnilateralConstraint::GearLoss(GearLoss { loss: Some(formula), .. }) = &unilateral.value {
-            look(reduced, (&unilateral.element, &unilateral.row_f64()), formula, series, &mut exceedances);
+            record_exceedances(
+                reduced,
+                (&unilateral.element, &unilateral.row_f64()),
+                formula,
+                series,
+                &mut exceedances,
+            );
         }
     }
     if let Some(calls) = Calls::of_programs(programs, series) {
-        calls.look(series, &mut exceedances);
+        calls.record_exceedances(series, &mut exceedances);
     }
     let note = |((name, _), exceedances): ((String, &str), Exceedance)| {
         let Exceedance { axis, beyond, by, unit, above, end, time, first, element, .. } = exceedances;
         let (side, which) = if above { ("above", "last") } else { ("below", "first") };
         let goes_on = match beyond {
-            Beyond::Level => "the value of that point is used",
-            Beyond::Straight => "it is extrapolated linearly",
+            Extrapolation::Level => "the value of that point is used",
+            Extrapolation::Straight => "it is extrapolated linearly",
         };
         let in_unit = |value: f64| format!("{value:.6} {unit}").trim_end().to_string();
         format!(
@@ -81,7 +87,7 @@ struct Argument {
     element: String,
     table: String,
     axis: &'static str,
-    beyond: Beyond,
+    beyond: Extrapolation,
     at: Expr,
     range: (f64, f64),
     unit: String,
@@ -210,7 +216,7 @@ fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<
 }
 
 /// Evaluates the tables of one formula.
-fn look(
+fn record_exceedances(
     reduced: &Reduced,
     (element, row): (&str, &[(usize, f64)]),
     formula: &Formula,
@@ -218,13 +224,13 @@ fn look(
     exceedances: &mut BTreeMap<(String, &'static str), Exceedance>,
 ) {
     if let Some(calls) = Calls::of(reduced, (element, row), formula) {
-        calls.look(series, exceedances);
+        calls.record_exceedances(series, exceedances);
     }
 }
 
 impl Calls<'_> {
     /// Evaluates the tables in all rows.
-    fn look(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
+    fn record_exceedances(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
         let Self { graph, inputs, lookups } = self;
         let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
         in_rows((&graph, &inputs), &exprs, series, |k, value, time| lookups[k].compare((value, time), exceedances));

@@ -8,7 +8,7 @@ use kardan_math::num::Rational;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{
-    NoEquilibrium, NoRelaxation, Reduced, equilibrium_rows, reduce, relaxation, sparse_model,
+    NoEquilibrium, NoMasslessDynamics, Reduced, equilibrium_rows, massless_dynamics, reduce, sparse_model,
 };
 use kardan_model::{ControlSpec, Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -141,14 +141,14 @@ const CORRECT_DAMPING: &str = "correct the sign of a damping";
 
 /// The model with states of first order for motions with dampers, or with friction elements in series with springs.
 fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
-    reduced.relaxation = relaxation(&reduced).map_err(|error| {
+    reduced.massless = massless_dynamics(&reduced).map_err(|error| {
         let list = |names: &[String]| quoted(names.iter().map(String::as_str));
         match error {
-            NoRelaxation::Laws(elements) => refusal(
+            NoMasslessDynamics::Laws(elements) => refusal(
                 format!("such motions cannot be simulated with torques that are laws ({})", list(&elements)),
                 GIVE_INERTIA,
             ),
-            NoRelaxation::Unilaterals(elements) => refusal(
+            NoMasslessDynamics::Unilaterals(elements) => refusal(
                 format!(
                     "unilateral or switched constraints act on it or depend on it, or gear losses occur together \
                      with sliding friction: {}",
@@ -156,11 +156,11 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 GIVE_INERTIA,
             ),
-            NoRelaxation::PositionDependent => refusal(
+            NoMasslessDynamics::PositionDependent => refusal(
                 "such motions cannot be simulated with transmissions whose ratio changes with the angle".into(),
                 GIVE_INERTIA,
             ),
-            NoRelaxation::Friction { frictions, dampers } if dampers.is_empty() => refusal(
+            NoMasslessDynamics::Friction { frictions, dampers } if dampers.is_empty() => refusal(
                 format!(
                     "the frictions of {} act on it, and a motion without inertia can have only one friction of its \
                      own",
@@ -168,7 +168,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "write frictions between the same shafts as one, or give one of these shafts an inertia",
             ),
-            NoRelaxation::Friction { frictions, dampers } => refusal(
+            NoMasslessDynamics::Friction { frictions, dampers } => refusal(
                 format!(
                     "the friction of {} and the damping of {} both act on it: a motion without inertia can have \
                      springs and dampers, or springs and one friction of its own",
@@ -177,7 +177,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "remove its damping or its friction, or give one of these shafts an inertia",
             ),
-            NoRelaxation::Coupled(elements) => refusal(
+            NoMasslessDynamics::Coupled(elements) => refusal(
                 format!(
                     "springs without inertia between them connect the friction of {} with a damper; kardan simulates \
                      the two only separately",
@@ -185,7 +185,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "give one of the shafts between them an inertia",
             ),
-            NoRelaxation::Falls(elements) => refusal(
+            NoMasslessDynamics::Falls(elements) => refusal(
                 format!(
                     "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
                      the jump is not determined: with a small inertia it would jump twice as far as with a small \
@@ -194,7 +194,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "give the slipping shaft an inertia, or remove `breakaway`",
             ),
-            NoRelaxation::Slides(elements) => refusal(
+            NoMasslessDynamics::Slides(elements) => refusal(
                 format!(
                     "the frictions of {} can slip against each other without a spring, so which of them slips is not \
                      determined",
@@ -202,8 +202,8 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "put a spring beside one of these frictions, or give one of these shafts an inertia",
             ),
-            NoRelaxation::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
-            NoRelaxation::Driven { frictions, inputs } => refusal(
+            NoMasslessDynamics::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
+            NoMasslessDynamics::Driven { frictions, inputs } => refusal(
                 format!(
                     "the friction of {} and springs resist {}, so it would jump with them",
                     list(&frictions),
@@ -211,11 +211,11 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
                 ),
                 "give one of these shafts an inertia, or let the input act on one that has",
             ),
-            NoRelaxation::Coordinates => refusal(
+            NoMasslessDynamics::Coordinates => refusal(
                 "the chosen coordinates move with it".into(),
                 "name coordinates that have an inertia first, or give one of these shafts an inertia",
             ),
-            NoRelaxation::Damping => refusal("its damping is not positive definite".into(), CORRECT_DAMPING),
+            NoMasslessDynamics::Damping => refusal("its damping is not positive definite".into(), CORRECT_DAMPING),
         }
     })?;
     Ok(reduced)
@@ -223,7 +223,7 @@ fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
 
 /// Rejects controllers if a friction determines a massless motion: their design leaves friction out, so nothing would determine it.
 fn under_laws(model: &Model, reduced: Reduced) -> Result<Reduced, Refusal> {
-    let slips = reduced.relaxation.iter().flat_map(|relaxation| &relaxation.slips);
+    let slips = reduced.massless.iter().flat_map(|massless| &massless.slips);
     let frictions: Vec<&str> = slips.map(|slip| reduced.equations.frictions[slip.friction].element.as_str()).collect();
     if frictions.is_empty() || model.controls.is_empty() {
         return Ok(reduced);
@@ -239,7 +239,7 @@ pub(in crate::study) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
         let inertia = sparse_model(reduced, &vec![0.0; reduced.degrees_of_freedom()]).inertia;
         (0..inertia.len()).filter(|k| inertia[*k].iter().all(|(j, _)| j != k)).collect::<Vec<_>>()
     };
-    let relaxes = || match relaxation(design) {
+    let relaxes = || match massless_dynamics(design) {
         Ok(found) => found.is_none_or(|found| found.slips.is_empty()),
         Err(_) => false,
     };
@@ -290,10 +290,10 @@ pub(in crate::study) fn check_start(
     (position, speed): (&[f64], &[f64]),
     out: &mut Vec<Diagnostic>,
 ) {
-    let Some(relaxation) = &reduced.relaxation else { return };
+    let Some(massless) = &reduced.massless else { return };
     let names = reduced.coordinate_names();
     let place = || TableReader::place(&document.scenario, "initial");
-    for place_of_speed in relaxation.states().filter(|place| speed[*place] != 0.0) {
+    for place_of_speed in massless.states().filter(|place| speed[*place] != 0.0) {
         let message = format!(
             "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
             names[place_of_speed]

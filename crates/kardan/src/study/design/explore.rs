@@ -292,12 +292,12 @@ fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Cloc
     let found = alternative(variant, number, change, base).map_err(|_| Failure::NotStable)?;
     let (mut subject, variances, sensors) = found;
     let nominal = vec![1.0; subject.plant.names().len()];
-    let first = subject.look(&nominal).map_err(|_| Failure::NotJudged)?;
+    let first = subject.evaluate(&nominal).map_err(|_| Failure::NotJudged)?;
     if first.word != Stability::Stable {
         return Err(Failure::NotStable);
     }
     subject.window = window(&first, variant.scenario.duration);
-    let shown = subject.look(&nominal).map_err(|_| Failure::NotJudged)?;
+    let shown = subject.evaluate(&nominal).map_err(|_| Failure::NotJudged)?;
     let noise = subject.noise(&nominal, &variances).ok_or(Failure::NotJudged)?;
     Ok((shown, noise, sensors))
 }

@@ -43,14 +43,14 @@ pub(in crate::study) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Des
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
     let blocks = &design.decouplability.blocks;
     let names = &design.outputs;
-    let together =
+    let coupled_pair =
         |&(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(&names[i]) && block.contains(&names[j]));
     let coupled = coupled_entries(closed);
     // One output has no other to be decoupled from.
     let claims = square && (exact.inverts || closed.outputs.len() > 1);
     design.decoupled = claims.then_some(coupled.is_empty());
     let in_blocks = design.feedback == Some(Feedback::Block);
-    design.blocks_decoupled = (square && in_blocks).then(|| coupled.iter().all(together));
+    design.blocks_decoupled = (square && in_blocks).then(|| coupled.iter().all(coupled_pair));
     if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }

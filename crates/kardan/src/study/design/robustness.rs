@@ -49,17 +49,17 @@ pub(in crate::study) fn robustness(
         ));
     }
     let mut subject = subject(variant, number, laws, plant)?;
-    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
+    let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     subject.window = window(&nominal, variant.scenario.duration);
-    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
+    let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     let points = random_points(&parameters);
-    let shown = look_at_all(&subject, &points, progress)?;
+    let shown = evaluate_all(&subject, &points, progress)?;
     let plants = Plants { subject: &subject, parameters: &parameters, nominal, points, shown };
     // For unstable loops the radius counts too.
     let spectral_radius = plants.spread(&|shown| shown.map_or(f64::INFINITY, |shown| shown.radius));
     let worst = &spectral_radius;
     let worst_stable =
-        worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.word == Stability::Stable);
+        worst.worst.is_finite() && subject.evaluate(&worst.at).is_ok_and(|shown| shown.word == Stability::Stable);
     let (interactions, peaks) = plants.sizes();
     let stable = plants.shown.iter().flatten().filter(|shown| shown.word == Stability::Stable).count();
     let worst = interactions.iter().chain(&peaks).map(|one| one.size.at.clone());
@@ -95,20 +95,20 @@ fn random_points(parameters: &[VariedParameter]) -> Vec<Vec<f64>> {
 }
 
 /// The responses of the loop for each plant, none if it has no map; the reason if everything must end.
-fn look_at_all(subject: &Subject, points: &[Vec<f64>], progress: &dyn Progress) -> Result<Vec<Option<Shown>>, String> {
+fn evaluate_all(subject: &Subject, points: &[Vec<f64>], progress: &dyn Progress) -> Result<Vec<Option<Shown>>, String> {
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let look = |point: &Vec<f64>| {
+    let evaluate = |point: &Vec<f64>| {
         if progress.stop().is_some() {
             return None;
         }
-        let shown = subject.look(point).ok();
+        let shown = subject.evaluate(point).ok();
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         if count.is_multiple_of(16) {
             progress.advance(0, "plants", count as f64 / SAMPLES as f64);
         }
         shown
     };
-    let shown = points.par_iter().map(look).collect();
+    let shown = points.par_iter().map(evaluate).collect();
     progress.advance(0, "plants", 1.0);
     progress.stop().map_or(Ok(shown), Err)
 }
@@ -130,7 +130,8 @@ impl Plants<'_> {
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
         let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &self.points[*k]).collect();
-        let (worst, at) = worst_corner(self.parameters, &starts, &|point| of(self.subject.look(point).ok().as_ref()));
+        let (worst, at) =
+            worst_corner(self.parameters, &starts, &|point| of(self.subject.evaluate(point).ok().as_ref()));
         let (sampled, place) = all[all.len() - 1];
         Spread {
             nominal: of(Some(&self.nominal)),

@@ -118,7 +118,7 @@ fn bent_laws(reduced: &Reduced) -> Vec<usize> {
 /// The plan of the equations of motion, with its cost; [`kardan_expr::plan::parse`] reads it.
 fn operations(variant: &PreparedVariant) -> String {
     // For motions without inertia the equations themselves, not the method of a run.
-    let motion = Motion::new(&Reduced { relaxation: None, ..variant.reduced.clone() });
+    let motion = Motion::new(&Reduced { massless: None, ..variant.reduced.clone() });
     let compiled = motion.compile(&motion.outputs(&variant.reduced));
     let counts: Vec<String> =
         compiled.counts().iter().map(|(operator, count)| format!("{count} {}", plan::word(*operator))).collect();

@@ -111,7 +111,7 @@ impl Balance<'_> {
     }
 
     /// The cut of a backlash whose torque is an unmeasured input, and the unknowns that enter its torque.
-    fn cut_of_play(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
+    fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         let row = &equations.inputs[input].row;
@@ -216,8 +216,8 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
 }
 
 /// The cut of the backlash whose torque is that of an input.
-pub(super) fn cut_of_play(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
-    balance.cut_of_play(input)
+pub(super) fn cut_of_backlash(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
+    balance.cut_of_backlash(input)
 }
 
 /// Errors of gear-loss terms, and notes about other gears.

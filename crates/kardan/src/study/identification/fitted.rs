@@ -1,7 +1,7 @@
 //! A fit with its data.
 
+use super::backlashes::Backlash;
 use super::plant::{Columns, Plant};
-use super::plays::Play;
 use super::request::FitRequest;
 use kardan_identify::{Fit, Samples};
 
@@ -18,7 +18,7 @@ pub(super) struct Fitted<'a> {
     pub window: f64,
     /// Standard deviations of a window's angles, speeds and accelerations.
     pub noise: &'a [Vec<f64>; 3],
-    pub plays: &'a [Play],
+    pub backlashes: &'a [Backlash],
 }
 
 impl Fitted<'_> {

@@ -1,5 +1,6 @@
 //! Parameters from measured logs: reads the request of the file and the logs, fits the samples, and reports the result.
 
+mod backlashes;
 mod channels;
 mod clocks;
 mod compare;
@@ -15,7 +16,6 @@ mod open_logs;
 mod parameters;
 mod pictures;
 mod plant;
-mod plays;
 mod reading;
 mod recordings;
 mod redundant;
@@ -29,6 +29,7 @@ mod unknowns;
 mod ways;
 mod write_values;
 
+use backlashes::Backlash;
 use compare::{Whole, compare};
 use cutting::teeth_to_try;
 use extra::with_harmonics;
@@ -37,7 +38,6 @@ use fitting::{choose, cross_validated, fit_options};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
-use plays::Play;
 use redundant::contradictions;
 use request::request;
 use rows::Material;
@@ -203,7 +203,7 @@ impl Fitting<'_> {
         }
         if request.suggest && !ends() {
             store_partial(&|| Identification { incomplete_reason: missing("suggestions are missing"), ..out.clone() });
-            out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.plays(), progress);
+            out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.backlashes(), progress);
         }
         if ends() {
             out.incomplete_reason = missing("the remaining validation and comparison are missing");
@@ -213,18 +213,18 @@ impl Fitting<'_> {
     }
 
     /// Contacts of the backlashes with the identified values.
-    fn plays(&self) -> Vec<Play> {
+    fn backlashes(&self) -> Vec<Backlash> {
         let Whole { request, chosen, .. } = self.whole;
         let identifiable =
             chosen.columns.identifiable.iter().map(|(k, _)| chosen.columns.coefficients[*k].name.clone());
         let names: Vec<String> = identifiable.chain(request.extras.iter().map(|extra| extra.name.clone())).collect();
-        chosen.built.plays.iter().map(|play| play.fitted(&self.fit, &names)).collect()
+        chosen.built.backlashes.iter().map(|backlash| backlash.fitted(&self.fit, &names)).collect()
     }
 
     /// The result, with cross-validated predictions, if any.
     fn summary(&self, cross_validated: Option<&[f64]>) -> Identification {
         let Whole { request, plant, chosen, .. } = self.whole;
-        let plays = self.plays();
+        let backlashes = self.backlashes();
         let mut out = summary(&Fitted {
             plant,
             request,
@@ -235,7 +235,7 @@ impl Fitting<'_> {
             method: chosen.method.word(),
             window: self.material.window,
             noise: &chosen.built.noise,
-            plays: &plays,
+            backlashes: &backlashes,
         });
         out.logs = self.material.logs();
         out.windows = chosen.windows();

@@ -1,9 +1,9 @@
 //! The identified parameters, and their values for the model file.
 
+use super::backlashes::Backlash;
 use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, short};
-use super::plays::Play;
 use super::request::FitRequest;
 use kardan_identify::{Coefficient, Extra, Shape};
 use kardan_math::num::{Definiteness, definiteness, rational_from_f64};
@@ -173,10 +173,17 @@ impl Fitted<'_> {
 impl Fitted<'_> {
     /// Widths of the requested backlashes.
     fn widths(&self) -> Vec<IdentifiedParameter> {
-        let is_sought = |play: &&Play| self.request.plays.as_ref().is_none_or(|plays| plays.contains(&play.element));
-        let of = |play: &Play| {
-            let stops =
-                self.plant.reduced.equations.unilaterals.iter().filter(|unilateral| unilateral.element == play.element);
+        let is_sought = |backlash: &&Backlash| {
+            self.request.backlashes.as_ref().is_none_or(|backlashes| backlashes.contains(&backlash.element))
+        };
+        let of = |backlash: &Backlash| {
+            let stops = self
+                .plant
+                .reduced
+                .equations
+                .unilaterals
+                .iter()
+                .filter(|unilateral| unilateral.element == backlash.element);
             // δ is at most the first value, and at least the negative of the second.
             let ends = stops.map(|unilateral| match &unilateral.value {
                 UnilateralConstraint::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
@@ -185,11 +192,11 @@ impl Fitted<'_> {
             });
             let [a, b] = ends.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
             let before = [Some(-a - b), Some((b - a) / 2.0)];
-            let mut found = play.parameters(before, self.request.confidence);
+            let mut found = backlash.parameters(before, self.request.confidence);
             found.iter_mut().for_each(|one| one.published = published(self.request, &one.name));
             found
         };
-        self.plays.iter().filter(is_sought).flat_map(of).collect()
+        self.backlashes.iter().filter(is_sought).flat_map(of).collect()
     }
 
     /// The efficiency of a gear with this loss of the load at its cut.
@@ -289,12 +296,12 @@ pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) 
             _ => omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name)),
         }
     }
-    of_teeth_and_plays(fitted, parameters, &mut values, &mut omissions);
+    of_contacts_and_backlash(fitted, parameters, &mut values, &mut omissions);
     (values, omissions)
 }
 
 /// Gear losses and backlashes for a model file.
-fn of_teeth_and_plays(
+fn of_contacts_and_backlash(
     fitted: &Fitted<'_>,
     parameters: &[IdentifiedParameter],
     values: &mut Vec<FileValue>,
@@ -319,9 +326,9 @@ fn of_teeth_and_plays(
             values.push(FileValue { name: format!("{}.efficiency", unilateral.element), value: 1.0, interval: None });
         }
     }
-    for play in fitted.plays {
+    for backlash in fitted.backlashes {
         for word in ["backlash", "offset"] {
-            let name = format!("{}.{word}", play.element);
+            let name = format!("{}.{word}", backlash.element);
             let Some(one) = parameters.iter().find(|one| one.name == name) else { continue };
             match determined(one) {
                 Some(value) => values.push(FileValue { name, value, interval: one.interval }),

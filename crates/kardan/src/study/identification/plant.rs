@@ -1,10 +1,10 @@
 //! The plant in measured coordinates, and the columns that its logs can identify.
 
+use super::backlashes::open_plays;
 use super::channels::{Harmonic, Quantity, quantity_of};
 use super::cutting::{Balance, check_teeth};
 use super::extra::{ExtraTerm, extra_columns};
 use super::laws::law_torques;
-use super::plays::open_plays;
 use super::request::{FitRequest, Method};
 use super::unknowns::{UnknownParameter, coefficients, with_terms};
 use crate::study::read::variant_diagnostics::is_error;
@@ -33,7 +33,7 @@ pub(super) struct Plant {
     /// Step of the sensor of each slot, rad.
     pub steps: Vec<Option<f64>>,
     /// Elements with backlash, whose torque is eliminated.
-    pub plays: Vec<String>,
+    pub backlashes: Vec<String>,
     /// Notes about it.
     pub notes: Vec<String>,
 }
@@ -64,7 +64,7 @@ pub(super) fn plant(
         return Err(diagnostics);
     }
     let mut equations = assemble(&model.all_coordinates, &model.terms);
-    let plays = open_plays(&document, &mut equations);
+    let backlashes = open_plays(&document, &mut equations);
     let failed = |error: &dyn std::fmt::Display| {
         wrong(format!("the model cannot be reduced: {error}"), "`kardan check` reports the details")
     };
@@ -93,7 +93,8 @@ pub(super) fn plant(
         _ => None,
     };
     let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
-    let mut plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, plays, notes: Vec::new() };
+    let mut plant =
+        Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, backlashes, notes: Vec::new() };
     plant.check_angles()?;
     law_torques(&plant.reduced, &request.extras, &plant.harmonics)?;
     plant.check_torques(request)?;
@@ -182,7 +183,7 @@ impl Plant {
             .iter()
             .filter(|unilateral| !matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
         let mut names: Vec<&str> = unilaterals.map(|unilateral| unilateral.element.as_str()).collect();
-        names.retain(|name| !self.plays.iter().any(|play| play == name));
+        names.retain(|name| !self.backlashes.iter().any(|backlash| backlash == name));
         names.dedup();
         let note = |name| format!("kardan treats {name} as open: the torque balance contains no force of it");
         names.into_iter().map(note).collect()

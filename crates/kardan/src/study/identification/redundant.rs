@@ -182,7 +182,7 @@ impl Redundant {
             }
         }
         if !self.rate && !self.ties.is_empty() {
-            self.report_play(plant, &apart, out);
+            self.report_backlash(plant, &apart, out);
         }
     }
 
@@ -213,7 +213,7 @@ impl Redundant {
     }
 
     /// Reports backlash or twist, if the deviation stays within bounds.
-    fn report_play(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
+    fn report_backlash(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
         let mut sorted = apart.to_vec();
         sorted.sort_by(f64::total_cmp);
         let tail = (TAIL * sorted.len() as f64) as usize;

@@ -55,7 +55,7 @@ pub(super) struct FitRequest {
     /// Extra terms that are fitted.
     pub extras: Vec<ExtraTerm>,
     /// Elements whose backlash is requested; `None`: all.
-    pub plays: Option<Vec<String>>,
+    pub backlashes: Option<Vec<String>>,
     /// Whether windows without information about all extra terms count.
     pub lenient: bool,
     /// All terms that the file declares; candidates may have others.
@@ -101,12 +101,12 @@ pub(super) fn request(
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
     names.retain(|name| !extras.iter().any(|extra| extra.is(name)));
     let candidates = candidates(table, &names);
-    let plays = requested_plays(document, &mut names, out);
+    let backlashes = requested_plays(document, &mut names, out);
     let laws = law_terms(document, model, settings, &mut names, out);
     let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
     let unknowns = unique_unknowns(document, settings, &names, out);
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
-        out.push(match plays.first() {
+        out.push(match backlashes.first() {
             Some(gear) => Diagnostic::error(
                 "identify::no-parameters",
                 format!("`{gear}.backlash` alone gives no torque balance to fit"),
@@ -145,7 +145,7 @@ pub(super) fn request(
         source: read_word(table, "source").unwrap_or_default().to_string(),
         extras,
         lenient: false,
-        plays: (!all).then_some(plays),
+        backlashes: (!all).then_some(backlashes),
         declared,
     };
     if let Some(window) = request.window.filter(|window| !(*window > 0.0 && window.is_finite())) {

@@ -2,12 +2,12 @@
 
 use kardan_rt::functions::powi;
 
+use super::backlashes::Backlash;
 use super::channels::Quantity;
-use super::cutting::{cut_of_play, teeth};
+use super::cutting::{cut_of_backlash, teeth};
 use super::extra::with_recordings;
 use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
-use super::plays::Play;
 use super::reading::Recording;
 use super::request::FitRequest;
 use kardan_identify::{
@@ -60,7 +60,7 @@ pub(super) struct Built {
     /// Standard deviations of a window's angles, speeds and accelerations of the coordinates, SI.
     pub noise: [Vec<f64>; 3],
     /// Data of the backlashes.
-    pub plays: Vec<Play>,
+    pub backlashes: Vec<Backlash>,
     /// For each sample the number of its window among the complete ones.
     windows_of_samples: Vec<usize>,
 }
@@ -82,14 +82,14 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     let rest = speeds_of_rest(plant, request, &reduced, &noise, &mut motion, material);
     let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
-    let (mut plays, cuts): (Vec<Play>, Vec<_>) = cut_plays(plant, columns, request).into_iter().unzip();
-    plays.iter_mut().zip(&cuts).for_each(|(play, cut)| play.grain = grain(plant, cut, &basis, material));
+    let (mut backlashes, cuts): (Vec<Backlash>, Vec<_>) = cut_backlashes(plant, columns, request).into_iter().unzip();
+    backlashes.iter_mut().zip(&cuts).for_each(|(backlash, cut)| backlash.grain = grain(plant, cut, &basis, material));
     let (torques, values, waves) =
         law_torques(&reduced, &request.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0)
         .with_laws(torques, &values, &waves)
         .with_teeth(teeth)
-        .with_plays(cuts)
+        .with_backlashes(cuts)
         .with_extras(&columns.extras)
         .lenient(request.lenient)
         .with_window(material.window)
@@ -108,7 +108,7 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
         samples,
         count: WindowCount::default(),
         noise: noise_of,
-        plays: Vec::new(),
+        backlashes: Vec::new(),
         windows_of_samples: Vec::new(),
     };
     for (log, recording) in material.recorded.iter().enumerate() {
@@ -133,15 +133,15 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
             if built.samples.len() > before {
                 built.windows_of_samples.push(carried.len() - 1);
             }
-            for (k, play) in plays.iter_mut().enumerate() {
-                if let Some(now) = regressor.play(k, &motion.torques, &mut parts) {
-                    play.windows.push((log, *section, time, now));
-                    play.parts.extend_from_slice(&parts);
+            for (k, backlash) in backlashes.iter_mut().enumerate() {
+                if let Some(now) = regressor.backlash(k, &motion.torques, &mut parts) {
+                    backlash.windows.push((log, *section, time, now));
+                    backlash.parts.extend_from_slice(&parts);
                 }
             }
         }
     }
-    built.plays = plays;
+    built.backlashes = backlashes;
     built.leave_turning_teeth(&columns.extras, &carried, request.lenient);
     built
 }
@@ -222,7 +222,7 @@ fn smallest(plant: &Plant, material: &Material<'_>, slot: usize) -> f64 {
 }
 
 /// The backlash of an element and its cut, if both angles are measured and the measurements determine the torque.
-fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Play, Teeth)> {
+fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Backlash, Teeth)> {
     let free = |name: &String| {
         let number = columns.coefficients.iter().position(|one| one.name == *name);
         number.is_some_and(|number| columns.identifiable.iter().all(|(k, with)| *k != number || !with.is_empty()))
@@ -235,16 +235,17 @@ fn cut_plays(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Pla
         })
     };
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
-    let own = plant.plays.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
+    let own = plant.backlashes.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let (cut, mut untold) = cut_of_play(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
+        let (cut, mut untold) =
+            cut_of_backlash(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
         untold.retain(free);
         // Only the fit determines their size at a speed.
         let curved =
             request.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
         untold.extend(curved.map(|extra| extra.name.clone()));
         let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
-        Some((Play { element: element.clone(), straight, untold, ..Play::default() }, cut))
+        Some((Backlash { element: element.clone(), straight, untold, ..Backlash::default() }, cut))
     });
     own.collect()
 }

@@ -2,6 +2,7 @@
 
 use kardan_rt::functions::powi;
 
+use super::backlashes::Backlash;
 use super::channels::{Harmonic, Quantity};
 use super::compare::{Whole, align_places, fold_squares};
 use super::cutting::identifiable_teeth;
@@ -10,7 +11,6 @@ use super::fitted::Fitted;
 use super::fitting::{cross_validated, fit_options};
 use super::parameters::is_in_file;
 use super::plant::{Columns, columns, in_coordinates};
-use super::plays::Play;
 use super::request::{FitRequest, Method};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
@@ -21,7 +21,7 @@ use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::{Domain, InputKind};
 use kardan_mechanics::reduce::Kinematics;
-use kardan_results::{HeldOutLogs, Suggestion, Suggestions};
+use kardan_results::{Suggestion, Suggestions, ValidationLogs};
 
 /// Significance level of a term against zero, for all terms of a round together.
 const LEVEL: f64 = 0.01;
@@ -525,7 +525,7 @@ impl<'a> Search<'a> {
 
     /// Each log predicted by the others, with the current model and with terms; without terms of single logs, which are unknown in
     /// a log that was not fitted.
-    fn held_out_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<HeldOutLogs> {
+    fn validation_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<ValidationLogs> {
         let logs = self.material.recorded.len();
         if logs < LOGS || self.whole.chosen.method == Method::Steady {
             return Vec::new();
@@ -550,7 +550,7 @@ impl<'a> Search<'a> {
             return Vec::new();
         };
         let names = self.row_names();
-        (0..names.len()).map(|k| HeldOutLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
+        (0..names.len()).map(|k| ValidationLogs { row: names[k].clone(), before: before[k], after: after[k] }).collect()
     }
 
     /// The text for the model file.
@@ -578,7 +578,7 @@ pub(super) fn suggest(
     whole: &Whole<'_>,
     material: &Material<'_>,
     options: &FitOptions,
-    plays: &[Play],
+    backlashes: &[Backlash],
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
     let search = Search::new(whole, material, options);
@@ -609,11 +609,11 @@ pub(super) fn suggest(
         method: whole.chosen.method.word(),
         window: material.window,
         noise: &whole.chosen.built.noise,
-        plays,
+        backlashes,
     });
     out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.log_cross_validation = search.held_out_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.log_cross_validation = search.validation_logs(&search.tried_on(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
     out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);

@@ -101,14 +101,14 @@ fn loops_along_paths(
     let first = subject_at(first)?;
     let factors = vec![1.0; first.plant.names().len()];
     let judged = |shown: Result<Shown, NotJudged>| shown.map_err(|NotJudged| NO_PERIOD_MAP.to_string());
-    let length = window(&judged(first.look(&factors))?, variant.scenario.duration);
-    let look = |(_, position): &&(f64, Vec<f64>)| {
+    let length = window(&judged(first.evaluate(&factors))?, variant.scenario.duration);
+    let evaluate = |(_, position): &&(f64, Vec<f64>)| {
         let mut subject = subject_at(position)?;
         subject.window = if steps { length } else { 0.0 };
-        judged(subject.look(&factors))
+        judged(subject.evaluate(&factors))
     };
     // The laws are evaluated one by one: they are not for several threads.
-    let shown: Vec<Shown> = points.iter().map(look).collect::<Result<_, _>>()?;
+    let shown: Vec<Shown> = points.iter().map(evaluate).collect::<Result<_, _>>()?;
     let growth = |shown: &Shown| if shown.radius > 0.0 { ln(shown.radius) / shown.sample_time } else { f64::MIN };
     let most = (0..shown.len()).max_by(|&a, &b| growth(&shown[a]).total_cmp(&growth(&shown[b]))).unwrap_or(0);
     let mut interactions = Vec::new();

@@ -19,13 +19,13 @@ pub(in crate::study) fn margins_over_positions(
     let laws = &variant.implemented;
     let motors = laws[number].inputs();
     let points = || paths.iter().flat_map(|path| &path.points);
-    let look = |(angle, position): &(f64, Vec<f64>)| {
+    let evaluate = |(angle, position): &(f64, Vec<f64>)| {
         let subject = loop_at(variant, number, laws, position).ok();
         let found = subject.and_then(|subject| subject.margins(&ones(&subject), motors));
         PositionMargins { angle: *angle, motors: found.unwrap_or_default() }
     };
     // The laws are evaluated one by one: they are not for several threads.
-    let positions: Vec<PositionMargins> = points().map(look).collect();
+    let positions: Vec<PositionMargins> = points().map(evaluate).collect();
     positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
         rotated_coordinates: paths
             .iter()

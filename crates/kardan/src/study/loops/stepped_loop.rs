@@ -24,7 +24,7 @@ use kardan_synthesis::{
 pub(in crate::study) const NO_PERIOD_MAP: &str =
     "the sample times of controllers and sensors have no short common period, or a number overflows";
 /// Sampling interval of a loop in continuous time, s.
-const LOOK: f64 = 1e-4;
+const OBSERVATION_DELAY: f64 = 1e-4;
 /// Shortest window, in samples.
 const SHORTEST: f64 = 200.0;
 /// Time constants of the slowest motion in a window.
@@ -236,9 +236,9 @@ pub(in crate::study) fn window(nominal: &Shown, duration: f64) -> f64 {
 
 impl Subject {
     /// The responses of the loop with these factors of the coefficients. Steps of an unstable loop have no size.
-    pub fn look(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
+    pub fn evaluate(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
         let plant = self.plant.at(factors);
-        let found = SampledLoop::driven(&plant, &self.parts, LOOK).map_err(|_| NotJudged)?;
+        let found = SampledLoop::driven(&plant, &self.parts, OBSERVATION_DELAY).map_err(|_| NotJudged)?;
         let slowest = found.slowest_excluding(self.free).ok_or(NotJudged)?;
         let stable = slowest.stable;
         let rows = self.rows(&plant, &found, factors);
@@ -279,7 +279,7 @@ impl Subject {
     /// not stable, or has several sample times.
     pub fn margins(&self, factors: &[f64], motors: &[String]) -> Option<Vec<ChannelMargin>> {
         let plant = self.plant.at(factors);
-        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
+        let found = SampledLoop::driven(&plant, &self.parts, OBSERVATION_DELAY).ok()?;
         if !found.slowest_excluding(self.free)?.stable {
             return None;
         }
@@ -290,7 +290,7 @@ impl Subject {
     /// loop cannot be computed.
     pub fn noise(&self, factors: &[f64], variances: &[f64]) -> Option<Vec<f64>> {
         let plant = self.plant.at(factors);
-        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
+        let found = SampledLoop::driven(&plant, &self.parts, OBSERVATION_DELAY).ok()?;
         let commands: Vec<Vec<f64>> = self.inputs.iter().map(|&input| found.commands.row(input).to_vec()).collect();
         Some(found.noise(self.number, variances, &commands))
     }

@@ -161,7 +161,7 @@ fn unreduced(model: &mut Model) -> Reduced {
     let equations = assemble(&model.all_coordinates, &good);
     model.terms = good;
     let coordinates = (0..equations.coordinates.len()).collect();
-    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), relaxation: None }
+    Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), massless: None }
 }
 
 /// A charge and the element that introduces it.

@@ -13,7 +13,7 @@ use kardan_synthesis::Law;
 
 /// Equilibrium currents flow from the first instant on if no inductance of their own limits them; other speeds are those of `initial`.
 fn begin_currents(reduced: &Reduced, scenario: &mut Scenario, rates: &[f64]) {
-    let follows = |k: usize| reduced.relaxation.iter().any(|relaxation| relaxation.states().any(|state| state == k));
+    let follows = |k: usize| reduced.massless.iter().any(|massless| massless.states().any(|state| state == k));
     let flowing = scenario.speed.iter_mut().zip(rates).enumerate();
     let flowing = flowing.filter(|(k, (_, rate))| **rate != 0.0 && !follows(*k));
     flowing.for_each(|(_, (speed, rate))| *speed = *rate);
@@ -43,7 +43,7 @@ pub(super) fn start_at_rest(
     if !start_value.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
         return Vec::new();
     }
-    let slips = reduced.relaxation.iter().any(|relaxation| !relaxation.slips.is_empty());
+    let slips = reduced.massless.iter().any(|massless| !massless.slips.is_empty());
     let rest = match slips {
         true => {
             Err("friction balances motions without inertia, and kardan searches no equilibrium without friction".into())

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use crate::study::PreparedVariant;
 use kardan_analysis::OutputSignal;
 use kardan_math::num::Rational;
-use kardan_results::{ChannelMargin, TogetherMargin, WrongTorque};
-use kardan_synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
+use kardan_results::{ChannelMargin, MultiloopMargin, WrongTorque};
+use kardan_synthesis::margins::{ChannelMargins, Response, channel_margins, multiloop_margin as all_at_once};
 use kardan_synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 
 /// A channel's margins with its name.
@@ -98,7 +98,7 @@ pub(super) fn errors(
     variant: &PreparedVariant,
     number: usize,
     survey: &Survey<'_>,
-) -> (Vec<ChannelMargin>, Option<TogetherMargin>) {
+) -> (Vec<ChannelMargin>, Option<MultiloopMargin>) {
     let law = &survey.laws[number];
     let of_readings = || {
         let (parts, plant) = survey.parts()?;
@@ -111,16 +111,16 @@ pub(super) fn errors(
     };
     let of_motors = || {
         let motors = survey.motors();
-        let together = motors.as_ref().and_then(|motors| named_together(motors, law.inputs()));
-        (of_motors(survey, motors.as_ref(), true), together)
+        let multiloop = motors.as_ref().and_then(|motors| named_multiloop(motors, law.inputs()));
+        (of_motors(survey, motors.as_ref(), true), multiloop)
     };
-    let ((mut out, together), readings) = rayon::join(of_motors, of_readings);
+    let ((mut out, multiloop), readings) = rayon::join(of_motors, of_readings);
     out.extend(readings.into_iter().flatten());
-    (out, together)
+    (out, multiloop)
 }
 
 /// The margin of all channels of a response at once, with their names; `None` for one channel alone, or if an iteration fails.
-pub(super) fn named_together(response: &Response, names: &[String]) -> Option<TogetherMargin> {
+pub(super) fn named_multiloop(response: &Response, names: &[String]) -> Option<MultiloopMargin> {
     if response.channels() < 2 {
         return None;
     }
@@ -131,5 +131,5 @@ pub(super) fn named_together(response: &Response, names: &[String]) -> Option<To
         phase: atan2(*im, *re),
     };
     let worst = names.iter().zip(&found.worst).map(wrong).collect();
-    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst_perturbation: worst })
+    Some(MultiloopMargin { disk: found.disk, frequency: found.frequency, worst_perturbation: worst })
 }

@@ -38,7 +38,7 @@ const CHECK_TIMES: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 const FEWEST: f64 = 50.0;
 
 /// Sampled controllers, slow sensors and blocks of a loop with their times, as text.
-fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
+fn multiloop(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     let controls = variant.model.controls.iter().zip(parts);
     let sampled = controls.filter_map(|(control, part)| Some((control, part.clock?.period)));
     let mut out: Vec<String> =
@@ -67,7 +67,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let between = blocks(variant, &plant);
     let parts = between.of_loop.join(parts);
-    let all = together(variant, &parts);
+    let all = multiloop(variant, &parts);
     let free = excluded(variant, place, &plant);
     let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
     let judged = judged.and_then(|found| {

@@ -17,17 +17,17 @@ use kardan_schema::diagnostics::quoted;
 use kardan_synthesis::{LoopBlocks, Plant, Survey};
 
 /// Number of elements with backlash up to which all combinations of open and closed ones are analysed; above it only all closed.
-const MAX_PLAYS: usize = 3;
+const MAX_BACKLASHES: usize = 3;
 
 /// An element whose backlash is open, with its contacts.
-struct Play<'a> {
+struct Backlash<'a> {
     element: &'a str,
     /// At its lower and at its upper flank, as numbers of unilateral constraints.
     flanks: [usize; 2],
 }
 
 /// Elements with backlash that are open at the operating point of a variant.
-fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
+fn open_plays(variant: &PreparedVariant) -> Vec<Backlash<'_>> {
     let unilaterals = &variant.reduced.equations.unilaterals;
     let found = contacts(&variant.reduced, &variant.point.position);
     let ends: BTreeSet<&str> =
@@ -36,16 +36,16 @@ fn open_plays(variant: &PreparedVariant) -> Vec<Play<'_>> {
         found.iter().filter(|one| unilaterals[one.unilateral].element == element).collect::<Vec<&Contact>>()
     };
     let names: BTreeSet<&str> = found.iter().map(|one| unilaterals[one.unilateral].element.as_str()).collect();
-    let play = |element: &&str| -> Option<Play<'_>> {
+    let backlash = |element: &&str| -> Option<Backlash<'_>> {
         let sides = own(element);
         let is_open = sides.len() == 2 && !sides.iter().any(|one| one.soft && one.is_passed());
         let side = |upper: bool| {
             sides.iter().find(|one| unilaterals[one.unilateral].value.is_upper() == upper).map(|one| one.unilateral)
         };
         let element = unilaterals[sides.first()?.unilateral].element.as_str();
-        (is_open && !ends.contains(element)).then_some(Play { element, flanks: [side(false)?, side(true)?] })
+        (is_open && !ends.contains(element)).then_some(Backlash { element, flanks: [side(false)?, side(true)?] })
     };
-    names.iter().filter_map(play).collect()
+    names.iter().filter_map(backlash).collect()
 }
 
 /// The margins of a controller's loop with backlash in contact: with few elements every combination of closed ones, else all closed. One entry for both
@@ -54,12 +54,12 @@ pub(in crate::study) fn margins_in_contact(
     variant: &PreparedVariant,
     number: usize,
 ) -> (Vec<ContactMargins>, Option<String>) {
-    let plays = open_plays(variant);
-    if plays.is_empty() || number >= variant.designed.len() {
+    let backlashes = open_plays(variant);
+    if backlashes.is_empty() || number >= variant.designed.len() {
         return (Vec::new(), None);
     }
     let read = variant.designed.iter().flat_map(|law| law.sensors()).find(|sensor| {
-        matches!(&sensor.measured, Measured::SpringTorque(name) if plays.iter().any(|play| play.element == name))
+        matches!(&sensor.measured, Measured::SpringTorque(name) if backlashes.iter().any(|backlash| backlash.element == name))
     });
     if let Some(sensor) = read {
         let why = format!(
@@ -68,28 +68,35 @@ pub(in crate::study) fn margins_in_contact(
         );
         return (Vec::new(), Some(why));
     }
-    let all = 1usize << plays.len().min(MAX_PLAYS);
-    let choices: Vec<Vec<&Play<'_>>> = match plays.len() <= MAX_PLAYS {
+    let all = 1usize << backlashes.len().min(MAX_BACKLASHES);
+    let choices: Vec<Vec<&Backlash<'_>>> = match backlashes.len() <= MAX_BACKLASHES {
         true => (1..all)
             .rev()
-            .map(|bits| plays.iter().enumerate().filter(|(k, _)| bits >> k & 1 == 1).map(|(_, play)| play).collect())
+            .map(|bits| {
+                backlashes
+                    .iter()
+                    .enumerate()
+                    .filter(|(k, _)| bits >> k & 1 == 1)
+                    .map(|(_, backlash)| backlash)
+                    .collect()
+            })
             .collect(),
-        false => vec![plays.iter().collect()],
+        false => vec![backlashes.iter().collect()],
     };
     let mut out = Vec::new();
     for closed in choices {
-        let open: Vec<String> = plays
+        let open: Vec<String> = backlashes
             .iter()
-            .filter(|play| closed.iter().all(|candidate| candidate.element != play.element))
-            .map(|play| play.element.to_string())
+            .filter(|backlash| closed.iter().all(|candidate| candidate.element != backlash.element))
+            .map(|backlash| backlash.element.to_string())
             .collect();
         let flank = |upper: usize| {
-            let unilaterals: BTreeSet<usize> = closed.iter().map(|play| play.flanks[upper]).collect();
+            let unilaterals: BTreeSet<usize> = closed.iter().map(|backlash| backlash.flanks[upper]).collect();
             in_contact(variant, &unilaterals)
         };
         let [lower, upper] = [flank(0), flank(1)];
         let same = lower.linear_model() == upper.linear_model();
-        let closed: Vec<String> = closed.iter().map(|play| play.element.to_string()).collect();
+        let closed: Vec<String> = closed.iter().map(|backlash| backlash.element.to_string()).collect();
         let cases: &[(&str, &PreparedVariant)] = match same {
             true => &[("either", &lower)],
             false => &[("lower", &lower), ("upper", &upper)],
@@ -104,8 +111,8 @@ pub(in crate::study) fn margins_in_contact(
             out.push(found);
         }
     }
-    let omission = (plays.len() > MAX_PLAYS).then(|| {
-        let names = quoted(plays.iter().map(|play| play.element));
+    let omission = (backlashes.len() > MAX_BACKLASHES).then(|| {
+        let names = quoted(backlashes.iter().map(|backlash| backlash.element));
         format!(
             "for {names} kardan lists the margins with all in contact and with all open; those with some in contact \
              were not computed"
@@ -183,9 +190,9 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let exact = problem.exact();
     let decided = found.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
-    let (channels, together) =
+    let (channels, multiloop) =
         if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
-    ContactMargins { stable, channels, multiloop: together, ..ContactMargins::default() }
+    ContactMargins { stable, channels, multiloop: multiloop, ..ContactMargins::default() }
 }
 
 /// `mesh1 and mesh2 in contact`, with the flank if it matters.

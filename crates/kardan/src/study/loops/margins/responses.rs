@@ -3,7 +3,7 @@
 use faer::{Mat, c64};
 use kardan_rt::functions::ln;
 
-use super::channels::{named_together, row_of, sensor_rows};
+use super::channels::{named_multiloop, row_of, sensor_rows};
 use super::survey::searches;
 use crate::study::PreparedVariant;
 use crate::study::loops::loop_blocks::loop_blocks;
@@ -19,7 +19,7 @@ use kardan_synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPa
 /// Loop gains below this count as zero.
 const NOTHING: f64 = 1e-12;
 /// Largest number of readings whose simultaneous errors are analysed; more take long.
-const MOST_TOGETHER: usize = 4;
+const MOST_MULTILOOP: usize = 4;
 /// Number of times of a step response.
 const TIMES: usize = 400;
 /// Length of a step response at first, in time constants of the slowest motion.
@@ -93,10 +93,10 @@ pub(in crate::study) fn responses(
     let stable = design.margins.as_ref().and_then(|margins| margins.stable) == Some(true);
     let points = views.points();
     let steps = if stable { steps(&view, law, &outputs, variant.scenario.duration) } else { Vec::new() };
-    let is_small = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
+    let is_small = |found: &&Readings| stable && found.names.len() <= MOST_MULTILOOP;
     let readings = views.readings.as_ref().filter(is_small);
     Ok(LoopResponses {
-        sensors_multiloop: readings.and_then(|found| named_together(&found.loops, &found.names)),
+        sensors_multiloop: readings.and_then(|found| named_multiloop(&found.loops, &found.names)),
         frequencies: points.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
         loops: views.loops(law, &points),
@@ -136,13 +136,13 @@ impl Views {
         // Next to a lightly damped pole as well.
         let places: Vec<f64> =
             poles.iter().flat_map(|pole| [0.9, 0.98, 1.0, 1.02, 1.1].map(|factor| factor * pole)).collect();
-        let look = |frequency: f64| FrequencyPoint {
+        let evaluate = |frequency: f64| FrequencyPoint {
             motors: self.motors.at_frequency(frequency),
             readings: self.readings.as_ref().map(|found| found.loops.at_frequency(frequency)),
             commands: self.readings.as_ref().map(|found| found.commands.at_frequency(frequency)),
             references: self.references.as_ref().map(|found| found.at_frequency(frequency)),
         };
-        refined(frequency_range(&self.motors), &places, &look, &FrequencyPoint::curves)
+        refined(frequency_range(&self.motors), &places, &evaluate, &FrequencyPoint::curves)
     }
 
     /// The loop gains, broken at each motor and at each reading.

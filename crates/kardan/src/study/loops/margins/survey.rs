@@ -13,7 +13,7 @@ use crate::study::PreparedVariant;
 use crate::study::loops::loop_blocks::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
-use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability, TogetherMargin};
+use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, MultiloopMargin, RateLimit, Stability};
 use kardan_synthesis::{
     Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
 };
@@ -45,7 +45,7 @@ pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant
 /// What a loop tolerates beside the gains of its motors.
 struct Tolerated {
     channels: Vec<ChannelMargin>,
-    multiloop: Option<TogetherMargin>,
+    multiloop: Option<MultiloopMargin>,
     longest_delay: Option<Limit>,
     longest_lag: Option<Limit>,
     /// The longest stable period for each delay in samples.

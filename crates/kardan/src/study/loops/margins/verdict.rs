@@ -1,6 +1,6 @@
 //! Margins as sentences.
 
-use kardan_results::{Margins, RateLimit, Stability, TogetherMargin, ZeroPoleEvidence};
+use kardan_results::{Margins, MultiloopMargin, RateLimit, Stability, ZeroPoleEvidence};
 use kardan_synthesis::LIMIT_STEP;
 
 /// The paragraph on the effect of sampling on this design.
@@ -212,7 +212,7 @@ pub(super) fn time(seconds: f64) -> String {
 }
 
 /// The margin of all motors at once as text.
-pub(super) fn at_once(found: &TogetherMargin) -> String {
+pub(super) fn at_once(found: &MultiloopMargin) -> String {
     let worst: Vec<String> = found
         .worst_perturbation
         .iter()

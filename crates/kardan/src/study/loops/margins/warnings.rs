@@ -3,12 +3,12 @@
 use kardan_rt::functions::ln;
 
 use super::verdict::{at, at_once, because, time};
-use kardan_results::{ChannelMargin, LOW_DISK, Margins, TogetherMargin};
+use kardan_results::{ChannelMargin, LOW_DISK, Margins, MultiloopMargin};
 
 /// Factor of a torque that a loop must tolerate, or its margins count as low.
 pub(super) const LOW_MARGIN: f64 = 1.1;
 /// The same for all motors at once: a factor of 1.22, 11°.
-const DISK_TOGETHER: f64 = 0.2;
+const MULTILOOP_DISK: f64 = 0.2;
 /// Phase margin of one channel, rad, below which kardan warns: 15°.
 const PHASE: f64 = std::f64::consts::PI / 12.0;
 /// Disk margin above which margins do not count as low: it includes the factor 1.1, and 5.5°.
@@ -49,10 +49,10 @@ pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
     // The margin of all at once never exceeds that of each alone: reported if it is much worse.
     let single_disk = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
     let worse =
-        |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * single_disk);
+        |all: &&MultiloopMargin| all.disk[1] < MULTILOOP_DISK && (out.is_empty() || all.disk[1] < WORSE * single_disk);
     if let Some(all) = found.multiloop.as_ref().filter(worse) {
         out.push(format!(
-            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model can make the loop unstable",
+            "{}; below {MULTILOOP_DISK} (a factor of 1.22, 11°) small errors of the model can make the loop unstable",
             at_once(all)
         ));
     }

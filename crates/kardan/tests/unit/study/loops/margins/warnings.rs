@@ -21,7 +21,7 @@ fn good(name: &str) -> ChannelMargin {
 /// Motors with large margins alone and none at once lead to a warning; also with a channel that has a warning of its own.
 #[test]
 fn all_at_once_are_not_overlooked() {
-    let together = TogetherMargin {
+    let together = MultiloopMargin {
         disk: [0.05, 0.0501],
         frequency: 3.0,
         worst_perturbation: vec![WrongTorque { motor: "a".into(), factor: 1.05, phase: 0.0 }],

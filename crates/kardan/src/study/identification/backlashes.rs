@@ -17,7 +17,7 @@ const FEWEST: f64 = 5.0;
 
 /// Angle and torque of a backlash, window by window.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Play {
+pub(super) struct Backlash {
     pub element: String,
     /// Whether it is between masses.
     pub straight: bool,
@@ -81,15 +81,15 @@ impl Meeting {
 }
 
 /// Elements with backlash, and its direction over the shafts.
-pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, Vec<(usize, Rational)>)> {
-    let has_play = |element: &str| {
+pub(super) fn backlashes(document: &Document, equations: &Equations) -> Vec<(String, Vec<(usize, Rational)>)> {
+    let has_backlash = |element: &str| {
         let of = document.elements.get(element);
         of.is_some_and(|instance| matches!(instance.kind.keyword, "gear" | "spring_damper"))
     };
     let upper = equations.unilaterals.iter().filter(|unilateral| {
         let contact =
             matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. });
-        contact && unilateral.value.is_upper() && has_play(&unilateral.element)
+        contact && unilateral.value.is_upper() && has_backlash(&unilateral.element)
     });
     // The upper stop of the torque on the first body is the direction of the first body itself.
     upper.map(|unilateral| (unilateral.element.clone(), unilateral.row.clone())).collect()
@@ -97,7 +97,7 @@ pub(super) fn plays(document: &Document, equations: &Equations) -> Vec<(String, 
 
 /// The torques of backlashes as unmeasured inputs, which are eliminated.
 pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<String> {
-    let found = plays(document, equations);
+    let found = backlashes(document, equations);
     for (element, row) in &found {
         equations.inputs.push(DirectionalTerm {
             element: element.clone(),
@@ -108,7 +108,7 @@ pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<
     found.into_iter().map(|(element, _)| element).collect()
 }
 
-impl Play {
+impl Backlash {
     /// The same with the torques that follow from the values of a fit with these columns.
     pub fn fitted(&self, fit: &Fit, names: &[String]) -> Self {
         let mut out = Self { parts: Vec::new(), ..self.clone() };

@@ -16,7 +16,7 @@ const PHASES: usize = 24;
 
 /// Margins of a loop for independent errors of all channels at once.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Together {
+pub struct MultiloopMargin {
     /// α: no set of errors `(1 + δ/2)/(1 − δ/2)` with |δ| below the first was found to make the loop unstable, at the evaluated frequencies; with
     /// the second one set is known that does. The worst lies between.
     pub disk: [f64; 2],
@@ -31,7 +31,7 @@ pub struct Together {
 /// The structured singular value of M + ½ with one complex error for each channel, at frequencies next to every pole and in between. From above: the best scaling
 /// `D M D⁻¹` at each frequency. From below: the largest spectral radius of M + ½ with its rows rotated. With up to three channels both agree. `None` if an
 /// iteration fails.
-pub fn together(response: &Response) -> Option<Together> {
+pub fn multiloop_margin(response: &Response) -> Option<MultiloopMargin> {
     let half = response.balanced();
     let places = half.places();
     // Balancing rows and columns gives no less than the best scaling: most frequencies need no search.
@@ -40,7 +40,7 @@ pub fn together(response: &Response) -> Option<Together> {
     if let Some((_, place)) = rough.first().filter(|(bound, _)| !bound.is_finite()) {
         // An uncontrolled rigid-body mode moves with every error.
         let frequency = response.frequency(*place);
-        return Some(Together { disk: [0.0; 2], frequency, worst: vec![(1.0, 0.0); response.channels()] });
+        return Some(MultiloopMargin { disk: [0.0; 2], frequency, worst: vec![(1.0, 0.0); response.channels()] });
     }
     let mut looked: Vec<(f64, f64)> = Vec::new();
     let mut level = 0.0f64;
@@ -76,7 +76,11 @@ pub fn together(response: &Response) -> Option<Together> {
         let factor = (1.0 + 0.5 * delta) / (1.0 - 0.5 * delta);
         (factor.re, factor.im)
     });
-    Some(Together { disk: [1.0 / level, 1.0 / size], frequency: response.frequency(place), worst: worst.collect() })
+    Some(MultiloopMargin {
+        disk: [1.0 / level, 1.0 / size],
+        frequency: response.frequency(place),
+        worst: worst.collect(),
+    })
 }
 
 /// Bounds of the structured singular value of a square matrix, for one complex error of each channel: below by errors that were

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::motion::{Motion, Relaxing, SparseRow};
 use super::slipping::slips;
-use super::{LawSlopes, Reduced, Relaxation, Slip, is_linear_law, law_slopes, linearise};
+use super::{LawSlopes, MasslessDynamics, Reduced, Slip, is_linear_law, law_slopes, linearise};
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 use kardan_expr::expr::{Expr, Graph};
@@ -13,7 +13,7 @@ use kardan_math::units::Exact;
 
 /// Why motions without inertia cannot be states of first order.
 #[derive(Debug, Clone, PartialEq)]
-pub enum NoRelaxation {
+pub enum NoMasslessDynamics {
     /// Torques of expressions act on them or depend on them, otherwise than linearly on speeds.
     Laws(Vec<String>),
     /// The ratio of a transmission changes with its angle.
@@ -72,11 +72,11 @@ fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: 
 }
 
 /// Frictions on motions of all coordinates, with the dampers there.
-fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoRelaxation {
+fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoMasslessDynamics {
     let dampers = &reduced.equations.dampers;
     let felt = projected(dampers.iter().map(|term| &term.row), motions);
     let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
-    NoRelaxation::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
+    NoMasslessDynamics::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
 }
 
 /// Separates the motions without inertia of a model from the others, exactly; `None` if there are none.
@@ -85,8 +85,8 @@ fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Ra
 /// damper, they slip.
 ///
 /// # Errors
-/// [`NoRelaxation`]
-pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation> {
+/// [`NoMasslessDynamics`]
+pub fn massless_dynamics(reduced: &Reduced) -> Result<Option<MasslessDynamics>, NoMasslessDynamics> {
     let r = reduced.degrees_of_freedom();
     let model = linearise(reduced, &vec![0.0; r]);
     let e = echelon(&model.inertia, &(0..r).collect::<Vec<_>>());
@@ -95,13 +95,13 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         return Ok(None);
     }
     if let Some(element) = multiplier_moved_by(reduced, &model.basis.multiply(&directions)) {
-        return Err(NoRelaxation::MultiplierConstraint(element));
+        return Err(NoMasslessDynamics::MultiplierConstraint(element));
     }
     if !reduced.equations.transmissions.is_empty() {
-        return Err(NoRelaxation::PositionDependent);
+        return Err(NoMasslessDynamics::PositionDependent);
     }
     if (0..r).any(|i| !slots.contains(&i) && directions.row(i).iter().any(|x| !x.is_zero())) {
-        return Err(NoRelaxation::Coordinates);
+        return Err(NoMasslessDynamics::Coordinates);
     }
     let frictions = &reduced.equations.frictions;
     let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
@@ -113,7 +113,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let falls = jenkins.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
     let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
     if !falls.is_empty() {
-        return Err(NoRelaxation::Falls(falls));
+        return Err(NoMasslessDynamics::Falls(falls));
     }
     let felt = Matrix::from_fn(jenkins.len(), slots.len(), |i, j| felt[(jenkins[i], j)].clone());
     let damped = directions.multiply(&kernel(&felt));
@@ -126,7 +126,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
             .ok_or_else(|| friction_error(reduced, names(), &model.basis.multiply(&directions)))?
     };
     if damped.columns() > 0 && definiteness(&own) != Definiteness::Positive {
-        return Err(NoRelaxation::Damping);
+        return Err(NoMasslessDynamics::Damping);
     }
     let pushed = model.input.transpose().multiply(&slips);
     let inputs = &reduced.equations.inputs;
@@ -135,7 +135,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
         .map(|k| inputs[k].element.clone())
         .collect();
     if !inputs.is_empty() {
-        return Err(NoRelaxation::Driven { frictions: names(), inputs });
+        return Err(NoMasslessDynamics::Driven { frictions: names(), inputs });
     }
     let stiffness = slips.transpose().multiply(&model.stiffness).multiply(&slips);
     let coupled = slips.transpose().multiply(&model.stiffness).multiply(&damped);
@@ -154,7 +154,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
     let reaction = transform.transpose().multiply(&model.damping).multiply(&damped);
     let (places, slipping) = slots.split_at(damped.columns());
     let slip = |(&place, &friction): (&usize, &usize)| Slip { place, friction };
-    Ok(Some(Relaxation {
+    Ok(Some(MasslessDynamics {
         places: places.to_vec(),
         slips: slipping.iter().zip(&jenkins).map(slip).collect(),
         stiffness,
@@ -167,7 +167,7 @@ pub fn relaxation(reduced: &Reduced) -> Result<Option<Relaxation>, NoRelaxation>
 
 /// Rejects unilateral and switched constraints on such motions, or dependent on them; and gear losses where frictions
 /// slide, which their load may depend on.
-fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoRelaxation> {
+fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoMasslessDynamics> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
     let row_dot = |row: &[(usize, Rational)], column: usize| {
         row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
@@ -180,7 +180,7 @@ fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) 
     };
     let hindering = reduced.equations.unilaterals.iter().filter(hinders).map(|unilateral| unilateral.element.clone());
     let hindering: Vec<String> = hindering.collect();
-    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Unilaterals(hindering)) }
+    if hindering.is_empty() { Ok(()) } else { Err(NoMasslessDynamics::Unilaterals(hindering)) }
 }
 
 /// Rejects laws that act on motions without inertia, or depend on them, otherwise than linearly on speeds, or between
@@ -190,7 +190,7 @@ fn check_laws(
     basis: &Matrix<Rational>,
     directions: &Matrix<Rational>,
     slides: bool,
-) -> Result<(), NoRelaxation> {
+) -> Result<(), NoMasslessDynamics> {
     let equations = &reduced.equations;
     let moved = basis.multiply(directions);
     let row_dot = |row: &[(usize, Rational)], column: usize| {
@@ -209,7 +209,7 @@ fn check_laws(
     };
     let hindering = slopes.iter().enumerate().filter(|one| hinders(*one));
     let hindering: Vec<String> = hindering.map(|(k, _)| equations.laws[k].element.clone()).collect();
-    if hindering.is_empty() { Ok(()) } else { Err(NoRelaxation::Laws(hindering)) }
+    if hindering.is_empty() { Ok(()) } else { Err(NoMasslessDynamics::Laws(hindering)) }
 }
 
 impl Reduced {
@@ -217,16 +217,16 @@ impl Reduced {
     /// y in place of a speed. The entry of y among the angles contains its integral, which no equation depends on.
     pub fn state(&self, position: &[f64], speed: &[f64]) -> Vec<f64> {
         let mut state = [position, speed].concat();
-        let Some(relaxation) = &self.relaxation else { return state };
-        let (r, inverse) = (position.len(), relaxation.inverse.to_f64());
-        for place in relaxation.states() {
+        let Some(massless) = &self.massless else { return state };
+        let (r, inverse) = (position.len(), massless.inverse.to_f64());
+        for place in massless.states() {
             (state[place], state[r + place]) = (0.0, dot(inverse.row(place), position));
         }
         state
     }
 }
 
-impl Relaxation {
+impl MasslessDynamics {
     /// Places of all states y.
     pub fn states(&self) -> impl Iterator<Item = usize> {
         self.places.iter().copied().chain(self.slips.iter().map(|slip| slip.place))
@@ -244,12 +244,12 @@ impl Relaxation {
 impl Motion {
     /// Writes angles, speeds and directions of the reduced coordinates over x and y, while y is at rest.
     pub(super) fn set_relaxing(&mut self, reduced: &Reduced, position: &[Expr], speed: &[Expr]) {
-        let Some(relaxation) = &reduced.relaxation else { return };
+        let Some(massless) = &reduced.massless else { return };
         for (k, &shaft) in reduced.coordinates.iter().enumerate() {
             let (mut angle, mut rate) = (Vec::new(), Vec::new());
             self.basis[shaft].clear();
-            for (j, entry) in relaxation.transform.row(k).iter().enumerate().filter(|(_, entry)| !entry.is_zero()) {
-                let is_state = relaxation.is_state(j);
+            for (j, entry) in massless.transform.row(k).iter().enumerate().filter(|(_, entry)| !entry.is_zero()) {
+                let is_state = massless.is_state(j);
                 angle.push((if is_state { speed[j] } else { position[j] }, entry.clone()));
                 if !is_state {
                     rate.push((speed[j], entry.clone()));
@@ -264,8 +264,8 @@ impl Motion {
 
     /// The torque of a spring on reduced coordinates: for motions that slip, friction decides.
     pub(super) fn spring_row(reduced: &Reduced, mut row: SparseRow) -> SparseRow {
-        if let Some(relaxation) = &reduced.relaxation {
-            row.retain(|place, _| !relaxation.slips_at(*place));
+        if let Some(massless) = &reduced.massless {
+            row.retain(|place, _| !massless.slips_at(*place));
         }
         row
     }
@@ -279,12 +279,12 @@ impl Motion {
         (torque, coefficient): (Expr, &Exact),
         inertia: &mut BTreeMap<(usize, usize), Vec<(Expr, Rational)>>,
     ) {
-        let Some(relaxation) = &reduced.relaxation else { return };
+        let Some(massless) = &reduced.massless else { return };
         let carried = self.sum(row, |out, k| out.carried[k]);
         let carried = self.resisting(carried, coefficient);
         let row = self.reduced_row(row);
         let (relaxes, moves): (SparseRow, SparseRow) =
-            row.into_iter().partition(|(place, _)| relaxation.is_state(*place));
+            row.into_iter().partition(|(place, _)| massless.is_state(*place));
         self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
         if !self.graph.is_zero(carried) {
             self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::from(-1));
@@ -300,40 +300,39 @@ impl Motion {
 
     /// Starts the first-order motion: the forces without inputs move y, and every slider that may slip slips.
     pub(super) fn begin_massless_rates(&mut self, reduced: &Reduced) {
-        let Some(relaxation) = &reduced.relaxation else { return };
-        for slip in &relaxation.slips {
+        let Some(massless) = &reduced.massless else { return };
+        for slip in &massless.slips {
             let one = self.graph.integer(1);
             self.inertia.insert((slip.place, slip.place), one);
         }
         let relaxing =
-            Relaxing { relaxation: relaxation.clone(), base_speeds: self.speeds.clone(), slip_speeds: Vec::new() };
+            Relaxing { massless: massless.clone(), base_speeds: self.speeds.clone(), slip_speeds: Vec::new() };
         self.relaxing = Some(Box::new(relaxing));
         let one = self.graph.integer(1);
-        let couplings =
-            relaxation.all_slip().into_iter().map(|coupling| self.graph.number(coupling)).collect::<Vec<_>>();
+        let couplings = massless.all_slip().into_iter().map(|coupling| self.graph.number(coupling)).collect::<Vec<_>>();
         let mut forces = self.passive.clone();
         self.massless_rates(reduced, &mut forces, (&vec![one; reduced.equations.frictions.len()], &couplings));
-        let moves = (0..forces.len()).filter(|place| !relaxation.is_state(*place));
+        let moves = (0..forces.len()).filter(|place| !massless.is_state(*place));
         moves.for_each(|place| self.passive[place] = forces[place]);
     }
 
     /// Speeds of all shafts with `ẏ = D_y⁻¹ f_y`, from the forces on the reduced coordinates, and of slipping motions,
     /// which are written among the forces too. The effect of ẏ on x through laws is added to the forces. Senses are
     /// those of the frictions' motions, zero where they stick; then the mutual slip factors of sliders that springs
-    /// couple ([`Relaxation::coupled_slips`]). Without first-order motions nothing changes.
+    /// couple ([`MasslessDynamics::coupled_slips`]). Without first-order motions nothing changes.
     pub fn massless_rates(&mut self, reduced: &Reduced, forces: &mut [Expr], slipping: (&[Expr], &[Expr])) {
         let Some(mut relaxing) = self.relaxing.take() else { return };
-        let Relaxing { relaxation, base_speeds, slip_speeds } = &mut *relaxing;
+        let Relaxing { massless, base_speeds, slip_speeds } = &mut *relaxing;
         let rate = |graph: &mut Graph, row: &[Rational]| {
-            let terms = relaxation.places.iter().zip(row).map(|(&place, entry)| (forces[place], entry.clone()));
+            let terms = massless.places.iter().zip(row).map(|(&place, entry)| (forces[place], entry.clone()));
             let sum = graph.sum(Rational::ZERO, &terms.collect::<Vec<_>>());
             graph.group(sum)
         };
-        let rates = relaxation.places.iter().enumerate();
+        let rates = massless.places.iter().enumerate();
         let rates: Vec<(usize, Expr)> =
-            rates.map(|(k, &place)| (place, rate(&mut self.graph, relaxation.compliance.row(k)))).collect();
-        for place in (0..forces.len()).filter(|place| !relaxation.is_state(*place)) {
-            let shares = relaxation.reaction.row(place).iter().zip(&rates);
+            rates.map(|(k, &place)| (place, rate(&mut self.graph, massless.compliance.row(k)))).collect();
+        for place in (0..forces.len()).filter(|place| !massless.is_state(*place)) {
+            let shares = massless.reaction.row(place).iter().zip(&rates);
             let shares = shares.filter(|(share, _)| !share.is_zero());
             let mut terms: Vec<(Expr, Rational)> = shares.map(|(share, (_, rate))| (*rate, -share.clone())).collect();
             if !terms.is_empty() {
@@ -343,7 +342,7 @@ impl Motion {
         }
         self.speeds.clone_from(base_speeds);
         self.add_rates(rates);
-        *slip_speeds = self.slip(reduced, relaxation, forces, slipping);
+        *slip_speeds = self.slip(reduced, massless, forces, slipping);
         self.laws = reduced.equations.laws.iter().map(|law| self.formula(reduced, &law.value)).collect();
         self.relaxing = Some(relaxing);
     }
@@ -381,11 +380,11 @@ fn check_slips(
     stiffness: &Matrix<Rational>,
     coupled: &Matrix<Rational>,
     names: impl Fn() -> Vec<String>,
-) -> Result<(), NoRelaxation> {
+) -> Result<(), NoMasslessDynamics> {
     match definiteness(stiffness) {
         _ if stiffness.rows() == 0 => Ok(()),
         Definiteness::Positive if coupled.as_slice().iter().all(Scalar::is_zero) => Ok(()),
-        Definiteness::Positive => Err(NoRelaxation::Coupled(names())),
-        _ => Err(NoRelaxation::Slides(names())),
+        Definiteness::Positive => Err(NoMasslessDynamics::Coupled(names())),
+        _ => Err(NoMasslessDynamics::Slides(names())),
     }
 }
