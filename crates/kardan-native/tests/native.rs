@@ -63,18 +63,18 @@ impl Owned {
     fn random(random: &mut Random) -> Self {
         let inputs = 1 + random.below(6) as usize;
         let constants: Vec<f64> = (0..random.below(4)).map(|_| random.number()).collect();
-        let mut known = (inputs + constants.len()) as u64;
+        let mut value_count = (inputs + constants.len()) as u64;
         let (mut runs, mut operands) = (Vec::new(), Vec::new());
         for _ in 0..1 + random.below(12) {
             let operator = OPERATORS[random.below(20) as usize];
             let count = 1 + random.below(8) as usize;
             for _ in 0..count * operator.operands() {
-                operands.push(random.below(known) as u32);
+                operands.push(random.below(value_count) as u32);
             }
             runs.push(Run { operator, count });
-            known += (count * operator.values()) as u64;
+            value_count += (count * operator.values()) as u64;
         }
-        let outputs = (0..3).map(|_| random.below(known) as u32).collect();
+        let outputs = (0..3).map(|_| random.below(value_count) as u32).collect();
         Self { inputs, constants, runs, operands, outputs }
     }
 
@@ -111,11 +111,11 @@ where
 {
     let inputs: Vec<Lanes<f64, N>> =
         (0..plan.inputs).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
-    let Some(together) = agrees(plan, &inputs, |x| x.0.to_vec()) else { return false };
+    let Some(in_lanes) = agrees(plan, &inputs, |x| x.0.to_vec()) else { return false };
     for lane in 0..N {
         let point: Vec<f64> = inputs.iter().map(|x| x.0[lane]).collect();
-        let alone = agrees(plan, &point, |x| vec![*x]).expect("code for one");
-        let different = together.iter().zip(&alone).position(|(x, alone)| !same(x.0[lane], *alone));
+        let scalar = agrees(plan, &point, |x| vec![*x]).expect("code for one");
+        let different = in_lanes.iter().zip(&scalar).position(|(x, scalar)| !same(x.0[lane], *scalar));
         assert_eq!(different, None, "lane {lane} of {N}: {plan:?}");
     }
     true
@@ -171,7 +171,7 @@ fn has_avx512() -> bool {
 }
 
 #[test]
-fn what_cannot_be_code_is_left_to_the_interpreter() {
+fn plans_that_cannot_be_compiled_are_interpreted() {
     let runs = [Run { operator: Operator::Add, count: 1 }];
     let plan =
         Plan { inputs: 1, constants: &[], runs: &runs, operands: &[0, 7], outputs: &[1], tables: &[], numbers: &[] };
@@ -183,8 +183,8 @@ fn what_cannot_be_code_is_left_to_the_interpreter() {
     let whole = Plan { operands: &[0, 0], ..plan };
     if let Some(native) = Native::<f64>::new(&whole) {
         assert!(!native.evaluate(&mut [1.0]), "too little memory");
-        let mut memory = [f64::NAN, 0.0];
-        assert!(!native.evaluate(&mut memory), "an input that is no number");
+        let mut values = [f64::NAN, 0.0];
+        assert!(!native.evaluate(&mut values), "an input that is no number");
     }
 }
 
@@ -215,24 +215,24 @@ fn series_agree<N: Value>(random: &mut Random, lanes: usize, lane: impl Fn(&mut 
     let width = (inputs + 2 * count) as usize;
     // Orders up to this one have code without loops.
     let Some(native) = NativeSeries::<N>::new(&steps, width, random.below(16) as usize) else { return false };
-    let mut together = vec![N::all(0.0); width * (orders + 1)];
+    let mut in_lanes = vec![N::all(0.0); width * (orders + 1)];
     // Where one lane has edges, the others mostly have none.
     let edges = random.below(1 + lanes as u64) as usize;
-    for place in &mut together {
+    for place in &mut in_lanes {
         for k in 0..lanes {
             let number = random.number();
             let plain = random.below(1 << 31) as f64 / f64::from(1 << 29) - 2.0;
             *lane(place, k) = if k == edges { number } else { plain };
         }
     }
-    let mut alone: Vec<Vec<f64>> =
-        (0..lanes).map(|k| together.iter_mut().map(|place| *lane(place, k)).collect()).collect();
+    let mut scalar: Vec<Vec<f64>> =
+        (0..lanes).map(|k| in_lanes.iter_mut().map(|place| *lane(place, k)).collect()).collect();
     for order in 1..=orders {
-        native.advance(&mut together, order);
-        alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.find(memory, width, order)));
+        native.advance(&mut in_lanes, order);
+        scalar.iter_mut().for_each(|series| steps.iter().for_each(|step| step.find(series, width, order)));
     }
-    for (k, alone) in alone.iter().enumerate() {
-        let different = together.iter_mut().zip(alone).position(|(a, b)| !same(*lane(a, k), *b));
+    for (k, scalar) in scalar.iter().enumerate() {
+        let different = in_lanes.iter_mut().zip(scalar).position(|(a, b)| !same(*lane(a, k), *b));
         assert_eq!(different, None, "lane {k} of {lanes}, {width} values: {steps:?}");
     }
     true
@@ -255,17 +255,17 @@ fn rules_have_the_same_bits_in_lanes() {
     for _ in 0..300 {
         let steps = random_steps(&mut random, 5, 12);
         let width = 29;
-        let mut together: Vec<Lanes<f64, 3>> =
+        let mut in_lanes: Vec<Lanes<f64, 3>> =
             (0..width * 8).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
-        let mut alone: [Vec<f64>; 3] = std::array::from_fn(|k| together.iter().map(|x| x.0[k]).collect());
-        steps.iter().for_each(|step| step.begin(&mut together[..width]));
-        alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.begin(&mut memory[..width])));
+        let mut scalar: [Vec<f64>; 3] = std::array::from_fn(|k| in_lanes.iter().map(|x| x.0[k]).collect());
+        steps.iter().for_each(|step| step.begin(&mut in_lanes[..width]));
+        scalar.iter_mut().for_each(|series| steps.iter().for_each(|step| step.begin(&mut series[..width])));
         for order in 1..8 {
-            steps.iter().for_each(|step| step.find(&mut together, width, order));
-            alone.iter_mut().for_each(|memory| steps.iter().for_each(|step| step.find(memory, width, order)));
+            steps.iter().for_each(|step| step.find(&mut in_lanes, width, order));
+            scalar.iter_mut().for_each(|series| steps.iter().for_each(|step| step.find(series, width, order)));
         }
-        for (k, alone) in alone.iter().enumerate() {
-            assert!(together.iter().zip(alone).all(|(a, b)| same(a.0[k], *b)), "lane {k}: {steps:?}");
+        for (k, scalar) in scalar.iter().enumerate() {
+            assert!(in_lanes.iter().zip(scalar).all(|(a, b)| same(a.0[k], *b)), "lane {k}: {steps:?}");
         }
     }
 }
@@ -292,7 +292,7 @@ fn long_series_have_the_bits_of_their_rules() {
 
 /// Steps that no plan has: over each other's places, over their own, out of order.
 #[test]
-fn steps_without_sense_do_no_harm() {
+fn invalid_steps_do_no_harm() {
     let mut random = Random(59);
     for _ in 0..500 {
         let width = 1 + random.below(6) as usize;
@@ -310,12 +310,12 @@ fn steps_without_sense_do_no_harm() {
         };
         let native = NativeSeries::<f64>::new(&steps, width, 3);
         assert_eq!(native.is_some(), has_avx2() && steps.iter().all(sound));
-        let mut memory = vec![1.0; 6 * width];
+        let mut series = vec![1.0; 6 * width];
         if let Some(native) = native {
-            let before = memory.clone();
-            native.advance(&mut memory, 0);
-            assert_eq!(memory, before, "of order 0 nothing is found");
-            (1..6).for_each(|order| native.advance(&mut memory, order));
+            let before = series.clone();
+            native.advance(&mut series, 0);
+            assert_eq!(series, before, "of order 0 nothing is found");
+            (1..6).for_each(|order| native.advance(&mut series, order));
         }
     }
     assert!(NativeSeries::<f64>::new(&[], usize::MAX, 3).is_none(), "too many values");
@@ -324,7 +324,7 @@ fn steps_without_sense_do_no_harm() {
 
 #[test]
 #[should_panic(expected = "no coefficients of order 2")]
-fn orders_that_the_memory_has_not_are_refused() {
+fn orders_larger_than_the_buffer_are_refused() {
     let step = Step { operator: Operator::Add, scaled: false, out: 0, operands: [0; 3], more: 0 };
     match NativeSeries::new(&[step], 1, 4) {
         Some(native) => native.advance(&mut [1.0, 2.0], 2),

@@ -22,7 +22,7 @@ fn build(arguments: &[&str]) -> Output {
     cargo.args(arguments).current_dir(folder()).output().expect("cargo runs")
 }
 
-fn said(output: &Output) -> String {
+fn stderr_text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -37,10 +37,10 @@ fn installed(target: &str) -> bool {
 #[test]
 fn no_path_of_any_block_leads_to_a_panic() {
     let good = build(&[]);
-    assert!(good.status.success(), "a block may panic, or does not build without std:\n{}", said(&good));
+    assert!(good.status.success(), "a block may panic, or does not build without std:\n{}", stderr_text(&good));
     // The same check notices a single index.
     let bad = build(&["--features", "a_panic_path"]);
-    assert!(!bad.status.success() && said(&bad).contains(MISSING), "{}", said(&bad));
+    assert!(!bad.status.success() && stderr_text(&bad).contains(MISSING), "{}", stderr_text(&bad));
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn no_path_leads_to_a_panic_on_a_microcontroller() {
         return;
     }
     let good = build(&["--target", target]);
-    assert!(good.status.success(), "a block may panic, or does not build for {target}:\n{}", said(&good));
+    assert!(good.status.success(), "a block may panic, or does not build for {target}:\n{}", stderr_text(&good));
     let bad = build(&["--target", target, "--features", "a_panic_path"]);
-    assert!(!bad.status.success() && said(&bad).contains(MISSING), "{}", said(&bad));
+    assert!(!bad.status.success() && stderr_text(&bad).contains(MISSING), "{}", stderr_text(&bad));
 }

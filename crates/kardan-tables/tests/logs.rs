@@ -384,8 +384,8 @@ fn csv_with_stamps_missing_values_and_odd_rows() {
     lines[40] = "# pause".into();
     let log = text(&format!("t,x\n{}\n", lines.join("\n")));
     assert_eq!(log.rows(), 47);
-    for words in ["2 rows", "row 12", "`x`: `x7`", "row 22"] {
-        assert!(log.reported().contains(words), "{words}: {}", log.reported());
+    for expected in ["2 rows", "row 12", "`x`: `x7`", "row 22"] {
+        assert!(log.reported().contains(expected), "{expected}: {}", log.reported());
     }
     let log = text("t,x\n0,1\n1,2\n2,");
     assert_eq!(log.rows(), 3);
@@ -397,7 +397,7 @@ fn csv_with_stamps_missing_values_and_odd_rows() {
 }
 
 #[test]
-fn csv_follows_the_given_options() {
+fn csv_follows_the_specified_options() {
     let options = CsvOptions {
         delimiter: Some(b';'),
         decimal_comma: Some(false),
@@ -484,7 +484,7 @@ fn what_is_exported_comes_back_bit_for_bit() {
 }
 
 #[test]
-fn names_like_formulas_come_back_without_their_guard() {
+fn the_guard_of_names_like_formulas_is_removed() {
     let names = ["=1+1", "-x", "@sum", "+a", "'=b", "a,b", "'c'"];
     let column = |name| Column { name, unit: "", description: "", values: &[1.0, 2.0] };
     let bytes = write::csv(&Table { time: &[0.0, 1.0], columns: names.into_iter().map(column).collect() });
@@ -604,16 +604,16 @@ fn harm(bytes: Vec<u8>) -> (usize, String) {
 /// What a harmed file gives, and the most memory that was taken for it, bytes. Memory is counted for one thread: all is done on it.
 fn weighed(bytes: Vec<u8>) -> ((usize, String), u64) {
     thread_local! {
-        static ALONE: rayon::ThreadPool =
+        static SINGLE_THREAD: rayon::ThreadPool =
             rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().expect("a pool of this thread");
     }
     let mut outcome = (0, String::new());
-    let memory = ALONE.with(|alone| allocation_counter::measure(|| outcome = alone.install(|| harm(bytes))));
-    (outcome, memory.bytes_max)
+    let allocations = SINGLE_THREAD.with(|pool| allocation_counter::measure(|| outcome = pool.install(|| harm(bytes))));
+    (outcome, allocations.bytes_max)
 }
 
 #[test]
-fn every_damage_is_reported_and_the_rows_before_it_are_given() {
+fn every_damage_is_reported_and_the_rows_before_it_are_read() {
     let rasters = stored("rasters.mf4");
     let deflated = stored("deflated.mf4");
     let matrix = stored("matrix.mat");
@@ -719,10 +719,10 @@ fn every_damage_is_reported_and_the_rows_before_it_are_given() {
     ];
     assert!(cases.len() >= 40);
     let mut failed = Vec::new();
-    for (name, bytes, rows, words) in cases {
-        let (given, reported) = harm(bytes);
-        if given < rows || !reported.contains(words) {
-            failed.push(format!("{name}: {given} rows of {rows}, told `{reported}`, expected `{words}`"));
+    for (name, bytes, rows, expected) in cases {
+        let (row_count, reported) = harm(bytes);
+        if row_count < rows || !reported.contains(expected) {
+            failed.push(format!("{name}: {row_count} rows of {rows}, told `{reported}`, expected `{expected}`"));
         }
     }
     assert!(failed.is_empty(), "{}", failed.join("\n"));
@@ -776,8 +776,8 @@ fn random_damage_never_panics() {
                     _ => bytes[at] = bytes[at].wrapping_add(1),
                 }
             }
-            let (outcome, memory) = weighed(bytes);
-            assert!(memory < 300 << 20, "{memory} bytes: {}", outcome.1);
+            let (outcome, peak_bytes) = weighed(bytes);
+            assert!(peak_bytes < 300 << 20, "{peak_bytes} bytes: {}", outcome.1);
             reported += usize::from(!outcome.1.trim().is_empty());
         }
     }
@@ -797,7 +797,7 @@ fn small() -> Vec<(String, Vec<u8>)> {
 /// Where the variables of a MAT file end.
 fn variables(bytes: &[u8]) -> Vec<usize> {
     let mut ends = vec![128];
-    while let Some(size) = bytes.get(ends[ends.len() - 1] + 4..).and_then(|rest| rest.first_chunk::<4>()) {
+    while let Some(size) = bytes.get(ends[ends.len() - 1] + 4..).and_then(|tail| tail.first_chunk::<4>()) {
         ends.push(ends[ends.len() - 1] + 8 + u32::from_le_bytes(*size) as usize);
     }
     ends
@@ -809,13 +809,13 @@ fn files_cut_at_every_byte() {
     for (name, bytes) in small() {
         let whole = read_with(bytes.clone(), &CsvOptions::default()).unwrap();
         for length in 0..bytes.len() {
-            let (outcome, memory) = weighed(bytes[..length].to_vec());
+            let (outcome, peak_bytes) = weighed(bytes[..length].to_vec());
             assert!(outcome.0 <= whole.rows(), "{name}, {length} bytes: {} rows", outcome.0);
-            assert!(memory < 64 << 20, "{name}, {length} bytes: {memory} bytes of memory");
+            assert!(peak_bytes < 64 << 20, "{name}, {length} bytes: {peak_bytes} bytes of memory");
             // A text may end anywhere and a MAT file behind each variable; other formats say that something is missing.
-            let said = !outcome.1.trim().is_empty();
+            let is_reported = !outcome.1.trim().is_empty();
             let may_end = name.ends_with(".csv") || name.ends_with(".mat") && variables(&bytes).contains(&length);
-            assert!(said || may_end, "{name}, {length} bytes: silent");
+            assert!(is_reported || may_end, "{name}, {length} bytes: silent");
         }
     }
 }
@@ -823,13 +823,13 @@ fn files_cut_at_every_byte() {
 /// Bytes that lie about their numbers, everywhere in small files: no decoder panics, not even where it would be caught, and no memory
 /// is taken for what is not there.
 #[test]
-fn lies_are_reported_without_a_panic() {
+fn false_sizes_are_reported_and_never_panic() {
     let huge = 1_000_000_000_000_000_000u64.to_le_bytes();
     let mut wrong = Vec::new();
-    let mut look = |name: &str, at: usize, bytes: Vec<u8>| {
-        let (outcome, memory) = weighed(bytes);
-        if memory >= 64 << 20 || outcome.1.contains("contradict each other") {
-            wrong.push(format!("{name}, byte {at}: {memory} bytes of memory, {}", outcome.1));
+    let mut check = |name: &str, at: usize, bytes: Vec<u8>| {
+        let (outcome, peak_bytes) = weighed(bytes);
+        if peak_bytes >= 64 << 20 || outcome.1.contains("contradict each other") {
+            wrong.push(format!("{name}, byte {at}: {peak_bytes} bytes of memory, {}", outcome.1));
         }
     };
     for (name, bytes) in small() {
@@ -838,11 +838,11 @@ fn lies_are_reported_without_a_panic() {
             let lies = [0, 0xff, 0x7f, old.wrapping_add(1), old.wrapping_sub(1), old ^ 0x80, old ^ 0x10, old ^ 2];
             let parquet = name.ends_with(".parquet");
             for new in lies.into_iter().take(if parquet { 8 } else { 0 }) {
-                look(&name, at, put(bytes.clone(), at, &[new]));
+                check(&name, at, put(bytes.clone(), at, &[new]));
             }
             // 10¹⁸ rows, bytes or links.
             if at % 4 == 0 && at + 8 <= bytes.len() {
-                look(&name, at, put(bytes.clone(), at, &huge));
+                check(&name, at, put(bytes.clone(), at, &huge));
             }
             // The same in the description of a Parquet file, where numbers have as many bytes as they need.
             let footer = bytes.len().saturating_sub(8);
@@ -860,13 +860,13 @@ fn lies_are_reported_without_a_panic() {
                 new.extend(&bytes[at + 1..footer]);
                 new.extend(((length + more) as u32).to_le_bytes());
                 new.extend(b"PAR1");
-                look(&name, at, new);
+                check(&name, at, new);
             }
             // A count of 600 million before its first page.
             if parquet && (4..64).contains(&at) {
                 let more = bytes[at..].iter().take_while(|byte| **byte >= 0x80).count();
                 let new = [&bytes[..at], &[0x80, 0x98, 0x9a, 0xbc, 4], &bytes[at + more + 1..]].concat();
-                look(&name, at, new);
+                check(&name, at, new);
             }
         }
     }
@@ -875,7 +875,7 @@ fn lies_are_reported_without_a_panic() {
 
 /// A MAT file of 12 KiB that breaks off after the name of a matrix of 10,000 columns: each column has a name as long.
 #[test]
-fn long_names_of_many_columns_take_little_memory() {
+fn long_names_of_many_columns_need_less_than_64_mib() {
     let element = |kind: u32, body: &[u8]| [&kind.to_le_bytes(), &(body.len() as u32).to_le_bytes(), body].concat();
     let sizes: Vec<u8> = [10_000u32, 10_000].iter().flat_map(|size| size.to_le_bytes()).collect();
     let whole = |name: usize| {
@@ -892,12 +892,12 @@ fn long_names_of_many_columns_take_little_memory() {
     for length in [8, 12 << 10] {
         let bytes = whole(length);
         let mut channels = 0;
-        let memory = allocation_counter::measure(|| {
+        let allocations = allocation_counter::measure(|| {
             let log = kardan_tables::read::open(kardan_tables::read::in_memory(bytes), &CsvOptions::default()).unwrap();
             channels = log.groups()[0].channels.len();
             names.push(log.notes().join(" "));
         });
-        assert!(memory.bytes_max < 64 << 20, "names of {length} bytes: {} bytes of memory", memory.bytes_max);
+        assert!(allocations.bytes_max < 64 << 20, "names of {length} bytes: {} bytes of memory", allocations.bytes_max);
         assert!(if length == 8 { channels == 10_000 } else { (500..1000).contains(&channels) }, "{channels} channels");
     }
     assert!(names[0].is_empty() && names[1].contains("more than 10 MiB"), "{names:?}");

@@ -35,7 +35,7 @@ fn largest_share(parts: &Parts, reversed: bool, at: c64, half: f64, width: f64) 
 }
 
 #[test]
-fn what_happens_at_corners_is_within_the_bound() {
+fn deviations_at_corners_satisfy_the_bound() {
     let mut closest = 0.0f64;
     for seed in 0..500 {
         let random = &mut Random::new(seed);

@@ -5,17 +5,17 @@ use super::*;
 /// A double integrator with its position read: a constant fault of the sensor has the same effect as another position, one of the input does not;
 /// with the input unknown no fault is detected.
 #[test]
-fn a_position_alone() {
+fn faults_with_position_and_speed_sensors() {
     let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
     let system =
         LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
-    let alone =
+    let position_only =
         LinearSystem { c: matrix(&[&[1, 0]]), d: Matrix::zeros(1, 1), outputs: vec!["y".into()], ..system.clone() };
-    let transfer = Transfer::new(&alone).unwrap();
+    let transfer = Transfer::new(&position_only).unwrap();
     assert!(transfer.is_exact());
     assert!(transfer.detects(&[0], Fault::Output(0), &[]) && !transfer.detects(&[0], Fault::Output(0), &[0]));
-    assert_eq!(constant_is_detectable(&alone, Fault::Output(0), &[]), Some(false));
-    assert_eq!(constant_is_detectable(&alone, Fault::Input(0), &[]), Some(true));
+    assert_eq!(constant_is_detectable(&position_only, Fault::Output(0), &[]), Some(false));
+    assert_eq!(constant_is_detectable(&position_only, Fault::Input(0), &[]), Some(true));
     assert_eq!(transfer.groups(&[0], &[Fault::Output(0), Fault::Input(0)], &[]), (vec![vec![0, 1]], vec![]));
     // Position and velocity: p' − v isolates the sensors from the input, not from each other; v' − u isolates these.
     let transfer = Transfer::new(&system).unwrap();

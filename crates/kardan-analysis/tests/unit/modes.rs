@@ -6,7 +6,7 @@ use kardan_math::num::Random;
 
 /// The modes other than known roots represent the other roots, with any rounding.
 #[test]
-fn known_roots_are_taken_out() {
+fn specified_roots_are_removed() {
     let mode = |re: f64, im: f64| root(c64::new(re, im));
     let values = |modes: Vec<Mode>| modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>();
     // Three zeros as a real root and a pair; a pair far away.

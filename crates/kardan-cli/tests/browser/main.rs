@@ -13,7 +13,7 @@ const NAMES: [&str; 5] = ["chromium", "chromium-browser", "google-chrome", "goog
 /// Looks at a page and tells its parent what is wrong.
 const CHECK: &str = include_str!("check.js");
 /// Pages in one start of the browser.
-const TOGETHER: usize = 8;
+const PAGES_PER_START: usize = 8;
 /// One start of the browser takes no longer.
 const LIMIT: Duration = Duration::from_secs(90);
 
@@ -62,13 +62,9 @@ const PAGE: &str = "report.html";
 
 /// The browser, or why there is none.
 fn browser() -> Result<PathBuf, String> {
-    if let Some(given) = std::env::var_os("KARDAN_BROWSER") {
-        let given = PathBuf::from(given);
-        return if given.is_file() {
-            Ok(given)
-        } else {
-            Err(format!("KARDAN_BROWSER: there is no {}", given.display()))
-        };
+    if let Some(path) = std::env::var_os("KARDAN_BROWSER") {
+        let path = PathBuf::from(path);
+        return if path.is_file() { Ok(path) } else { Err(format!("KARDAN_BROWSER: there is no {}", path.display())) };
     }
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let places = || std::env::split_paths(&folders).flat_map(|folder| NAMES.map(|name| folder.join(name)));
@@ -151,8 +147,8 @@ fn all_reports(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn with_check(page: &str) -> String {
-    let (head, rest) = page.split_once("<title>").expect("a title");
-    format!("{head}<script>{CHECK}</script>\n<title>{rest}")
+    let (head, tail) = page.split_once("<title>").expect("a title");
+    format!("{head}<script>{CHECK}</script>\n<title>{tail}")
 }
 
 /// What is wrong in pages, each at the width of a telephone, of a desk, and of a sheet of paper.
@@ -180,14 +176,14 @@ fn complaints(browser: &Path, folder: &Path, pages: &[PathBuf]) -> Vec<String> {
     );
     let place = folder.join("harness.html");
     std::fs::write(&place, harness).expect("a page of frames");
-    let seen = dump(browser, folder, &place);
-    let said =
-        seen.split_once("<pre id=\"said\">").and_then(|(_, rest)| rest.split_once("</pre>")).map(|(said, _)| said);
-    let said = said.unwrap_or_else(|| panic!("the browser said: {seen}"));
+    let dom = dump(browser, folder, &place);
+    let output =
+        dom.split_once("<pre id=\"said\">").and_then(|(_, tail)| tail.split_once("</pre>")).map(|(output, _)| output);
+    let output = output.unwrap_or_else(|| panic!("the browser said: {dom}"));
     let mut wrong: Vec<String> =
-        said.lines().filter_map(|line| line.strip_prefix("WRONG ")).map(String::from).collect();
-    if !said.contains("ALL SEEN") {
-        wrong.push(format!("not every page was seen: {said}"));
+        output.lines().filter_map(|line| line.strip_prefix("WRONG ")).map(String::from).collect();
+    if !output.contains("ALL SEEN") {
+        wrong.push(format!("not every page was seen: {output}"));
     }
     wrong
 }
@@ -231,7 +227,8 @@ fn built_in_reports_are_sound_in_a_browser() {
     };
     let folder = Folder::new("reports");
     let pages = all_reports(&folder.0);
-    let wrong: Vec<String> = pages.chunks(TOGETHER).flat_map(|pages| complaints(&browser, &folder.0, pages)).collect();
+    let wrong: Vec<String> =
+        pages.chunks(PAGES_PER_START).flat_map(|pages| complaints(&browser, &folder.0, pages)).collect();
     assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
 }
 
@@ -271,7 +268,7 @@ fn runs_of_a_sweep_can_be_looked_into() {
 
 /// What the check is for: a page with one of each mistake is told of all.
 #[test]
-fn errors_are_seen() {
+fn page_errors_are_reported() {
     let Ok(browser) = browser() else { return };
     let folder = Folder::new("mistakes");
     let page = "<!doctype html><html><head><title>bad</title><style>@media print { p { color: red; } }</style></head><body>\

@@ -117,8 +117,11 @@ fn a_study_goes_the_whole_way() {
     assert!(!page.contains("NaN") && !page.contains("http://") && !page.contains("https://"));
     // The text says the same.
     let got = bench(&at, &["m.toml", "--study", "--out", "t", "-q"]);
-    let said = String::from_utf8(got.stdout).unwrap();
-    assert!(said.contains("Identified and true values") && said.contains("Simulation and bench: torque"), "{said}");
+    let stdout = String::from_utf8(got.stdout).unwrap();
+    assert!(
+        stdout.contains("Identified and true values") && stdout.contains("Simulation and bench: torque"),
+        "{stdout}"
+    );
 }
 
 #[test]
@@ -139,9 +142,9 @@ fn what_cannot_be_is_reported_and_leaves_no_folder() {
         (&["harmonic-drive"], "has no speed limit"),
     ] {
         let got = bench(&at, arguments);
-        let said = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains(part) && !said.contains("panicked"), "{arguments:?}: {said}");
+        let stderr = String::from_utf8_lossy(&got.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(got.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(part) && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
     }
     assert!(!at.join("kardan-out").exists());
 }

@@ -53,8 +53,8 @@ fn a_value_that_is_set_is_computed_with() {
     // Every command with a model takes it; what is wrong in it is told.
     for command in ["run", "analyze", "design", "equations", "check", "bench", "linearise"] {
         let got = kardan(&at, &[command, "axle.toml", "--set", "axle.inertia=1 kg"]);
-        let said = String::from_utf8_lossy(&got.stderr).into_owned();
-        assert!(got.status.code() == Some(2) && said.contains("shaft.axle.inertia"), "{command}: {said}");
+        let stderr = String::from_utf8_lossy(&got.stderr).into_owned();
+        assert!(got.status.code() == Some(2) && stderr.contains("shaft.axle.inertia"), "{command}: {stderr}");
     }
     let got = kardan(&at, &["run", "axle.toml", "--set", "I=1 kg m^2", "--json"]);
     assert_eq!(printed(&got.stdout)["error"]["diagnostics"][0]["code"], "set::unknown");
@@ -100,9 +100,11 @@ fn completions_know_the_models() {
         assert!(kardan(&at, &["completions", shell]).status.success(), "{shell}");
     }
     let script = String::from_utf8(kardan(&at, &["completions", "bash"]).stdout).unwrap();
-    let asked =
+    let completion_request =
         "COMP_WORDS=(kardan run two-b); COMP_CWORD=2; _kardan kardan two-b run; printf '%s\\n' \"${COMPREPLY[@]}\"";
-    let Ok(got) = Command::new("bash").args(["-c", &format!("{script}\n{asked}")]).output() else { return };
+    let Ok(got) = Command::new("bash").args(["-c", &format!("{script}\n{completion_request}")]).output() else {
+        return;
+    };
     assert_eq!(String::from_utf8_lossy(&got.stdout).trim(), "two-bodies", "{got:?}");
 }
 
@@ -126,8 +128,8 @@ fn files_of_an_earlier_run_do_not_stand_beside_new_ones() {
     assert_eq!(names("kardan-out"), ["mechanism.svg", "model.csv", "report.html", "speed.svg"]);
     assert_eq!(run(&[]), "", "the same files");
     fs::write(at.join("kardan-out/mine.csv"), "mine").unwrap();
-    let said = run(&["--set", "model.name=axle", "--set", "plot[0].name=turning"]);
-    assert!(said.contains("model.csv") && said.contains("speed.svg") && said.contains("earlier"), "{said}");
+    let stderr = run(&["--set", "model.name=axle", "--set", "plot[0].name=turning"]);
+    assert!(stderr.contains("model.csv") && stderr.contains("speed.svg") && stderr.contains("earlier"), "{stderr}");
     assert_eq!(names("kardan-out"), ["axle.csv", "earlier", "mechanism.svg", "mine.csv", "report.html", "turning.svg"]);
     assert_eq!(names("kardan-out/earlier"), ["model.csv", "speed.svg"]);
     // What somebody has changed since is his.
@@ -182,8 +184,8 @@ fn a_file_is_watched() {
         [(["check", "two-bodies", "--watch"], "does not change"), (["check", "-", "--watch"], "read once")]
     {
         let got = kardan(&at, &arguments);
-        let said = String::from_utf8_lossy(&got.stderr).into_owned();
-        assert!(got.status.code() == Some(2) && said.contains(word), "{said}");
+        let stderr = String::from_utf8_lossy(&got.stderr).into_owned();
+        assert!(got.status.code() == Some(2) && stderr.contains(word), "{stderr}");
     }
 }
 

@@ -39,7 +39,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Miette's frame and line breaks taken out.
-fn words(bytes: &[u8]) -> String {
+fn plain_text(bytes: &[u8]) -> String {
     text(bytes).replace(['│', '×', '╰', '─', '▶'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -79,13 +79,13 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
     for (model, code, parts) in cases {
         for command in ["run", "analyze", "design", "bench", "equations", "check"] {
             let got = output(&at, &[command, model]);
-            let said = words(&got.stderr);
-            assert_eq!(got.status.code(), Some(2), "{command} {model}: {said}");
+            let stderr = plain_text(&got.stderr);
+            assert_eq!(got.status.code(), Some(2), "{command} {model}: {stderr}");
             assert!(got.stdout.is_empty(), "{command} {model}");
             for part in parts.iter().chain([&code]) {
-                assert!(said.contains(part), "{command} {model} does not say {part}: {said}");
+                assert!(stderr.contains(part), "{command} {model} does not say {part}: {stderr}");
             }
-            assert!(!said.contains("panicked"));
+            assert!(!stderr.contains("panicked"));
         }
         for command in ["run", "analyze", "design", "bench"] {
             let got = output(&at, &[command, model, "--json"]);
@@ -95,7 +95,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
             assert_eq!(only["code"], code);
             assert_eq!(only["line"], Value::Null);
             assert_eq!(object["error"]["message"], only["message"]);
-            assert!(words(&got.stderr).contains(code));
+            assert!(plain_text(&got.stderr).contains(code));
         }
     }
     assert!(!at.join("kardan-out").exists(), "a bad model must leave no folder behind");
@@ -123,9 +123,9 @@ fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
             &["run", "sound.toml", "--variants-from", path],
         ] {
             let got = output(&at, arguments);
-            let said = words(&got.stderr);
-            assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
-            assert!(said.contains(&format!("{kind}, not a file")), "{arguments:?}: {said}");
+            let stderr = plain_text(&got.stderr);
+            assert_eq!(got.status.code(), Some(2), "{arguments:?}: {stderr}");
+            assert!(stderr.contains(&format!("{kind}, not a file")), "{arguments:?}: {stderr}");
         }
     }
 }
@@ -135,10 +135,10 @@ fn a_file_called_like_a_builtin_needs_a_dot() {
     let at = folder("shadow");
     fs::write(at.join(BUILTIN), "").unwrap();
     let builtin = output(&at, &["check", BUILTIN]);
-    assert!(words(&builtin.stderr).contains(&format!("the file of that name is ./{BUILTIN}")));
+    assert!(plain_text(&builtin.stderr).contains(&format!("the file of that name is ./{BUILTIN}")));
     let file = output(&at, &["check", &format!("./{BUILTIN}")]);
     assert_eq!(file.status.code(), Some(2));
-    assert!(words(&file.stderr).contains("file::empty"));
+    assert!(plain_text(&file.stderr).contains("file::empty"));
 }
 
 #[test]
@@ -212,14 +212,14 @@ fn models_are_listed_printed_and_saved_once() {
     fs::write(at.join("my.toml"), "mine").unwrap();
     let again = output(&at, &["models", BUILTIN, "--write", "my.toml"]);
     assert_eq!(again.status.code(), Some(2));
-    assert!(words(&again.stderr).contains("my.toml"));
+    assert!(plain_text(&again.stderr).contains("my.toml"));
     assert_eq!(fs::read_to_string(at.join("my.toml")).unwrap(), "mine");
     let mut names: Vec<_> = fs::read_dir(&at).unwrap().flatten().map(|entry| entry.file_name()).collect();
     names.sort();
     assert_eq!(names, ["kardan.schema.json", "my.toml"], "no temporary file is left");
     let unknown = output(&at, &["models", "sia-sterring"]);
     assert_eq!(unknown.status.code(), Some(2));
-    assert!(words(&unknown.stderr).contains(&format!("did you mean the built-in model `{BUILTIN}`")));
+    assert!(plain_text(&unknown.stderr).contains(&format!("did you mean the built-in model `{BUILTIN}`")));
 }
 
 #[test]
@@ -229,7 +229,7 @@ fn the_manual_has_pages() {
     assert!(text(&output(&at, &["elements", "shaft"]).stdout).contains("shaft"));
     let unknown = output(&at, &["elements", "shraft"]);
     assert_eq!(unknown.status.code(), Some(2));
-    assert!(words(&unknown.stderr).contains("element::unknown"));
+    assert!(plain_text(&unknown.stderr).contains("element::unknown"));
 }
 
 #[test]
@@ -251,10 +251,10 @@ fn a_closed_pipe_is_no_error() {
     for arguments in cases {
         let mut child = kardan(&at, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let mut said = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(0), "{arguments:?}: {said}");
-        assert!(!said.contains("panicked") && !said.contains("Broken pipe"), "{arguments:?}: {said}");
+        let mut stderr = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{arguments:?}: {stderr}");
+        assert!(!stderr.contains("panicked") && !stderr.contains("Broken pipe"), "{arguments:?}: {stderr}");
         // Nobody reads what went wrong either.
         let mut child = kardan(&at, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop((child.stdout.take(), child.stderr.take()));
@@ -268,11 +268,14 @@ fn errors_are_shown_with_their_line_and_counted() {
     fs::write(at.join("bad.toml"), "\u{feff}[shaft.a]\ninertia = \"1 kq m^2\"\n").unwrap();
     for no_color in ["", "1"] {
         let got = kardan(&at, &["check", "bad.toml"]).env("NO_COLOR", no_color).output().unwrap();
-        let said = text(&got.stderr);
-        assert_eq!(got.status.code(), Some(2), "{said}");
-        assert!(said.contains("bad.toml:2:") && said.contains("kq m^2"), "{said}");
-        assert!(said.lines().last().unwrap().contains("error") && said.trim_end().ends_with("in bad.toml"), "{said}");
-        assert!(!said.contains('\u{1b}'), "colour without a terminal");
+        let stderr = text(&got.stderr);
+        assert_eq!(got.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains("bad.toml:2:") && stderr.contains("kq m^2"), "{stderr}");
+        assert!(
+            stderr.lines().last().unwrap().contains("error") && stderr.trim_end().ends_with("in bad.toml"),
+            "{stderr}"
+        );
+        assert!(!stderr.contains('\u{1b}'), "colour without a terminal");
     }
     let got = output(&at, &["run", "bad.toml", "--json"]);
     let object = printed(&got.stdout);
@@ -357,7 +360,10 @@ fn matrices_are_read_or_refused_kindly() {
         assert_eq!(got.status.code(), Some(2), "{path}");
         let object = printed(&got.stdout);
         assert_eq!(object["error"]["diagnostics"][0]["code"], code, "{path}");
-        assert!(words(&got.stderr).contains(code) && !words(&got.stderr).contains("built-in model"), "{path}");
+        assert!(
+            plain_text(&got.stderr).contains(code) && !plain_text(&got.stderr).contains("built-in model"),
+            "{path}"
+        );
     }
     // One or the other.
     let both = output(&at, &["analyze", "two-bodies", "--state-space", "x"]);
@@ -498,8 +504,8 @@ fn absurdly_short_times_are_refused() {
             fs::write(at.join("m.toml"), model).unwrap();
             let got =
                 Command::new(env!("CARGO_BIN_EXE_kardan")).current_dir(&at).args(["check", "m.toml"]).output().unwrap();
-            let said = String::from_utf8_lossy(&got.stderr).into_owned();
-            assert_eq!(!said.contains("at least 1 us"), right, "{part} {time}: {said}");
+            let stderr = String::from_utf8_lossy(&got.stderr).into_owned();
+            assert_eq!(!stderr.contains("at least 1 us"), right, "{part} {time}: {stderr}");
         }
     }
 }

@@ -105,7 +105,7 @@ impl Place {
 }
 
 /// All words of what it said.
-fn said(output: &Output) -> String {
+fn stderr_text(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stderr).replace('│', " ");
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -115,7 +115,7 @@ fn any_number_of_shards_on_this_machine_is_the_whole() {
     let at = Place::new("local", &[]);
     for (shards, threads) in [("1", "1"), ("7", "1"), ("8", "2")] {
         let got = at.sweep(&["--on", "local", "--shards", shards, "--threads", threads, "--out", shards]);
-        assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+        assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
         at.is_whole(shards);
     }
     let parts = fs::read_dir(at.0.join("7/parts")).unwrap().count();
@@ -131,13 +131,17 @@ fn a_shard_that_was_killed_is_run_again() {
     fs::write(at.0.join("mine.sh"), format!("cd '{}/bin'\n{template}", at.0.display())).unwrap();
     let more = ["--on", "local", "--shards", "7", "--template", "mine.sh", "--out", "o"];
     let got = at.sweep(&[&more[..], &["--retries", "0"]].concat());
-    let error = said(&got);
+    let error = stderr_text(&got);
     assert!(got.status.code() == Some(2) && error.contains("1 of 7 shards are not done (2); shard 2: "), "{error}");
     assert!(error.contains("with `--resume` reruns only them"), "{error}");
     let done = fs::metadata(at.0.join("o/parts/1/shard-1-of-7.json")).unwrap().modified().unwrap();
     fs::remove_file(at.0.join("once")).unwrap();
     let got = at.sweep(&[&more[..], &["--resume"]].concat());
-    assert!(got.status.code() == Some(1) && said(&got).contains("1 of 7 shards have failed (2;"), "{}", said(&got));
+    assert!(
+        got.status.code() == Some(1) && stderr_text(&got).contains("1 of 7 shards have failed (2;"),
+        "{}",
+        stderr_text(&got)
+    );
     at.is_whole("o");
     assert_eq!(at.read("tries"), "1 2 3 4 5 6 7\n2\n2\n");
     assert_eq!(fs::metadata(at.0.join("o/parts/1/shard-1-of-7.json")).unwrap().modified().unwrap(), done);
@@ -152,10 +156,10 @@ fn schedulers_are_followed_and_what_failed_is_submitted_again() {
     for (on, programs) in [("slurm", &[("sbatch", SBATCH), ("squeue", SQUEUE)][..]), ("hyperqueue", &[("hq", HQ)])] {
         let at = Place::new(on, programs);
         let got = at.sweep(&["--on", on, "--shards", "4", "--out", "o o"]);
-        assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+        assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
         at.is_whole("o o");
         assert_eq!(at.read("submitted"), "1 2 3 4 \n2 3 \n", "{on}");
-        let notes = said(&got);
+        let notes = stderr_text(&got);
         assert!(notes.contains("2 of 4 shards have failed (2-3; "), "{notes}");
         assert!(on != "slurm" || notes.contains("slurm does not answer (cannot connect)"), "{notes}");
         assert_eq!(at.read("o o/jobs.txt").matches(&format!("job {on} 41\n")).count(), 2);
@@ -172,7 +176,11 @@ fn indexed_jobs_name_the_shards_that_are_missing() {
         .env("KARDAN", env!("CARGO_BIN_EXE_kardan"))
         .output()
         .unwrap();
-    assert!(got.status.code() == Some(2) && said(&got).contains("shard 3: it has not started"), "{}", said(&got));
+    assert!(
+        got.status.code() == Some(2) && stderr_text(&got).contains("shard 3: it has not started"),
+        "{}",
+        stderr_text(&got)
+    );
     assert!(
         at.read("o/job.yaml").contains("backoffLimitPerIndex: 5\n")
             && at.read("o/job.yaml").contains("completions: 4\n")
@@ -180,7 +188,7 @@ fn indexed_jobs_name_the_shards_that_are_missing() {
     // Indices count from 0: those of 2 and 3 are 0 and 1 of the second job, which the scheduler of this test calls by the first two of its list.
     at.program("kubectl", &KUBECTL.replace("$(($2 - 1))", "$(($2 - 2))"));
     let got = at.sweep(&[&more[..], &["--resume"]].concat());
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
     at.is_whole("o");
     assert_eq!(at.read("submitted"), "1 2 3 4\n2 3\n");
     let job = at.read("o/job.yaml");
@@ -224,7 +232,7 @@ fn text_of(word: &str, lines: &[(usize, String)]) -> serde_json::Value {
 fn jobs_of_kubernetes_follow_the_published_schema() {
     let at = Place::new("schema", &[]);
     let got = at.sweep(&["--on", "kubernetes", "--shards", "4", "--out", "o o", "--dry-run"]);
-    assert_eq!(got.status.code(), Some(0), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(0), "{}", stderr_text(&got));
     let read = |text: &str| {
         let lines = text.lines().filter(|line| !line.starts_with('#'));
         let lines = lines.map(|line| (line.len() - line.trim_start().len(), line.trim().to_string()));
@@ -263,14 +271,14 @@ fn ranks_of_mpi_share_the_shards() {
     fs::write(&mpirun, format!("#!/bin/sh\n{MPIRUN}\n")).unwrap();
     fs::set_permissions(&mpirun, fs::Permissions::from_mode(0o755)).unwrap();
     let got = at.sweep(&["--on", "mpi", "--shards", "8", "--out", "o"]);
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
     at.is_whole("o");
     assert_eq!(at.read("submitted").lines().count(), 1);
 }
 
 /// A signal ends the command, not its job; the same command with `--resume` follows that job, and submits nothing.
 #[test]
-fn a_job_that_was_left_is_followed() {
+fn a_job_of_an_interrupted_command_is_followed() {
     let at = Place::new("left", &[("sbatch", SBATCH), ("squeue", SQUEUE)]);
     fs::write(at.0.join("hold"), "").unwrap();
     let more = ["sweep", "m.toml", "--samples", "450", "--seed", "3", "--on", "slurm", "--shards", "4", "--out", "o"];
@@ -282,15 +290,19 @@ fn a_job_that_was_left_is_followed() {
     }
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let got = child.wait_with_output().unwrap();
-    let error = said(&got);
+    let error = stderr_text(&got);
     assert!(
         got.status.code() == Some(2) && error.contains("job 41 stays in the queue (`scancel 41` ends it)"),
         "{error}"
     );
     fs::remove_file(at.0.join("hold")).unwrap();
     let got = at.kardan(&[&more[..], &["--resume"]].concat());
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
-    assert!(said(&got).contains("kardan follows job 41 of slurm, 4 shards are missing"), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
+    assert!(
+        stderr_text(&got).contains("kardan follows job 41 of slurm, 4 shards are missing"),
+        "{}",
+        stderr_text(&got)
+    );
     at.is_whole("o");
     // The second submission is that of what failed.
     assert_eq!(at.read("submitted"), "1 2 3 4 \n2 3 \n");
@@ -307,7 +319,7 @@ fn processes_of_this_machine_end_with_the_command() {
     .unwrap();
     let more = ["--on", "local", "--shards", "2", "--template", "mine.sh", "--out", "o", "--time-limit", "1"];
     let got = at.sweep(&more);
-    let error = said(&got);
+    let error = stderr_text(&got);
     assert!(
         got.status.code() == Some(2)
             && error.contains("2 of 2 shards are missing")
@@ -317,13 +329,13 @@ fn processes_of_this_machine_end_with_the_command() {
     let alive = Command::new("kill").args(["-0", at.read("pid").trim()]).stderr(Stdio::null()).status().unwrap();
     assert!(!alive.success(), "the script of the job is still there");
     let got = at.sweep(&["--on", "local", "--out", "o", "--resume"]);
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
     at.is_whole("o");
 }
 
 /// Without the scheduler the job is written all the same; `--dry-run` asks for none.
 #[test]
-fn jobs_are_written_where_there_is_no_scheduler() {
+fn jobs_are_written_if_no_scheduler_is_installed() {
     let at = Place::new("written", &[]);
     let empty = at.0.join("empty");
     fs::create_dir_all(&empty).unwrap();
@@ -339,14 +351,14 @@ fn jobs_are_written_where_there_is_no_scheduler() {
         let job = at.read(&format!("{on}/{file}"));
         assert!(dry.status.code() == Some(0) && job.contains(line), "{on}: {job}");
         assert!(
-            String::from_utf8_lossy(&dry.stdout) == job && said(&dry).contains("not submitted: run"),
+            String::from_utf8_lossy(&dry.stdout) == job && stderr_text(&dry).contains("not submitted: run"),
             "{on}: {}",
-            said(&dry)
+            stderr_text(&dry)
         );
         fs::remove_file(at.0.join(on).join(file)).unwrap();
         // What was written only is not in the way.
         let got = at.command(&arguments).env("PATH", &empty).output().unwrap();
-        let error = said(&got);
+        let error = stderr_text(&got);
         assert!(
             got.status.code() == Some(2) && error.contains(&format!("`{program}` is not installed")),
             "{on}: {error}"
@@ -365,17 +377,17 @@ fn paths_are_quoted_for_the_shell_in_templates() {
                     test -e \"$path\" || echo \"$path\" >>missing.txt; done\nfor i in {{list}}; do {{shard}} $i; done\n";
     fs::write(at.0.join("mine.sh"), template).unwrap();
     let got = at.sweep(&["--on", "local", "--shards", "2", "--template", "mine.sh", "--out", "o o"]);
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
     at.is_whole("o o");
     assert_eq!((at.read("pwd.txt").trim_end(), at.read("missing.txt").as_str()), (at.0.to_str().unwrap(), ""));
     // YAML and a shell read no word alike that has both quotes.
     let got = at.sweep(&["--on", "kubernetes", "--shards", "2", "--out", "k", "--dry-run"]);
-    assert!(got.status.code() == Some(2) && said(&got).contains("read differently"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && stderr_text(&got).contains("read differently"), "{}", stderr_text(&got));
 }
 
 /// Whose record `jobs.txt` is not, or that was damaged, is refused; nothing of it is believed, and nothing of others is removed.
 #[test]
-fn records_and_files_of_others_stay() {
+fn foreign_records_and_files_stay() {
     let at = Place::new("others", &[]);
     let local = ["--on", "local", "--shards", "2", "--out", "o"];
     assert_eq!(at.sweep(&local).status.code(), Some(1));
@@ -398,17 +410,17 @@ fn records_and_files_of_others_stay() {
             let got = at.sweep(&[&local[..], more].concat());
             assert!(
                 got.status.code() == Some(2)
-                    && said(&got).contains("jobs.txt`: ")
-                    && said(&got).contains("kardan cannot resume"),
+                    && stderr_text(&got).contains("jobs.txt`: ")
+                    && stderr_text(&got).contains("kardan cannot resume"),
                 "{text}: {}",
-                said(&got)
+                stderr_text(&got)
             );
         }
         assert_eq!(at.read("o/jobs.txt"), text);
     }
     fs::write(at.0.join("o/jobs.txt"), &record).unwrap();
     let got = at.sweep(&[&local[..], &["--force"]].concat());
-    assert_eq!(got.status.code(), Some(1), "{}", said(&got));
+    assert_eq!(got.status.code(), Some(1), "{}", stderr_text(&got));
     at.is_whole("o");
     assert!(foreign.iter().all(|name| at.read(&format!("o/{name}")) == "mine"));
     // Without a record nothing there is known to be of a sweep.
@@ -419,7 +431,11 @@ fn records_and_files_of_others_stay() {
         fs::write(&own, "mine").unwrap();
         for more in [&[][..], &["--force"]] {
             let got = at.sweep(&[&["--on", "local", "--shards", "2", "--out", "p"], more].concat());
-            assert!(got.status.code() == Some(2) && said(&got).contains("is in the way"), "{name}: {}", said(&got));
+            assert!(
+                got.status.code() == Some(2) && stderr_text(&got).contains("is in the way"),
+                "{name}: {}",
+                stderr_text(&got)
+            );
         }
         assert_eq!(fs::read(own).unwrap(), b"mine");
     }
@@ -471,10 +487,18 @@ fn nonsense_is_refused_before_something_is_submitted() {
         (&["--on", "slurm", "--out", "m.toml"], "exists already and is a file"),
     ] {
         let got = at.sweep(more);
-        assert!(got.status.code() == Some(2) && said(&got).contains(reported), "{more:?}: {}", said(&got));
+        assert!(
+            got.status.code() == Some(2) && stderr_text(&got).contains(reported),
+            "{more:?}: {}",
+            stderr_text(&got)
+        );
     }
     let got = at.kardan(&["sweep", "-", "--on", "slurm", "--out", "o"]);
-    assert!(got.status.code() == Some(2) && said(&got).contains("a model from standard input"), "{}", said(&got));
+    assert!(
+        got.status.code() == Some(2) && stderr_text(&got).contains("a model from standard input"),
+        "{}",
+        stderr_text(&got)
+    );
     assert!(!at.0.join("submitted").exists());
     // A folder is of one sweep in one number of shards.
     let local = ["--on", "local", "--out", "l", "--shards", "2"];
@@ -485,7 +509,11 @@ fn nonsense_is_refused_before_something_is_submitted() {
         (&["--on", "local", "--out", "l", "--tolerance", "1e-6", "--resume"], "it is of another sweep"),
     ] {
         let got = at.sweep(more);
-        assert!(got.status.code() == Some(2) && said(&got).contains(reported), "{more:?}: {}", said(&got));
+        assert!(
+            got.status.code() == Some(2) && stderr_text(&got).contains(reported),
+            "{more:?}: {}",
+            stderr_text(&got)
+        );
     }
     assert_eq!(at.sweep(&["--on", "local", "--out", "l", "--shards", "3", "--force"]).status.code(), Some(1));
     at.is_whole("l");
@@ -493,6 +521,6 @@ fn nonsense_is_refused_before_something_is_submitted() {
     // What a scheduler says of a job that it does not take is told.
     at.program("sbatch", "echo 'sbatch: error: invalid partition' >&2; exit 1");
     let got = at.sweep(&on);
-    assert!(got.status.code() == Some(2) && said(&got).contains("rejected `"), "{}", said(&got));
-    assert!(said(&got).contains("invalid partition"), "{}", said(&got));
+    assert!(got.status.code() == Some(2) && stderr_text(&got).contains("rejected `"), "{}", stderr_text(&got));
+    assert!(stderr_text(&got).contains("invalid partition"), "{}", stderr_text(&got));
 }

@@ -151,8 +151,8 @@ fn random_damage_is_refused_or_repaired() {
                     None => fs::remove_file(path).unwrap(),
                 }
                 // A merge of what is not all there says which rows are missing.
-                let is_lost = turn == 1 && kind == 0 && new.is_none();
-                let name = if is_lost { "" } else { name };
+                let is_missing = turn == 1 && kind == 0 && new.is_none();
+                let name = if is_missing { "" } else { name };
                 let got = kardan(&swept.at, command);
                 refused[kind][turn] += u64::from(swept.is_refused_or_the_same(&got, name, &what));
             }

@@ -18,7 +18,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Miette's frame and line breaks taken out.
-fn words(bytes: &[u8]) -> String {
+fn plain_text(bytes: &[u8]) -> String {
     text(bytes).replace(['│', '×', '╰', '─', '▶'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -50,8 +50,8 @@ const BOTH: [&str; 2] = ["--inputs", "wg_motor,rk_motor"];
 fn text_shows_the_verdict_the_gains_and_the_warnings() {
     let at = folder("text");
     let got = design(&at, &["harmonic-drive-spring", "--no-simulation"]);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
-    let said = words(&got.stdout);
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
+    let stdout = plain_text(&got.stdout);
     // L and the zeros of the source, section 6.2.
     for part in [
         "Decoupled by static state feedback, proven exactly",
@@ -66,18 +66,18 @@ fn text_shows_the_verdict_the_gains_and_the_warnings() {
         "0 (exact)",
         "x4 0 0 -5202 -10000 -2601/50",
     ] {
-        assert!(said.contains(part), "no {part:?} in {said}");
+        assert!(stdout.contains(part), "no {part:?} in {stdout}");
     }
     // Without a model: the steering, with what its simulation measures.
     let got = design(&at, &[]);
     assert_eq!(got.status.code(), Some(0));
-    let said = words(&got.stdout);
-    assert!(said.contains("9.821 %") && said.contains("11 s^2 + 2060 s + 10000000"), "{said}");
+    let stdout = plain_text(&got.stdout);
+    assert!(stdout.contains("9.821 %") && stdout.contains("11 s^2 + 2060 s + 10000000"), "{stdout}");
     assert!(text(&got.stdout).lines().all(|line| line.chars().count() <= 100), "wider than 100 columns");
 }
 
 #[test]
-fn json_is_one_object_whatever_is_asked() {
+fn json_is_one_object_for_every_request() {
     let at = folder("json");
     let required = [
         "law",
@@ -103,7 +103,7 @@ fn json_is_one_object_whatever_is_asked() {
     ];
     for case in cases {
         let got = design(&at, &[case, &["--json"][..]].concat());
-        assert_eq!(got.status.code(), Some(0), "{case:?}: {}", words(&got.stderr));
+        assert_eq!(got.status.code(), Some(0), "{case:?}: {}", plain_text(&got.stderr));
         let found = printed(&got.stdout);
         for key in required {
             assert!(!found[key].is_null(), "{case:?}: no {key}");
@@ -113,16 +113,16 @@ fn json_is_one_object_whatever_is_asked() {
         let coupling = found["cross_coupling"].as_array().unwrap();
         assert!(!coupling.is_empty() && coupling.iter().all(|entry| entry["peak"].is_f64()), "{case:?}");
         let quick = design(&at, &[case, &["--json", "--no-simulation"][..]].concat());
-        let mut without = printed(&quick.stdout);
-        assert_eq!(without["cross_coupling"], Value::Array(Vec::new()));
-        without["cross_coupling"] = found["cross_coupling"].clone();
+        let mut no_simulation = printed(&quick.stdout);
+        assert_eq!(no_simulation["cross_coupling"], Value::Array(Vec::new()));
+        no_simulation["cross_coupling"] = found["cross_coupling"].clone();
         // Torques that steps ask for are simulated, and told in the verdict.
-        assert_eq!(without["margins"]["peaks"], Value::Array(Vec::new()));
+        assert_eq!(no_simulation["margins"]["peaks"], Value::Array(Vec::new()));
         assert!(!found["margins"]["peaks"].as_array().unwrap().is_empty(), "{case:?}");
         for key in ["peaks", "verdict"] {
-            without["margins"][key] = found["margins"][key].clone();
+            no_simulation["margins"][key] = found["margins"][key].clone();
         }
-        assert_eq!(without, found, "{case:?}: the simulation changes the design");
+        assert_eq!(no_simulation, found, "{case:?}: the simulation changes the design");
     }
 }
 
@@ -134,9 +134,9 @@ fn controller_and_report_are_written() {
     for _ in 0..2 {
         // The second time both are replaced.
         let got = design(&at, &arguments);
-        assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
-        let said = words(&got.stderr);
-        assert!(said.contains("wrote new/c.json") && said.contains("wrote r.html"), "{said}");
+        assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
+        let stderr = plain_text(&got.stderr);
+        assert!(stderr.contains("wrote new/c.json") && stderr.contains("wrote r.html"), "{stderr}");
         let controller: Value = serde_json::from_slice(&fs::read(at.join("new/c.json")).unwrap()).unwrap();
         assert_eq!(controller["format"], "kardan-controller");
         assert_eq!((controller["block"].as_str(), controller["sample_time_s"].is_null()), (Some("StateSpace"), true));
@@ -156,10 +156,10 @@ fn controller_and_report_are_written() {
     }
     let quiet = design(&at, &[&arguments[..], &["--quiet"]].concat());
     // What the model is warned of is said all the same.
-    let said = words(&quiet.stderr);
+    let stderr = plain_text(&quiet.stderr);
     assert!(
-        quiet.status.code() == Some(0) && !said.contains("wrote") && said.contains("control::low-margins"),
-        "{said}"
+        quiet.status.code() == Some(0) && !stderr.contains("wrote") && stderr.contains("control::low-margins"),
+        "{stderr}"
     );
 }
 
@@ -175,12 +175,12 @@ fn the_same_design_gives_the_same_bytes() {
 #[track_caller]
 fn refused(at: &Path, arguments: &[&str], code: &str, parts: &[&str]) {
     let got = design(at, &[arguments, &["--report", "left.html", "--controller", "left.json"][..]].concat());
-    let said = words(&got.stderr);
-    assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
-    assert!(got.stdout.is_empty() && !said.contains("panicked"), "{arguments:?}: {said}");
+    let stderr = plain_text(&got.stderr);
+    assert_eq!(got.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(got.stdout.is_empty() && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
     assert!(!at.join("left.html").exists() && !at.join("left.json").exists(), "{arguments:?} leaves files behind");
     for part in parts.iter().chain([&code]) {
-        assert!(said.contains(part), "{arguments:?} does not say {part:?}: {said}");
+        assert!(stderr.contains(part), "{arguments:?} does not say {part:?}: {stderr}");
     }
     let got = design(at, &[arguments, &["--json"]].concat());
     assert_eq!(got.status.code(), Some(2));
@@ -192,11 +192,21 @@ fn refused(at: &Path, arguments: &[&str], code: &str, parts: &[&str]) {
 #[test]
 fn what_cannot_be_designed_is_explained() {
     let at = folder("refused");
-    let asked = |outputs: &'static str| vec!["sia-steering", BOTH[0], BOTH[1], "--outputs", outputs];
-    refused(&at, &asked("fs.phi,cj.phi"), "control::design", &["rank 1 instead of 2", "feedback = \"dynamic\""]);
-    refused(&at, &asked("fs.phi,rk.phi,cj.phi"), "control::design", &["no feedback at all", "3 outputs, 2 inputs"]);
-    refused(&at, &asked("fs.phi,fs.phi"), "name::duplicate", &["`fs.phi` is named twice"]);
-    refused(&at, &asked("fs.phi,rk.ph"), "name::unknown", &["`rk.ph`", "did you mean `rk.phi`?"]);
+    let steering_args = |outputs: &'static str| vec!["sia-steering", BOTH[0], BOTH[1], "--outputs", outputs];
+    refused(
+        &at,
+        &steering_args("fs.phi,cj.phi"),
+        "control::design",
+        &["rank 1 instead of 2", "feedback = \"dynamic\""],
+    );
+    refused(
+        &at,
+        &steering_args("fs.phi,rk.phi,cj.phi"),
+        "control::design",
+        &["no feedback at all", "3 outputs, 2 inputs"],
+    );
+    refused(&at, &steering_args("fs.phi,fs.phi"), "name::duplicate", &["`fs.phi` is named twice"]);
+    refused(&at, &steering_args("fs.phi,rk.ph"), "name::unknown", &["`rk.ph`", "did you mean `rk.phi`?"]);
     let three = ["sia-steering", "--inputs", "wg_motor,rk_motor,driver", "--outputs", "fs.phi,wg.phi,cs.phi"];
     refused(
         &at,
@@ -246,7 +256,7 @@ fn files_that_cannot_be_designed_are_explained_at_their_place() {
 }
 
 #[test]
-fn arguments_that_do_not_go_together() {
+fn conflicting_arguments_are_refused() {
     let at = folder("arguments");
     let cases: &[&[&str]] = &[
         &["--control", "column", "--inputs", "wg_motor", "--outputs", "rk.phi"],
@@ -257,13 +267,13 @@ fn arguments_that_do_not_go_together() {
     for case in cases {
         let got = design(&at, case);
         assert_eq!(got.status.code(), Some(2), "{case:?}");
-        assert!(got.stdout.is_empty() && words(&got.stderr).contains("--help"), "{case:?}");
+        assert!(got.stdout.is_empty() && plain_text(&got.stderr).contains("--help"), "{case:?}");
     }
     fs::create_dir(at.join("taken")).unwrap();
     for flag in ["--report", "--controller"] {
         let got = design(&at, &["two-bodies", flag, "taken"]);
         assert_eq!(got.status.code(), Some(2));
-        assert!(words(&got.stderr).contains("output::file"), "{}", words(&got.stderr));
+        assert!(plain_text(&got.stderr).contains("output::file"), "{}", plain_text(&got.stderr));
     }
 }
 
@@ -279,7 +289,7 @@ fn a_model_comes_from_standard_input_as_well() {
         .unwrap();
     child.stdin.take().unwrap().write_all(model("harmonic-drive-spring").as_bytes()).unwrap();
     let got = child.wait_with_output().unwrap();
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
     let direct = design(&folder("standard_input"), &["harmonic-drive-spring", "--json", "--no-simulation"]);
     assert_eq!(printed(&got.stdout), printed(&direct.stdout));
 }

@@ -31,7 +31,7 @@ const STUDY: &str = "[control.hold]\nlaw = \"position_loop\"\ninput = \"drive\"\
                      sample_time = \"5 ms\"\n";
 
 /// Miette's frame and line breaks taken out.
-fn words(bytes: &[u8]) -> String {
+fn plain_text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes)
         .replace(['│', '×', '╰', '─', '▶'], " ")
         .split_whitespace()
@@ -95,10 +95,10 @@ fn is_part(path: &Path) -> bool {
 fn refused(at: &Path, arguments: &[&str], parts: &[&str]) {
     let before = contents(at);
     let got = kardan(at, arguments);
-    let said = words(&got.stderr);
-    assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
+    let stderr = plain_text(&got.stderr);
+    assert_eq!(got.status.code(), Some(2), "{arguments:?}: {stderr}");
     for part in parts {
-        assert!(said.contains(part), "{arguments:?} does not say {part}: {said}");
+        assert!(stderr.contains(part), "{arguments:?} does not say {part}: {stderr}");
     }
     assert_eq!(contents(at), before, "{arguments:?}");
 }
@@ -129,11 +129,11 @@ fn what_a_command_reads_is_not_written_over() {
     // A model that stands where a table of a run would go.
     fs::write(at.join("report.html"), MODEL).unwrap();
     let got = kardan(&at, &["run", "report.html", "--out", "."]);
-    assert_eq!((got.status.code(), words(&got.stderr).contains("file::input")), (Some(2), true));
+    assert_eq!((got.status.code(), plain_text(&got.stderr).contains("file::input")), (Some(2), true));
     assert_eq!(fs::read_to_string(at.join("report.html")).unwrap(), MODEL);
     // The model itself is what `--write` may replace.
     let got = kardan(&at, &fit(&["--write", "axle.toml"]));
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
     assert!(fs::read_to_string(at.join("axle.toml")).unwrap().contains("# from the drawing"));
     assert_ne!(fs::read_to_string(at.join("axle.toml")).unwrap(), MODEL);
 }
@@ -162,7 +162,7 @@ mod unix {
     use super::*;
 
     #[test]
-    fn links_are_followed_and_modes_kept() {
+    fn links_are_followed_and_modes_preserved() {
         let at = folder("links");
         fs::create_dir(at.join("real")).unwrap();
         fs::rename(at.join("axle.toml"), at.join("real/axle.toml")).unwrap();
@@ -170,10 +170,10 @@ mod unix {
         for mode in [0o600, 0o640, 0o664] {
             fs::set_permissions(at.join("real/axle.toml"), fs::Permissions::from_mode(mode)).unwrap();
             let got = kardan(&at, &fit(&["--write", "axle.toml"]));
-            assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+            assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
             assert!(at.join("axle.toml").is_symlink());
-            let there = fs::metadata(at.join("real/axle.toml")).unwrap();
-            assert_eq!((there.mode() & 0o7777, there.is_file()), (mode, true));
+            let metadata = fs::metadata(at.join("real/axle.toml")).unwrap();
+            assert_eq!((metadata.mode() & 0o7777, metadata.is_file()), (mode, true));
             assert!(fs::read_to_string(at.join("real/axle.toml")).unwrap().contains("95 %"));
         }
         // A link to a file that is not there yet makes that file.
@@ -232,19 +232,19 @@ mod unix {
                 let _ = fs::remove_file(&path);
                 symlink(&victim, &path).unwrap();
                 let got = kardan(&at, arguments);
-                let said = words(&got.stderr);
+                let stderr = plain_text(&got.stderr);
                 assert_eq!(fs::read(&victim).unwrap(), b"mine", "{arguments:?}: {}", path.display());
                 if got.status.code() == Some(2) {
-                    let other = path.ends_with("jobs.txt") && said.contains("kardan cannot resume");
+                    let other = path.ends_with("jobs.txt") && stderr.contains("kardan cannot resume");
                     assert!(
-                        other || said.contains("is a symbolic link to"),
-                        "{arguments:?}: {}: {said}",
+                        other || stderr.contains("is a symbolic link to"),
+                        "{arguments:?}: {}: {stderr}",
                         path.display()
                     );
                     reported += 1;
                 } else {
                     // What was of no use any more went away, or was not written.
-                    assert_eq!(got.status.code(), Some(0), "{}: {said}", path.display());
+                    assert_eq!(got.status.code(), Some(0), "{}: {stderr}", path.display());
                 }
                 let _ = fs::remove_file(&path);
                 fs::write(&path, whole).unwrap();
@@ -263,7 +263,7 @@ mod unix {
         let got = kardan(&at, commands[0]);
         assert!(
             got.status.code() == Some(2)
-                && words(&got.stderr).contains("`o/report.html` is not written: it is a symbolic link")
+                && plain_text(&got.stderr).contains("`o/report.html` is not written: it is a symbolic link")
         );
         assert!(!at.join("new").exists() && at.join("o/axle.csv").is_file());
         fs::remove_file(at.join("o/report.html")).unwrap();
@@ -357,9 +357,9 @@ mod unix {
                  rm disk/filler; ls -A disk; rm -rf after; cp -r disk after"
             );
             let out = mounted(options, &script).unwrap();
-            let (text, said) = (String::from_utf8_lossy(&out.stdout), words(&out.stderr));
-            assert!(text.contains("code 2"), "{line}: {text} {said}");
-            assert!(said.contains("no space left"), "{line}: {said}");
+            let (text, stderr) = (String::from_utf8_lossy(&out.stdout), plain_text(&out.stderr));
+            assert!(text.contains("code 2"), "{line}: {text} {stderr}");
+            assert!(stderr.contains("no space left"), "{line}: {stderr}");
             assert!(!contents(&at.join("after")).keys().any(|path| is_part(path)), "{line}: {text}");
             assert_eq!(text.contains(".csv"), room > 0, "{line}: {text}");
             for (path, bytes) in contents(&at.join("before")) {
@@ -392,11 +392,11 @@ mod unix {
                 let kardan = env!("CARGO_BIN_EXE_kardan");
                 shell.current_dir(&at).arg("-c").arg(format!("ulimit -c 0; {trap}ulimit -f 1; exec {kardan} {line}"));
                 let got = shell.stdin(Stdio::null()).output().unwrap();
-                assert_eq!(got.status.code(), code, "{line}: {}", words(&got.stderr));
+                assert_eq!(got.status.code(), code, "{line}: {}", plain_text(&got.stderr));
                 assert!(
-                    code.is_none() || words(&got.stderr).contains("larger than the system allows"),
+                    code.is_none() || plain_text(&got.stderr).contains("larger than the system allows"),
                     "{}",
-                    words(&got.stderr)
+                    plain_text(&got.stderr)
                 );
                 let after = contents(&at);
                 for (path, bytes) in &before {
@@ -417,10 +417,10 @@ mod unix {
 /// A log that says it has 10¹⁸ rows is refused in little memory.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_log_of_endless_rows_takes_no_memory() {
+fn endless_rows_of_a_log_are_not_allocated() {
     let at = folder("endless");
     let got = kardan(&at, &["-q", "bench", "axle.toml", "--format", "mdf,mat", "--out", "logs"]);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
     let huge = 1_000_000_000_000_000_000u64.to_le_bytes();
     let mdf = fs::read(at.join("logs/axle-1.mf4")).unwrap();
     // All rows that were written are there, whatever the block says of its length.
@@ -448,12 +448,12 @@ fn a_log_of_endless_rows_takes_no_memory() {
         shell.current_dir(&at).envs([("RAYON_NUM_THREADS", "2"), ("MALLOC_ARENA_MAX", "2")]).stdin(Stdio::null());
         shell.arg("-c").arg(format!("ulimit -v 1000000; exec {kardan} -q identify axle.toml {name} --json"));
         let got = shell.output().unwrap();
-        let said = words(&got.stderr);
+        let stderr = plain_text(&got.stderr);
         assert!(
-            got.status.code().is_some() && !said.contains("panicked") && !said.contains("memory"),
-            "{name}: {said}"
+            got.status.code().is_some() && !stderr.contains("panicked") && !stderr.contains("memory"),
+            "{name}: {stderr}"
         );
-        let all = format!("{said} {}", words(&got.stdout));
+        let all = format!("{stderr} {}", plain_text(&got.stdout));
         assert!(
             ["damaged", "truncated", "left out", "omits", whole].iter().any(|part| all.contains(part)),
             "{name}: {all}"
@@ -470,7 +470,7 @@ fn every_operation_fails(name: &str, arguments: &[&str], over: bool) {
     let model = folder(&format!("{name}-whole"));
     let before = contents(&model).len();
     let good = kardan(&model, arguments);
-    assert_eq!(good.status.code(), Some(0), "{arguments:?}: {}", words(&good.stderr));
+    assert_eq!(good.status.code(), Some(0), "{arguments:?}: {}", plain_text(&good.stderr));
     let relative = |at: &Path| -> BTreeMap<PathBuf, Vec<u8>> {
         contents(at).into_iter().map(|(path, bytes)| (path.strip_prefix(at).unwrap().to_owned(), bytes)).collect()
     };
@@ -506,11 +506,11 @@ fn every_operation_fails(name: &str, arguments: &[&str], over: bool) {
                 break;
             }
             match way {
-                "kill" => assert_eq!(got.status.code(), None, "{}", words(&got.stderr)),
+                "kill" => assert_eq!(got.status.code(), None, "{}", plain_text(&got.stderr)),
                 _ => {
-                    let said = words(&got.stderr);
-                    assert_eq!(got.status.code(), Some(2), "{said}");
-                    assert!(said.contains("no space left"), "{arguments:?}, {way} {number}: {said}");
+                    let stderr = plain_text(&got.stderr);
+                    assert_eq!(got.status.code(), Some(2), "{stderr}");
+                    assert!(stderr.contains("no space left"), "{arguments:?}, {way} {number}: {stderr}");
                 }
             }
             // The model may have become the new one, and results may be there that were not.

@@ -19,7 +19,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Miette's frame and line breaks taken out.
-fn words(bytes: &[u8]) -> String {
+fn plain_text(bytes: &[u8]) -> String {
     text(bytes).replace(['│', '×', '╰', '─', '▶'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -48,8 +48,8 @@ fn text_json_page_and_file() {
     let at = folder("all");
     let line = ["identify", "axle.toml", "bench.csv", "--report", "fit.html", "--write", "new.toml", "--compare"];
     let got = kardan(&at, &line);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
-    let said = words(&got.stdout);
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
+    let stdout = plain_text(&got.stdout);
     for part in [
         "All 2 parameters are determined",
         "8 segments of constant speed",
@@ -58,9 +58,9 @@ fn text_json_page_and_file() {
         "Models compared",
         "bench.csv: 8000 rows",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(stdout.contains(part), "{part}: {stdout}");
     }
-    assert!(words(&got.stderr).contains("wrote fit.html"), "{}", words(&got.stderr));
+    assert!(plain_text(&got.stderr).contains("wrote fit.html"), "{}", plain_text(&got.stderr));
     let page = fs::read_to_string(at.join("fit.html")).unwrap();
     for part in ["<!doctype html>", "axle.friction", "Friction over speed", "Models compared", "Correlations"] {
         assert!(page.contains(part), "{part}");
@@ -70,8 +70,8 @@ fn text_json_page_and_file() {
     let new = fs::read_to_string(at.join("new.toml")).unwrap();
     assert!(new.contains("inertia = \"0.01 kg m^2\" # from the drawing") && new.contains("95 %"), "{new}");
     let analyzed = kardan(&at, &["analyze", "new.toml"]);
-    assert_eq!(analyzed.status.code(), Some(0), "{}", words(&analyzed.stderr));
-    assert!(words(&analyzed.stdout).contains("axle.damping"), "the intervals are tolerances there");
+    assert_eq!(analyzed.status.code(), Some(0), "{}", plain_text(&analyzed.stderr));
+    assert!(plain_text(&analyzed.stdout).contains("axle.damping"), "the intervals are tolerances there");
 
     let got = kardan(&at, &["identify", "axle.toml", "bench.csv", "--json", "--confidence", "99%", "-q"]);
     let object = printed(&got.stdout);
@@ -119,11 +119,11 @@ fn a_breakaway_torque_is_written() {
     let extra = "[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"axle\"\n";
     fs::write(at.join("sticky.toml"), format!("{MODEL}{extra}")).unwrap();
     let got = kardan(&at, &["identify", "sticky.toml", "slow.csv", "--write", "new.toml"]);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
     let new = fs::read_to_string(at.join("new.toml")).unwrap();
     assert!(new.contains("breakaway = ") && new.contains("stribeck_speed = "), "{new}");
     let got = kardan(&at, &["check", "new.toml"]);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
 }
 
 /// A term that is missing is told with what to write, and the file with it has it.
@@ -142,20 +142,20 @@ fn a_missing_term_is_suggested() {
     fs::write(at.join("both.csv"), log).unwrap();
     let line = ["identify", "axle.toml", "both.csv", "--method", "dynamic", "--suggest"];
     let got = kardan(&at, &[&line[..], &["--json", "-q", "--report", "fit.html"]].concat());
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
     let object = printed(&got.stdout);
     let suggestions = &object["suggestions"];
     assert_eq!(suggestions["selected_terms"], serde_json::json!(["axle.friction_asymmetry"]), "{suggestions}");
     let page = fs::read_to_string(at.join("fit.html")).unwrap();
     assert!(page.contains("Terms suggested") && !page.contains("NaN"));
-    let said = words(&kardan(&at, &line).stdout);
+    let stdout = plain_text(&kardan(&at, &line).stdout);
     for part in [
         "With axle.friction_asymmetry, the fit on left-out segments",
         "take it",
         "kind = \"friction_asymmetry\"",
         "the logs do not distinguish the two",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(stdout.contains(part), "{part}: {stdout}");
     }
     fs::write(at.join("more.toml"), format!("{MODEL}{}", suggestions["text"].as_str().unwrap())).unwrap();
     let object =
@@ -193,8 +193,8 @@ fn what_cannot_be_is_reported() {
         let got = kardan(&at, &line);
         assert_eq!(got.status.code(), Some(2), "{line:?}");
         assert_eq!(got.stdout, b"", "{line:?}");
-        let said = words(&got.stderr);
-        parts.iter().for_each(|part| assert!(said.contains(part), "{line:?}: {part}: {said}"));
+        let stderr = plain_text(&got.stderr);
+        parts.iter().for_each(|part| assert!(stderr.contains(part), "{line:?}: {part}: {stderr}"));
     }
     let got = kardan(&at, &["identify", "axle.toml", "empty.csv", "--json"]);
     let object = printed(&got.stdout);
@@ -203,29 +203,29 @@ fn what_cannot_be_is_reported() {
     let log = fs::read_to_string(at.join("bench.csv")).unwrap();
     fs::write(at.join("broken.csv"), &log[..log.len() - 9]).unwrap();
     let got = kardan(&at, &["identify", "axle.toml", "broken.csv"]);
-    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
-    assert!(words(&got.stdout).contains("may be cut"), "{}", words(&got.stdout));
+    assert_eq!(got.status.code(), Some(0), "{}", plain_text(&got.stderr));
+    assert!(plain_text(&got.stdout).contains("may be cut"), "{}", plain_text(&got.stdout));
 }
 
 /// A log that is cut stands in the first sentence of text, page and JSON, and `--strict` gives its exit code.
 #[test]
-fn damage_stands_in_the_headline() {
+fn damage_is_reported_in_the_headline() {
     let at = folder("damage");
     let line = ["identify", "axle.toml", "bench.csv", "--strict"];
     let sound = kardan(&at, &["identify", "axle.toml", "bench.csv", "--strict", "--json", "-q"]);
-    assert_eq!(sound.status.code(), Some(0), "{}", words(&sound.stderr));
+    assert_eq!(sound.status.code(), Some(0), "{}", plain_text(&sound.stderr));
     let object = printed(&sound.stdout);
     assert_eq!((&object["reliable"], &object["logs"][0]["damage"]), (&Value::from(true), &Value::Null));
     let log = fs::read(at.join("bench.csv")).unwrap();
     fs::write(at.join("bench.csv"), &log[..log.len() - 7]).unwrap();
     let got = kardan(&at, &line);
-    assert_eq!(got.status.code(), Some(1), "{}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(1), "{}", plain_text(&got.stderr));
     let headline = "All 2 parameters are determined, from a log that is damaged (bench.csv: ";
-    let said = words(&got.stdout);
-    assert!(said.contains(headline), "{said}");
+    let stdout = plain_text(&got.stdout);
+    assert!(stdout.contains(headline), "{stdout}");
     let line = ["identify", "axle.toml", "bench.csv", "--json", "-q", "--report", "fit.html"];
     let got = kardan(&at, &line);
-    assert_eq!(got.status.code(), Some(0), "without --strict: {}", words(&got.stderr));
+    assert_eq!(got.status.code(), Some(0), "without --strict: {}", plain_text(&got.stderr));
     let object = printed(&got.stdout);
     assert!(object["verdict"].as_str().unwrap().contains(headline) && object["reliable"] == false, "{object}");
     assert!(fs::read_to_string(at.join("fit.html")).unwrap().contains(headline));

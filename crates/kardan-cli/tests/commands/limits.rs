@@ -199,10 +199,10 @@ fn stopped(at: &Path, arguments: &[&str], fault: &str) -> Option<(Value, String)
 }
 
 /// Stops a command wherever it keeps something, in order, and looks at what it shows each time; at least this often.
-fn stopped_everywhere(at: &Path, arguments: &[&str], least: usize, look: &mut dyn FnMut(Value, String)) {
+fn stopped_everywhere(at: &Path, arguments: &[&str], least: usize, check: &mut dyn FnMut(Value, String)) {
     let mut count = 0;
     while let Some((json, reported)) = stopped(at, arguments, &format!("kept:{count}")) {
-        look(json, reported);
+        check(json, reported);
         count += 1;
     }
     assert!(count >= least, "{arguments:?} keeps something {count} times");
@@ -268,7 +268,7 @@ fn a_signal_keeps_what_an_identification_has() {
     }
     let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
     arguments.extend(names.iter().map(String::as_str));
-    let is_kept = |(json, reported): (Value, String), missing: &str| {
+    let partial_result = |(json, reported): (Value, String), missing: &str| {
         assert!(json["reliable"] == false, "{json}");
         is_unfinished(&at, &json, missing);
         assert!(reported.contains("is not written: the identification is not complete"), "{reported}");
@@ -276,11 +276,14 @@ fn a_signal_keeps_what_an_identification_has() {
         (json["logs"].as_array().unwrap().len(), json["parameters"][0]["value"].as_f64())
     };
     // In the middle of the logs.
-    let (read, found) = is_kept(stopped(&at, &arguments, "asked:3").expect("it asks once for each log"), "of the logs");
+    let (read, found) =
+        partial_result(stopped(&at, &arguments, "asked:3").expect("it asks once for each log"), "of the logs");
     assert!((1..names.len()).contains(&read), "{read}");
     assert!((found.unwrap() - 2.0).abs() < 1e-3, "{found:?}");
     // And behind them.
-    stopped_everywhere(&at, &arguments[..8], 1, &mut |json, reported| assert_eq!(is_kept((json, reported), "").0, 1));
+    stopped_everywhere(&at, &arguments[..8], 1, &mut |json, reported| {
+        assert_eq!(partial_result((json, reported), "").0, 1)
+    });
 }
 
 /// Runs that are complete stay complete while the designs of their report are computed.
@@ -344,7 +347,7 @@ fn a_signal_at_any_time_leaves_nothing_half_done() {
 
 /// What has no partial results ends too, and says so.
 #[test]
-fn a_signal_ends_what_has_nothing_to_keep() {
+fn a_signal_ends_commands_that_have_no_partial_results() {
     let at = folder("nothing_to_keep");
     fs::write(at.join("log.csv"), "time\n").unwrap();
     for arguments in [

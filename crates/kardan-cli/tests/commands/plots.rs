@@ -57,7 +57,7 @@ fn run(folder: &Path, plots: &str) -> Output {
         .unwrap()
 }
 
-fn words(bytes: &[u8]) -> String {
+fn plain_text(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes).replace(['│', '×', '╰', '─', '▶'], " ");
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -67,10 +67,10 @@ fn picture(folder: &Path, name: &str) -> String {
 }
 
 #[test]
-fn what_is_controlled_comes_first_where_the_file_asks_for_nothing() {
+fn controlled_outputs_are_plotted_first_by_default() {
     let at = folder("default");
     let done = run(&at, "");
-    assert_eq!(done.status.code(), Some(0), "{}", words(&done.stderr));
+    assert_eq!(done.status.code(), Some(0), "{}", plain_text(&done.stderr));
     let shown = picture(&at, "controlled-arm.phi.svg");
     // Each variant has a reference of its own.
     for label in ["wish, goal = 90 deg", "wish, goal = 45 deg", "[rad]"] {
@@ -82,15 +82,15 @@ fn what_is_controlled_comes_first_where_the_file_asks_for_nothing() {
 }
 
 #[test]
-fn units_windows_and_senses_are_those_asked_for() {
+fn units_windows_and_signs_are_those_requested() {
     let at = folder("asked");
     let plot = "[[plot]]\nname = \"part\"\ntitle = \"Part\"\nsignals = [\"arm.phi\"]\nreferences = [\"-wish\"]\ndisplay_unit = \"deg\"\n\
                 from = \"0.5 s\"\nuntil = \"0.75 s\"\n";
     let done = run(&at, plot);
-    let said = words(&done.stdout);
-    assert_eq!(done.status.code(), Some(0), "{said} {}", words(&done.stderr));
-    assert!(said.contains("arm.phi [deg]"), "{said}");
-    assert!(said.contains("44.5 < final arm.phi < 89.5 deg goal = 45 deg 45 deg passed"), "{said}");
+    let stdout = plain_text(&done.stdout);
+    assert_eq!(done.status.code(), Some(0), "{stdout} {}", plain_text(&done.stderr));
+    assert!(stdout.contains("arm.phi [deg]"), "{stdout}");
+    assert!(stdout.contains("44.5 < final arm.phi < 89.5 deg goal = 45 deg 45 deg passed"), "{stdout}");
     let shown = picture(&at, "part.svg");
     for label in ["angle arm.phi [deg]", "−wish, goal = 90 deg", "0.55", "−50"] {
         assert!(shown.contains(label), "{label}: {shown}");
@@ -115,10 +115,10 @@ fn plots_that_make_no_sense_are_explained() {
     ];
     for (keys, expected) in cases {
         let done = run(&at, &format!("[[plot]]\nname = \"p\"\ntitle = \"P\"\n{keys}\n"));
-        let said = words(&done.stderr);
+        let stderr = plain_text(&done.stderr);
         // A run that ends before is no mistake of the plot alone.
         let code = if keys.contains("2 s") { 0 } else { 2 };
-        assert_eq!(done.status.code(), Some(code), "{keys}: {said}");
-        assert!(said.contains(expected) && !said.contains("panicked"), "{keys}: {said}");
+        assert_eq!(done.status.code(), Some(code), "{keys}: {stderr}");
+        assert!(stderr.contains(expected) && !stderr.contains("panicked"), "{keys}: {stderr}");
     }
 }

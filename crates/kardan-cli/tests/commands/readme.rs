@@ -13,18 +13,18 @@ fn readme() -> String {
 }
 
 /// The words of a line as a shell has them: parts in double quotes are one.
-fn words(line: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
+fn tokens(line: &str) -> Vec<String> {
+    let mut tokens = vec![String::new()];
     let mut quoted = false;
     for c in line.chars() {
         match c {
             '"' => quoted = !quoted,
-            ' ' if !quoted => words.push(String::new()),
-            c => words.last_mut().unwrap().push(c),
+            ' ' if !quoted => tokens.push(String::new()),
+            c => tokens.last_mut().unwrap().push(c),
         }
     }
-    words.retain(|word| !word.is_empty());
-    words
+    tokens.retain(|word| !word.is_empty());
+    tokens
 }
 
 #[test]
@@ -34,8 +34,8 @@ fn every_command_of_the_readme_runs() {
     fs::create_dir_all(&folder).unwrap();
     let mut count = 0;
     for line in readme().lines().filter(|line| line.starts_with("    ")).map(str::trim) {
-        let words = words(line);
-        let arguments = match words.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
+        let tokens = tokens(line);
+        let arguments = match tokens.iter().map(String::as_str).collect::<Vec<_>>().as_slice() {
             ["kardan", arguments @ ..] | ["cargo", "run", "--release", "--", arguments @ ..] => {
                 arguments.iter().map(ToString::to_string).collect::<Vec<_>>()
             }
@@ -71,10 +71,10 @@ fn the_readme_is_short_and_its_links_lead_somewhere() {
     pages.extend(fs::read_dir(root().join("docs")).unwrap().flatten().map(|entry| entry.path()));
     for page in pages.iter().filter(|page| page.extension().is_some_and(|extension| extension == "md")) {
         let text = fs::read_to_string(page).unwrap();
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+        for link in text.split("](").skip(1).filter_map(|tail| tail.split(')').next()) {
             let file = link.split('#').next().unwrap_or_default();
-            let there = link.contains("://") || file.is_empty() || page.with_file_name(file).exists();
-            assert!(there, "{}: {link} leads nowhere", page.display());
+            let exists = link.contains("://") || file.is_empty() || page.with_file_name(file).exists();
+            assert!(exists, "{}: {link} leads nowhere", page.display());
         }
     }
 }
@@ -84,7 +84,7 @@ fn the_readme_is_short_and_its_links_lead_somewhere() {
 #[cfg(unix)]
 fn the_first_steps_work_as_printed() {
     let text = fs::read_to_string(root().join("docs/first-model.md")).unwrap();
-    let model = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let model = text.split("```toml\n").nth(1).and_then(|tail| tail.split("```").next()).unwrap();
     let diagnostics = kardan::study::check(model);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("first-model");

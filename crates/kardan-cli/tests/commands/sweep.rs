@@ -163,7 +163,7 @@ fn the_page_of_a_search_has_bounds() {
 
 /// A bit of a measured value is flipped: a merge refuses the file by name, so does a run of its rows, and `--resume` computes it again.
 #[test]
-fn damaged_rows_are_seen() {
+fn damaged_rows_are_detected() {
     let at = folder("damaged");
     fs::write(at.join("m.toml"), MODEL).unwrap();
     let sweep = |more: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--samples", "64", "--out", "o"], more].concat());
@@ -234,7 +234,7 @@ fn two_sweeps_in_one_folder_are_refused() {
 
 /// `--force` removes what kardan has written, and nothing that only has such a name.
 #[test]
-fn force_leaves_what_is_of_others() {
+fn force_leaves_foreign_files() {
     let at = folder("foreign");
     fs::write(at.join("m.toml"), MODEL).unwrap();
     fs::create_dir(at.join("o")).unwrap();
@@ -269,11 +269,11 @@ fn it_goes_on_where_it_ended() {
     let bytes = |block: u32| fs::read(at.join(format!("o/rows-{block:06}.parquet"))).unwrap();
     let before = [bytes(0), bytes(1), bytes(2)];
     fs::remove_file(at.join("o/rows-000001.parquet")).unwrap();
-    let kept = fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap();
+    let modified = fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap();
     let again = sweep(&["--resume"]);
     assert_eq!(printed(&again.stdout), printed(&first.stdout));
     assert_eq!([bytes(0), bytes(1), bytes(2)], before);
-    assert_eq!(fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap(), kept);
+    assert_eq!(fs::metadata(at.join("o/rows-000000.parquet")).unwrap().modified().unwrap(), modified);
     for (more, reported) in
         [(&[][..], "already contains rows of a sweep"), (&["--resume", "--seed", "3"], "of another sweep")]
     {
@@ -310,8 +310,8 @@ fn what_differs_is_reported() {
     write(MODEL);
     assert_eq!(sweep(&["--out", "o"]).0, Some(1));
     assert_eq!(sweep(&["--out", "one", "--shard", "1/2"]).0, Some(1));
-    let kept = models("o");
-    assert_eq!((kept.len(), &models("one")), (1, &kept));
+    let model_files = models("o");
+    assert_eq!((model_files.len(), &models("one")), (1, &model_files));
     assert_eq!(sweep(&["--out", "o", "--resume"]).0, Some(1));
     let changes = "of another sweep: `shaft.a.inertia` \"2 kg m^2 ± 10 %\", here \"2 kg m^2 ± 20 %\"; \
                    `scenario.event[0].to` \"4 N m\", here \"5 N m\"; `requirement[0].above` is not here; and 1 more";
@@ -342,13 +342,13 @@ fn what_differs_is_reported() {
         assert!(!error.contains("70 samples") && !error.contains("kardan 0"), "{error}");
     }
     // Where it is not known what the model was, it has its number.
-    fs::remove_file(at.join("o").join(&kept[0])).unwrap();
+    fs::remove_file(at.join("o").join(&model_files[0])).unwrap();
     let (_, error) = sweep(&["--out", "o", "--resume", "--set", "scenario.event[0].to=3 N m"]);
-    let number = kept[0].trim_start_matches("model-").trim_end_matches(".toml");
+    let number = model_files[0].trim_start_matches("model-").trim_end_matches(".toml");
     assert!(error.contains(&format!("another sweep: model {number}, here model ")), "{error}");
     write(&other);
     assert_eq!(sweep(&["--out", "o", "--force"]).0, Some(1));
-    assert!(models("o").len() == 1 && models("o") != kept);
+    assert!(models("o").len() == 1 && models("o") != model_files);
     let on = ["sweep", "m.toml", "--on", "local", "--out", "on", "--shards", "2", "--json"];
     assert_eq!(run(&[&on[..], &["--samples", "70"]].concat()).0, Some(1));
     let (code, error) =
@@ -391,13 +391,13 @@ fn a_sweep_that_starts_anew_leaves_no_rows_of_another() {
     // Behind it the rows are of one sweep, which goes on.
     if cfg!(debug_assertions) {
         let own = ["sweep", "m.toml", "--samples", "450", "--out", "o", "--seed", "2", "--force"];
-        let left = (1..60).find(|number| {
+        let fault_number = (1..60).find(|number| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
             command.current_dir(&at).args(own).stdin(Stdio::null()).env("KARDAN_FAULT", format!("fail:{number}"));
             assert_eq!(command.output().unwrap().status.code(), Some(2));
             rows() == 1
         });
-        assert!(left.is_some(), "{} files", rows());
+        assert!(fault_number.is_some(), "{} files", rows());
         let whole = sweep("2", &["--resume"]);
         assert_eq!((whole.status.code(), rows()), (Some(1), 8), "{}", String::from_utf8_lossy(&whole.stderr));
     }
@@ -457,8 +457,8 @@ fn shards_are_the_whole() {
         assert_eq!(fs::read(at.join("all/worst.html")).unwrap(), fs::read(at.join("whole/worst.html")).unwrap());
         assert!(fs::read_to_string(at.join("all/sweep.html")).unwrap().contains("href=\"worst.html\""));
         // A block that is there twice counts once.
-        let twice = merge(&[&names[..], &["whole"]].concat(), &["--json"]);
-        assert_eq!(twice.stdout, fs::read(at.join("whole/sweep.json")).unwrap());
+        let repeated = merge(&[&names[..], &["whole"]].concat(), &["--json"]);
+        assert_eq!(repeated.stdout, fs::read(at.join("whole/sweep.json")).unwrap());
         if of == 3 {
             fs::create_dir(at.join("not begun")).unwrap();
             let got = merge(&[names[0], names[1], "not begun"], &["--json"]);
@@ -619,7 +619,7 @@ fn goals_are_reported_and_go_on() {
         (&["--samples", "400", "--until", "0.05", "--seed", "2"][..], "stopping_rule", "Every requirement is met", 0),
     ];
     for (more, key, reported, code) in goals {
-        let sweep = |others: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, others].concat());
+        let sweep = |extra: &[&str]| kardan(&at, &[&["sweep", "m.toml", "--out", key], more, extra].concat());
         let first = sweep(&["--json"]);
         assert_eq!(first.status.code(), Some(code), "{}", String::from_utf8_lossy(&first.stderr));
         let object = printed(&first.stdout);

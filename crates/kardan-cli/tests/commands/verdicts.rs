@@ -58,13 +58,13 @@ fn an_energy_balance_that_does_not_close_is_no_completed_run() {
     assert!(run["outcome"]["cause"].as_str().unwrap().starts_with("the energy balance does not close"));
     assert_eq!(run["requirements"][0]["passed"], false);
     assert!(run["notes"].to_string().contains("All requirements count as not met"), "{}", run["notes"]);
-    let said = "The run completed, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max ";
+    let headline = "The run completed, but its energy balance does not close, so that its numbers are wrong; the requirement is not met: max ";
     let got = with(&["--markdown"]);
     assert_eq!(got.status.code(), Some(2));
-    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
-    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
+    assert!(text(&got.stdout).contains(headline), "{}", text(&got.stdout));
+    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(headline));
     assert_eq!(with(&[]).status.code(), Some(2));
-    assert!(text(&fs::read(at.join("o/report.html")).unwrap()).contains(said));
+    assert!(text(&fs::read(at.join("o/report.html")).unwrap()).contains(headline));
     // Where nothing is lost it is a run like others.
     fs::write(at.join("m.toml"), PEAKS.replace("89.9 deg", "80 deg")).unwrap();
     let got = kardan(&at, &["run", "m.toml", "--out", "o", "--json"]);
@@ -120,10 +120,10 @@ fn errors_as_large_as_signals_are_reported_first() {
     assert!(unreliable["error"].as_f64().unwrap() >= 0.1 * unreliable["size"].as_f64().unwrap(), "{unreliable}");
     assert!(run["warnings"][0].as_str().unwrap().contains("the estimated error of"), "{}", run["warnings"]);
     assert_eq!(with(&["long.toml", "--json", "--strict"]).status.code(), Some(1));
-    let said = "The run completed, but its numbers are doubtful; accuracy: the estimated error of a.phi is a tenth of the signal or more; no requirements are stated.";
+    let headline = "The run completed, but its numbers are doubtful; accuracy: the estimated error of a.phi is a tenth of the signal or more; no requirements are stated.";
     let got = with(&["long.toml", "--markdown"]);
-    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
-    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(said));
+    assert!(text(&got.stdout).contains(headline), "{}", text(&got.stdout));
+    assert!(text(&fs::read(at.join("o/report.md")).unwrap()).contains(headline));
     let got = with(&["short.toml", "--json", "--strict"]);
     assert_eq!(
         (got.status.code(), &printed(&got.stdout)["variants"][0]["outcome"]["verdict"]),
@@ -186,6 +186,6 @@ fn the_first_line_names_what_is_wrong() {
     );
     let got = with("fast.toml");
     assert_eq!(got.status.code(), Some(1), "{}", text(&got.stderr));
-    let said = "2 of 4 requirements are met, 2 are not: max arm.phi < 97 deg (light, heavy); low margins: `position` has the disk margin 0.2";
-    assert!(text(&got.stdout).contains(said), "{}", text(&got.stdout));
+    let headline = "2 of 4 requirements are met, 2 are not: max arm.phi < 97 deg (light, heavy); low margins: `position` has the disk margin 0.2";
+    assert!(text(&got.stdout).contains(headline), "{}", text(&got.stdout));
 }

@@ -10,7 +10,7 @@ fn the_command_line_is_consistent() {
 }
 
 #[test]
-fn a_controller_is_either_in_the_file_or_given_whole() {
+fn a_controller_is_either_in_the_file_or_fully_specified() {
     let parse = |line: &str| Cli::try_parse_from(line.split(' '));
     for good in [
         "kardan design",
@@ -33,7 +33,7 @@ fn a_controller_is_either_in_the_file_or_given_whole() {
 
 /// Random arguments: known words, values, parts of them and noise, in any order. Each list is accepted, or rejected with a message.
 #[test]
-fn any_arguments_are_taken_or_refused() {
+fn random_arguments_are_accepted_or_refused() {
     let command = Cli::command();
     let mut tokens: Vec<String> =
         vec!["-".into(), "--".into(), "=".into(), "-q".into(), String::new(), "\u{0}\u{fffd}".into()];
@@ -68,7 +68,7 @@ fn any_arguments_are_taken_or_refused() {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 33) as usize % bound
     };
-    let (mut taken, mut refused) = (0, 0);
+    let (mut accepted, mut refused) = (0, 0);
     for _ in 0..40_000 {
         let mut arguments = vec!["kardan".to_string()];
         for _ in 0..below(7) {
@@ -82,12 +82,12 @@ fn any_arguments_are_taken_or_refused() {
             arguments.push(word);
         }
         match Cli::try_parse_from(&arguments) {
-            Ok(_) => taken += 1,
+            Ok(_) => accepted += 1,
             Err(usage) => {
                 assert!(!usage.to_string().trim().is_empty(), "{arguments:?} is refused without a word");
                 refused += 1;
             }
         }
     }
-    assert!(taken > 100 && refused > 5000, "{taken} taken, {refused} refused");
+    assert!(accepted > 100 && refused > 5000, "{accepted} taken, {refused} refused");
 }

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_byte_order_mark_is_taken_off() {
+fn a_byte_order_mark_is_removed() {
     assert_eq!(decode("x", b"\xef\xbb\xbfa = 1").unwrap(), "a = 1");
     assert_eq!(decode("x", b"\xef\xbb\xbf \n").unwrap_err().code, "file::empty");
 }

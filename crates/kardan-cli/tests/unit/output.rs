@@ -17,7 +17,7 @@ fn quoted_arguments_are_one_shell_word() {
 }
 
 #[test]
-fn leftovers_are_known_by_their_names() {
+fn leftovers_are_recognised_by_their_names() {
     assert!(is_part(".kardan-1-0.part") && is_part(".kardan-4711-12.part"));
     for name in [
         ".kardan--0.part",
@@ -33,7 +33,7 @@ fn leftovers_are_known_by_their_names() {
 
 /// A file that a process is writing stays; a leftover is removed.
 #[test]
-fn only_what_nobody_writes_is_swept() {
+fn only_leftovers_are_removed() {
     let folder = std::env::temp_dir().join(format!("kardan-sweep-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let leftover = folder.join(".kardan-1-0.part");

@@ -37,7 +37,7 @@ fn spans_outside_the_text_or_inside_a_letter_do_no_harm() {
 
 /// The window around a place shows what miette shows of the whole text.
 #[test]
-fn a_window_is_the_whole_text_around_a_place() {
+fn a_window_shows_the_same_lines_as_the_whole_text() {
     for text in ["", "a", "a\n", "\n\nβ = 1\r\nb\n\n\nc = 2\nd\ne\nf", &"[t]\nx = 1\n\n".repeat(9)] {
         let shown = Shown::new("gear.toml", text);
         for (start, length) in (0..=text.len()).flat_map(|start| [(start, 0), (start, 1), (start, 7), (start, 30)]) {

@@ -4,7 +4,7 @@ use super::*;
 
 /// No near candidate is missed.
 #[test]
-fn what_is_left_out_is_never_near() {
+fn the_distance_bound_excludes_no_near_name() {
     let samples = [
         "inertia",
         "inerta",

@@ -43,7 +43,7 @@ fn diagnostics(line: &str) -> String {
 }
 
 #[test]
-fn a_table_without_errors_is_read() {
+fn a_valid_table_is_read() {
     let (table, diagnostics) = read(concat!(
         "inertia = \"130 kg mm^2\"\nstiffness = 's_wg'\nangle = \"30 deg\"\nratio = 1.02\nshaft = \"wg\"\n",
         "shafts = [\"wg\", \"cs\"]\nlaw = \"linear\"\nterms = { wg = 1, fs = \"50/51\", cs = \"k\" }\n",
@@ -233,7 +233,7 @@ fn each_kind_says_what_it_expects() {
 }
 
 #[test]
-fn what_is_not_toml_is_reported_once_and_the_rest_is_read() {
+fn invalid_toml_is_reported_once_and_the_valid_lines_are_read() {
     for (line, expected) in [
         (
             "stiffness = 100 N m/rad",
@@ -306,7 +306,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_read_without_an_error_is_what_was_written(numerator in any::<i32>(), denominator in 1_i64..1000) {
+    fn values_read_equal_those_written(numerator in any::<i32>(), denominator in 1_i64..1000) {
         let source = format!("inertia = \"1 kg m^2\"\nratio = \"{numerator}/{denominator}\"\nvalue = {numerator}");
         let (table, diagnostics) = read(&source);
         prop_assert_eq!(diagnostics.is_empty(), numerator != 0);

@@ -114,7 +114,7 @@ fn settings_of_implicit_parameters_change_the_model() {
 }
 
 #[test]
-fn a_setting_beyond_the_rule_of_its_key_is_reported() {
+fn a_setting_that_violates_the_rule_of_its_key_is_reported() {
     let (_, diagnostics) = document().model(&[set("wg.inertia", -1, 1)]);
     assert_eq!(
         plain(SOURCE, &diagnostics),

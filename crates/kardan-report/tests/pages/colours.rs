@@ -65,11 +65,11 @@ const EYES: [(&str, [[f64; 3]; 3]); 4] = [
 ];
 
 fn distance(one: &str, other: &str, eye: &[[f64; 3]; 3]) -> f64 {
-    let seen = |colour: &str| {
-        let seen = light(colour);
-        lab(eye.map(|row| row[0] * seen[0] + row[1] * seen[1] + row[2] * seen[2]))
+    let perceived = |colour: &str| {
+        let linear = light(colour);
+        lab(eye.map(|row| row[0] * linear[0] + row[1] * linear[1] + row[2] * linear[2]))
     };
-    let (a, b) = (seen(one), seen(other));
+    let (a, b) = (perceived(one), perceived(other));
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
@@ -80,8 +80,8 @@ fn schemes() -> [(&'static str, BTreeMap<String, String>); 3] {
     let (style, _) = style.split_once("</style>").expect("its end");
     let mut all = [("light", BTreeMap::new()), ("dark", BTreeMap::new()), ("paper", BTreeMap::new())];
     let mut before = "";
-    let mut rest = style;
-    while let Some((head, tail)) = rest.split_once(":root") {
+    let mut remaining = style;
+    while let Some((head, tail)) = remaining.split_once(":root") {
         let text = head.trim_end();
         let medium = text.strip_suffix('{').and_then(|text| text.rsplit('}').next()).unwrap_or(before).trim();
         let (body, tail) = tail.split_once('}').expect("a rule ends");
@@ -89,32 +89,32 @@ fn schemes() -> [(&'static str, BTreeMap<String, String>); 3] {
         let properties: Vec<(String, String)> = properties
             .filter_map(|(name, value)| Some((name.trim().strip_prefix("--")?.into(), value.trim().into())))
             .collect();
-        for (scheme, known) in &mut all {
-            let wanted = if medium.contains("dark") {
+        for (scheme, scheme_properties) in &mut all {
+            let applies = if medium.contains("dark") {
                 *scheme == "dark"
             } else if medium.contains("print") {
                 *scheme == "paper"
             } else {
                 true
             };
-            if wanted {
-                known.extend(properties.iter().cloned());
+            if applies {
+                scheme_properties.extend(properties.iter().cloned());
             }
         }
-        (before, rest) = ("", tail);
+        (before, remaining) = ("", tail);
     }
     all
 }
 
 #[test]
-fn the_formulas_agree_with_known_values() {
+fn the_formulas_agree_with_reference_values() {
     // WCAG: black on white; #767676 is the well-known lightest grey of contrast 4.5.
     assert!((contrast("#000", "#ffffff") - 21.0).abs() < 1e-9);
     assert!(contrast("#767676", "#fff") > 4.5 && contrast("#777777", "#fff") < 4.5);
     // L*a*b* of sRGB's red under D65: 53.24, 80.09, 67.20.
     let red = lab(light("#ff0000"));
-    for (found, known) in red.into_iter().zip([53.24, 80.09, 67.20]) {
-        assert!((found - known).abs() < 0.02, "{found} {known}");
+    for (found, expected) in red.into_iter().zip([53.24, 80.09, 67.20]) {
+        assert!((found - expected).abs() < 0.02, "{found} {expected}");
     }
     // White is white to every eye.
     for (eye, matrix) in EYES {
@@ -124,7 +124,7 @@ fn the_formulas_agree_with_known_values() {
 }
 
 #[test]
-fn every_text_and_curve_stands_out_from_its_ground() {
+fn every_text_and_curve_has_contrast_to_its_ground() {
     for (scheme, of) in schemes() {
         let colour = |name: &str| of.get(name).unwrap_or_else(|| panic!("{scheme}: no --{name} among {of:?}")).as_str();
         let texts = [

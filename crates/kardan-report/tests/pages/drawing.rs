@@ -25,12 +25,12 @@ fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
 /// Left, top, right, bottom and text of each label.
 fn labels(drawing: &str) -> Vec<([f64; 4], String)> {
     let label = |text: &str| {
-        let (tag, rest) = text.split_once('>').expect("the tag ends");
-        let words = rest.split_once('<').expect("the text ends").0;
+        let (tag, tail) = text.split_once('>').expect("the tag ends");
+        let content = tail.split_once('<').expect("the text ends").0;
         let [x, y] = ["x", "y"].map(|name| attribute(tag, &format!(" {name}")).parse::<f64>().expect("a number"));
-        let wide = CHARACTER * words.chars().count() as f64;
+        let wide = CHARACTER * content.chars().count() as f64;
         let left = if tag.contains(" middle") { x - 0.5 * wide } else { x };
-        ([left, y - 0.8 * HEIGHT, left + wide, y + 0.2 * HEIGHT], words.to_owned())
+        ([left, y - 0.8 * HEIGHT, left + wide, y + 0.2 * HEIGHT], content.to_owned())
     };
     drawing.split("<text class=\"label").skip(1).map(label).collect()
 }
@@ -66,7 +66,7 @@ fn every_built_in_model_is_drawn_with_each_part_once() {
 
 /// A page within a page does not draw the mechanism again, and a model without parts has no such section.
 #[test]
-fn the_mechanism_stands_once_at_the_head() {
+fn the_mechanism_is_drawn_once_at_the_head() {
     let mechanism = read(BUILTIN[0].source).0.model(&[]).0.mechanism;
     let analysis = Analysis { mechanism: mechanism.clone(), ..crate::examples::two_bodies() };
     let mut study = kardan::results::Study { analysis: Some(analysis), ..Default::default() };
@@ -81,7 +81,7 @@ fn the_mechanism_stands_once_at_the_head() {
 /// What appears under the pointer has the unit that its key declares, a number without one where the key has none.
 #[test]
 fn values_in_the_drawing_have_their_units() {
-    let mut seen = 0;
+    let mut checked = 0;
     for model in BUILTIN {
         let mechanism = read(model.source).0.model(&[]).0.mechanism;
         let page = page(mechanism.clone());
@@ -102,11 +102,11 @@ fn values_in_the_drawing_have_their_units() {
                 };
                 let (number, found) = value.split_once(' ').unwrap_or((value, ""));
                 assert!(number.parse::<f64>().is_ok() && found == unit, "{}: {key} = {value}", title);
-                seen += 1;
+                checked += 1;
             }
         }
     }
-    assert!(seen > 100, "{seen}");
+    assert!(checked > 100, "{checked}");
 }
 
 /// What a relation in an expression ties together are its ends, drawn with lines.

@@ -4,8 +4,8 @@ use kardan::project::{Project, builtin};
 use kardan::results::*;
 use kardan::study::{AnalyzeSettings, Silent};
 
-fn texts(words: &[&str]) -> Vec<String> {
-    words.iter().map(|&word| word.into()).collect()
+fn texts(entries: &[&str]) -> Vec<String> {
+    entries.iter().map(|&entry| entry.into()).collect()
 }
 
 fn named<T>(one: fn(String, f64) -> T, pairs: &[(&str, f64)]) -> Vec<T> {

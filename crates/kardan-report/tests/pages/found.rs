@@ -23,8 +23,8 @@ fn a_warning_of_a_design() {
     let factor = margins.channels.iter().find(|one| !one.is_sensor).expect("a motor").gain[1];
     let page = kardan_report::design(&found).html();
     assert!(!found.verdict().sound && page.contains("class=\"verdict bad\""));
-    for said in [&format!("times {factor:.4} makes the loop unstable"), "with low margins"] {
-        assert!(page.contains(said), "{said}");
+    for expected in [&format!("times {factor:.4} makes the loop unstable"), "with low margins"] {
+        assert!(page.contains(expected), "{expected}");
     }
 }
 
@@ -55,10 +55,10 @@ fn where_samples_fail() {
     let rule = &found.requirements[0].rules[0];
     let page = kardan_report::sweep(&found).markdown();
     let reported = format!("a.inertia ≥ 2 kg m^2: {0} of {0} samples there fail", rule.inside);
-    for said in
+    for expected in
         ["Where requirements fail", "fails where:", &reported, "100 % of all failures", "a random half of the samples"]
     {
-        assert!(page.contains(said), "{said}: {page}");
+        assert!(page.contains(expected), "{expected}: {page}");
     }
 }
 
@@ -73,7 +73,7 @@ fn an_interval_near_certainty_has_digits() {
 
 /// How many runs have a value is told where some have none: the speed 4 N m · 1 s / J comes to 2 rad/s in a part of them, and none has J below zero.
 #[test]
-fn runs_without_a_value_are_counted() {
+fn runs_that_have_no_value_are_counted() {
     let figure = "[[figure]]\nname = \"rise\"\nsignal = \"a.w\"\nmeasure = \"rise_time\"\ntarget = \"2 rad/s\"\nband = 0.1\n\
                   [[sweep.vary]]\nparameter = \"a.inertia\"\nfrom = \"-1 kg m^2\"\nto = \"3 kg m^2\"\n";
     let (_, found, _) = swept(&format!("{PUSHED}{figure}"), 80);
@@ -116,10 +116,10 @@ fn runs_of_a_sweep_are_drawn() {
     let (still, data) = page.split_once("id=\"samples-data\">").expect("data of the runs");
     assert!(data.contains("\"across\":0,\"up\":1,") && data.contains("\"above\":2.0"), "{}", &data[..400]);
     let still = still.split("class=\"unscripted\"").nth(1).expect("a picture that stands still");
-    for said in
+    for expected in
         ["final a.w [rad/s] over a.inertia [kg m²]", "class=\"bound\"", "fails final a.w &gt; 2 rad/s", "passes"]
     {
-        assert!(still.contains(said), "{said}: {}", &still[..2000.min(still.len())]);
+        assert!(still.contains(expected), "{expected}: {}", &still[..2000.min(still.len())]);
     }
     assert!(
         page.contains("--set &#39;a.inertia=2 kg m^2&#39; --variants-from") && page.contains("href=\"worst.html\"")

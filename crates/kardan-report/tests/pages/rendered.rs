@@ -123,17 +123,17 @@ fn texts(markup: &str) -> String {
     const VOID: [&str; 3] = ["meta", "link", "br"];
     let mut open: Vec<&str> = Vec::new();
     let mut texts = String::new();
-    let mut rest = markup.strip_prefix("<!doctype html>").unwrap_or(markup);
-    while let Some(start) = rest.find('<') {
-        texts += &rest[..start];
-        assert!(!rest[..start].contains('>'), "a bare > in {:?}", &rest[..start]);
-        if rest[start..].starts_with("<!--") {
-            rest = rest.split_once("-->").expect("the comment ends").1;
+    let mut remaining = markup.strip_prefix("<!doctype html>").unwrap_or(markup);
+    while let Some(start) = remaining.find('<') {
+        texts += &remaining[..start];
+        assert!(!remaining[..start].contains('>'), "a bare > in {:?}", &remaining[..start]);
+        if remaining[start..].starts_with("<!--") {
+            remaining = remaining.split_once("-->").expect("the comment ends").1;
             continue;
         }
-        let end = tag_end(&rest[start..]) + start;
-        let tag = &rest[start + 1..end];
-        rest = &rest[end + 1..];
+        let end = tag_end(&remaining[start..]) + start;
+        let tag = &remaining[start + 1..end];
+        remaining = &remaining[end + 1..];
         if let Some(name) = tag.strip_prefix('/') {
             assert_eq!(open.pop(), Some(name), "unbalanced </{name}>");
             continue;
@@ -145,11 +145,11 @@ fn texts(markup: &str) -> String {
         }
         open.push(name);
         if ["script", "style"].contains(&name) {
-            rest = &rest[rest.find(&format!("</{name}>")).expect("it is closed")..];
+            remaining = &remaining[remaining.find(&format!("</{name}>")).expect("it is closed")..];
         }
     }
     assert!(open.is_empty(), "left open: {open:?}");
-    texts + rest
+    texts + remaining
 }
 
 /// Position of the `>` that ends the tag at the start of the text.
@@ -260,8 +260,8 @@ fn the_data_are_valid_json_with_null_for_nan() {
     assert!(data.starts_with("{\"marks\":[0,1e-3,"), "{}", &data[..60]);
     // Balanced outside of strings, and as many numbers as times.
     let curve = data.split("\"t\":[").nth(1).unwrap();
-    let (times, rest) = curve.split_once("],\"v\":[").unwrap();
-    let values = rest.split(']').next().unwrap();
+    let (times, tail) = curve.split_once("],\"v\":[").unwrap();
+    let values = tail.split(']').next().unwrap();
     assert_eq!(times.split(',').count(), values.split(',').count());
     assert!(times.split(',').all(|time| time.parse::<f64>().is_ok()));
     assert!(values.split(',').all(|value| value == "null" || value.parse::<f64>().is_ok()));
@@ -550,8 +550,8 @@ fn names_never_break_in_a_table() {
 
 #[test]
 fn the_text_cuts_long_lists_and_says_what_went_wrong() {
-    let together = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let shown = together(kardan_report::analysis(&example::train()).text("here"));
+    let single_spaced = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let shown = single_spaced(kardan_report::analysis(&example::train()).text("here"));
     for part in [
         "2 of 3 assumptions do not hold",
         "by joint: its ratio depends on the angle of driver",
@@ -567,7 +567,7 @@ fn the_text_cuts_long_lists_and_says_what_went_wrong() {
     ] {
         assert!(shown.contains(part), "{part} missing in\n{shown}");
     }
-    let shown = together(kardan_report::design(&example::observed_train()).text("here"));
+    let shown = single_spaced(kardan_report::design(&example::observed_train()).text("here"));
     for part in [
         "Not decoupled; the closed loop is unstable",
         "WARNING: The law cancels an unstable mode at 420 1/s.",
@@ -644,7 +644,7 @@ fn sentences_name_shafts_and_elements() {
 
 #[test]
 fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
-    let said = |design: &Design| kardan_report::design(design).text("here");
+    let rendered = |design: &Design| kardan_report::design(design).text("here");
     let verdict = |sound: bool, text: &str| Verdict { sound, text: text.into() };
     let mut design = example::decoupled_steering();
     assert!(design.verdict().sound);
@@ -652,15 +652,15 @@ fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
     design.warnings.clear();
     assert_eq!(design.verdict(), verdict(true, "Decoupled, proven exactly; the zero dynamics are stable."));
     design.zero_dynamics.stability = StabilityVerdict::plain(Stability::Unstable, StabilityEvidence::Exactly);
-    assert!(!design.verdict().sound && said(&design).contains("NOT stable"));
+    assert!(!design.verdict().sound && rendered(&design).contains("NOT stable"));
     design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
     design.feedback = Some(Feedback::Block);
     assert!(design.verdict().text.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
     design.decoupled = None;
     design.decouplability.possible = Feedback::Impossible;
     assert_eq!(design.verdict(), verdict(false, "The outputs cannot be decoupled; no zero dynamics."));
-    assert!(said(&design).contains("No state feedback decouples the outputs."));
+    assert!(rendered(&design).contains("No state feedback decouples the outputs."));
     let plain = Design { law: "lqr".into(), ..Design::default() };
     assert_eq!(plain.verdict(), verdict(true, "Designed; decoupling was not requested."));
-    assert!(!said(&plain).contains("Decoupling") && !said(&plain).contains("Zero dynamics"));
+    assert!(!rendered(&plain).contains("Decoupling") && !rendered(&plain).contains("Zero dynamics"));
 }

@@ -83,7 +83,7 @@ fn phases_have_no_jumps_and_margins_are_measured_from_half_a_turn() {
 }
 
 #[test]
-fn a_contour_has_the_gain_that_it_names_and_curves_stay_within_the_frame() {
+fn a_contour_has_the_gain_that_it_names_and_curves_stay_inside_the_frame() {
     let axis = |low, high| Axis { low, high, logarithmic: false, step: 1.0 };
     let panel = Panel { x: 0.0, y: 0.0, width: 10.0, height: 10.0, across: axis(0.0, 1.0), up: axis(0.0, 1.0) };
     let cut = panel.cut((-10.0, 5.0), (20.0, 5.0)).expect("it crosses the frame");

@@ -267,7 +267,7 @@ fn a_drawing_does_not_change() {
 
 /// Gears with backlash have two more flanks than those without, and the caption explains them.
 #[test]
-fn play_is_drawn_and_reported() {
+fn backlash_is_drawn_and_reported() {
     let gear = |laws: &[&str]| {
         let mut mechanism = shafts(2, &[(0, 1)]);
         let gear = &mut mechanism.parts[2];

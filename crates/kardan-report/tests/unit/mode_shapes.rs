@@ -40,7 +40,7 @@ fn lengths_are_shares_and_add_up_to_one() {
 }
 
 #[test]
-fn without_energies_bars_are_motions() {
+fn bars_are_motions_if_no_energies_are_stored() {
     let bare = mode(&[("a", 1.0, 0.0), ("b", 0.5, -0.5)], &[]);
     assert_eq!(lengths(&bare), [1.0, 1.0]);
     let picture = shapes(&[bare]).expect("a picture");

@@ -45,7 +45,7 @@ fn decoded(text: &str) -> Vec<u8> {
 
 /// The value after each `"key":"`.
 fn strings<'t>(json: &'t str, key: &str) -> Vec<&'t str> {
-    json.split(&format!("\"{key}\":\"")).skip(1).map(|rest| rest.split('"').next().unwrap()).collect()
+    json.split(&format!("\"{key}\":\"")).skip(1).map(|tail| tail.split('"').next().unwrap()).collect()
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn a_short_series_stays_whole() {
 }
 
 #[test]
-fn extremes_ends_and_gaps_survive_within_the_limit() {
+fn extremes_ends_and_gaps_survive_and_the_limit_is_satisfied() {
     // Uneven grid, one spike up and one down of a single sample each, one hole.
     let time: Vec<f64> = (0..50_000).map(|i| powi(i as f64 / 50_000.0, 3)).collect();
     let mut values: Vec<f64> = time.iter().map(|t| sin(40.0 * t)).collect();

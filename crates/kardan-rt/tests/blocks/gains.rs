@@ -4,20 +4,20 @@ use kardan_rt::Gain;
 
 /// Whatever the shapes: also fewer rows than values, fewer values than rows, and vectors shorter than rows.
 #[test]
-fn rows_together_are_rows_one_by_one() {
+fn batched_rows_equal_rows_one_by_one() {
     let entry = |k: usize| ((k * 37 + 11) % 101) as f64 / 7.0 - 6.0;
     let (entries, x) = ((0..60).map(entry).collect::<Vec<_>>(), (60..66).map(|k| 1.0 / entry(k)).collect::<Vec<_>>());
     for (rows, columns) in (0..=10).flat_map(|rows| (1..=6).map(move |columns| (rows, columns))) {
         let matrix = &entries[..rows * columns];
         let gain = Gain::new(matrix, columns).unwrap();
-        for (given, values) in [(columns, rows), (columns - 1, rows), (columns, rows + 3), (columns, rows / 2)] {
-            let mut together = vec![0.25; values];
-            assert!(gain.add_to(&x[..given], &mut together));
-            let mut alone = vec![0.25; values];
-            for (value, row) in alone.iter_mut().zip(matrix.chunks_exact(columns)) {
-                *value = row.iter().zip(&x[..given]).fold(*value, |sum, (g, x)| sum + g * x);
+        for (length, values) in [(columns, rows), (columns - 1, rows), (columns, rows + 3), (columns, rows / 2)] {
+            let mut batched = vec![0.25; values];
+            assert!(gain.add_to(&x[..length], &mut batched));
+            let mut row_by_row = vec![0.25; values];
+            for (value, row) in row_by_row.iter_mut().zip(matrix.chunks_exact(columns)) {
+                *value = row.iter().zip(&x[..length]).fold(*value, |sum, (g, x)| sum + g * x);
             }
-            assert_eq!(together, alone, "{rows} x {columns}, {given} given, {values} values");
+            assert_eq!(batched, row_by_row, "{rows} x {columns}, {length} given, {values} values");
         }
     }
 }

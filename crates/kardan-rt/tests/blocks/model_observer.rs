@@ -46,17 +46,17 @@ fn on_a_linear_model_it_is_the_linear_observer() {
     // Any Γ: a step adds Γ times the rates.
     let zoh_integral = [1e-3, 2e-4, -3e-4, 4e-5, 5e-4, 6e-4, 0.0, 7e-4, 8e-4];
     let copied = observer(BODY, &zoh_integral);
-    let (mut memory, mut rates, mut expected) = (vec![0.0; copied.memory()], [0.0; 3], [0.0; 3]);
+    let (mut workspace, mut rates, mut expected) = (vec![0.0; copied.memory()], [0.0; 3], [0.0; 3]);
     for k in 0..50 {
         let x = |s: f64| (s * (1.0 + f64::from(k))).sin();
         let (state, torque, reading) = ([x(0.3), 5.0 * x(0.7), 10.0 * x(1.1)], 3.0 * x(0.2), x(0.5));
-        assert!(copied.rates(&state, &[torque], &[reading], &mut memory, &mut rates));
+        assert!(copied.rates(&state, &[torque], &[reading], &mut workspace, &mut rates));
         assert!(linear.rates(&state, &[torque, reading], &mut expected));
         for i in 0..3 {
             assert!((rates[i] - expected[i]).abs() < 1e-10 * (1.0 + expected[i].abs()), "{rates:?} {expected:?}");
         }
         let mut next = state;
-        assert!(copied.step(&mut next, &[torque], &[reading], &mut memory));
+        assert!(copied.step(&mut next, &[torque], &[reading], &mut workspace));
         for i in 0..3 {
             let change: f64 = (0..3).map(|j| zoh_integral[3 * i + j] * rates[j]).sum();
             assert!((next[i] - state[i] - change).abs() < 1e-12 * (1.0 + change.abs()));
@@ -65,30 +65,30 @@ fn on_a_linear_model_it_is_the_linear_observer() {
 }
 
 #[test]
-fn what_cannot_be_computed_is_reported_and_the_estimate_kept() {
+fn invalid_inputs_are_reported_and_leave_the_estimate_unchanged() {
     let zoh_integral = [1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0, 1e-3];
     let copied = observer(BODY, &zoh_integral);
-    let mut memory = vec![0.0; copied.memory()];
+    let mut workspace = vec![0.0; copied.memory()];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for (torque, reading) in [(bad, 0.0), (0.0, bad)] {
             let (mut state, mut rates) = ([0.1, 0.2, 0.3], [7.0; 3]);
-            assert!(!copied.step(&mut state, &[torque], &[reading], &mut memory));
-            assert!(!copied.rates(&state, &[torque], &[reading], &mut memory, &mut rates));
+            assert!(!copied.step(&mut state, &[torque], &[reading], &mut workspace));
+            assert!(!copied.rates(&state, &[torque], &[reading], &mut workspace, &mut rates));
             assert_eq!((state, rates), ([0.1, 0.2, 0.3], [7.0; 3]));
             // The next good sample goes on from there.
-            assert!(copied.step(&mut state, &[0.0], &[0.1], &mut memory));
+            assert!(copied.step(&mut state, &[0.0], &[0.1], &mut workspace));
             assert!(state.iter().all(|x| x.is_finite()));
         }
-        assert!(!copied.step(&mut [bad, 0.0, 0.0], &[0.0], &[0.0], &mut memory));
+        assert!(!copied.step(&mut [bad, 0.0, 0.0], &[0.0], &[0.0], &mut workspace));
     }
     let mut state = [0.1, 0.2, 0.3];
     // Lists that are too short, a singular inertia.
-    assert!(!copied.step(&mut state[..2], &[0.0], &[0.0], &mut memory));
-    assert!(!copied.step(&mut state, &[0.0], &[], &mut memory));
+    assert!(!copied.step(&mut state[..2], &[0.0], &[0.0], &mut workspace));
+    assert!(!copied.step(&mut state, &[0.0], &[], &mut workspace));
     assert!(!copied.step(&mut state, &[0.0], &[0.0], &mut []));
-    assert!(!observer(BODY, &zoh_integral[..8]).step(&mut state, &[0.0], &[0.0], &mut memory));
+    assert!(!observer(BODY, &zoh_integral[..8]).step(&mut state, &[0.0], &[0.0], &mut workspace));
     let massless = Mechanism { plan: Plan { constants: &[0.0, 1.0, 0.0, -0.5, 8.0], ..BODY.plan }, ..BODY };
-    assert!(!observer(massless, &zoh_integral).step(&mut state, &[0.0], &[0.0], &mut memory));
+    assert!(!observer(massless, &zoh_integral).step(&mut state, &[0.0], &[0.0], &mut workspace));
     assert_eq!(state, [0.1, 0.2, 0.3]);
 }
 
@@ -122,8 +122,8 @@ fn in_single_precision() {
         zoh_integral: &[],
         friction_width: Some(3.0),
     };
-    let (mut memory, mut rates) = (vec![0.0; copied.memory()], [0.0; 2]);
-    assert!(copied.rates(&[0.0, 4.0], &[5.0], &[4.5], &mut memory, &mut rates));
+    let (mut workspace, mut rates) = (vec![0.0; copied.memory()], [0.0; 2]);
+    assert!(copied.rates(&[0.0, 4.0], &[5.0], &[4.5], &mut workspace, &mut rates));
     // Friction 1·4/√(16 + 9) = 0.8 N m.
     assert_eq!(rates, [4.0, (5.0 - 2.0 - 0.8) / 2.0 + 5.0]);
 }

@@ -35,9 +35,9 @@ impl Number for f64 {
 
 /// What a block does with an input that is no number.
 #[derive(Clone, Copy, PartialEq)]
-enum Keeps {
+enum Retains {
     /// The answer of the sample before stays, as if there had been no sample.
-    Answer,
+    Output,
     /// The input of the sample before stays in its place.
     Input,
 }
@@ -48,7 +48,7 @@ type Step<T> = Box<dyn FnMut(&[T], &mut Vec<T>) -> bool>;
 struct Case<T> {
     /// `Type::function` of the crate.
     name: &'static str,
-    keeps: Keeps,
+    retains: Retains,
     /// How many inputs there are.
     inputs: usize,
     /// A block at its start; its answer grows in the vector, whose entries stay from sample to sample.
@@ -136,12 +136,12 @@ impl<T: Number> Machine<T> {
 #[allow(clippy::too_many_lines)]
 fn cases<T: Number>() -> Vec<Case<T>> {
     let mut cases: Vec<Case<T>> = Vec::new();
-    let mut case = |name, keeps, inputs, start: Box<dyn Fn() -> Step<T>>| {
-        cases.push(Case { name, keeps, inputs, start });
+    let mut case = |name, retains, inputs, start: Box<dyn Fn() -> Step<T>>| {
+        cases.push(Case { name, retains, inputs, start });
     };
     case(
         "Bounds::nearest",
-        Keeps::Answer,
+        Retains::Output,
         1,
         Box::new(|| {
             let bounds = Bounds { torque: None, change: None };
@@ -157,7 +157,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     for kind in [false, true] {
         case(
             "Channel::acceleration",
-            Keeps::Answer,
+            Retains::Output,
             4,
             Box::new(move || {
                 let inverse_inertia = T::of(4.0);
@@ -172,7 +172,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     for name in ["Plan::evaluate", "Plan::output"] {
         case(
             name,
-            Keeps::Answer,
+            Retains::Output,
             2,
             Box::new(|| {
                 Box::new(|x, out| {
@@ -188,10 +188,10 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                         tables: &[],
                         numbers: &[],
                     };
-                    let mut memory = vec![T::ZERO; plan.memory()];
-                    plan.begin(&mut memory);
-                    memory[..2].copy_from_slice(x);
-                    let found = plan.evaluate(&mut memory).then(|| plan.output(0, &memory)).flatten();
+                    let mut workspace = vec![T::ZERO; plan.memory()];
+                    plan.begin(&mut workspace);
+                    workspace[..2].copy_from_slice(x);
+                    let found = plan.evaluate(&mut workspace).then(|| plan.output(0, &workspace)).flatten();
                     take(found, out)
                 })
             }),
@@ -199,13 +199,13 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     }
     case(
         "PositionLoop::acceleration",
-        Keeps::Answer,
+        Retains::Output,
         4,
         Box::new(|| Box::new(|x, out| take(position_loop().acceleration(x[0], x[1], x[2], x[3]), out))),
     );
     case(
         "Gain::add_to",
-        Keeps::Answer,
+        Retains::Output,
         2,
         Box::new(|| {
             let entries: Vec<T> = list([1.0, 2.0, -3.0, 0.5]);
@@ -224,7 +224,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     );
     case(
         "Noninteracting::torques",
-        Keeps::Answer,
+        Retains::Output,
         12,
         Box::new(|| {
             let gains: Vec<T> = list([1.0, -2.0, 0.5, 0.0, 3.0, 1.0, -1.0, 2.0, 0.25, 0.0, 1.0, -4.0]);
@@ -256,7 +256,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
         let data = block.clone();
         case(
             what,
-            Keeps::Answer,
+            Retains::Output,
             if what == "StateSpace::step" { 2 } else { 4 },
             Box::new(move || {
                 let data = data.clone();
@@ -283,7 +283,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     }
     case(
         "Governor::govern",
-        Keeps::Answer,
+        Retains::Output,
         4,
         Box::new(|| {
             let rows: Vec<T> = list([1.0, 0.5, 2.0, 0.3, -1.0, 0.2, 0.7, -2.0]);
@@ -297,28 +297,28 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                     bounds: &bounds,
                 };
                 let mut moved = out.clone();
-                let held = governor.govern(&x[..1], &x[1..2], &x[2..], &mut moved);
+                let limited = governor.govern(&x[..1], &x[1..2], &x[2..], &mut moved);
                 // Each reference is governed on its own: one that is no number does not hold the other back.
-                if held && x.iter().any(|x| !x.is_finite()) {
+                if limited && x.iter().any(|x| !x.is_finite()) {
                     assert!(moved.iter().zip(&*out).any(|(new, old)| new == old));
                 } else {
                     out.copy_from_slice(&moved);
                 }
                 assert!(moved.iter().all(|x| x.is_finite()), "{moved:?}");
-                !held
+                !limited
             })
         }),
     );
     case(
         "Mechanism::evaluate",
-        Keeps::Answer,
+        Retains::Output,
         4,
         Box::new(|| {
             let machine = Machine::new();
             Box::new(move |x, out| {
                 let mechanism = machine.block();
-                let mut memory = vec![T::ZERO; mechanism.memory()];
-                let found = mechanism.evaluate(&x[..2], &x[2..], &mut memory);
+                let mut workspace = vec![T::ZERO; mechanism.memory()];
+                let found = mechanism.evaluate(&x[..2], &x[2..], &mut workspace);
                 if let Some(now) = found {
                     let forces = [now.passive, now.centrifugal, now.friction_speeds];
                     *out = [
@@ -335,7 +335,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     for friction_width in [None, Some(T::of(0.1))] {
         case(
             "ComputedTorque::torques",
-            Keeps::Answer,
+            Retains::Output,
             9,
             Box::new(move || {
                 let machine = Machine::new();
@@ -345,10 +345,10 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                         [Task::Position { shaft: 2, position_loop: position_loop() }, Task::Torque { shaft: 1 }];
                     let law =
                         ComputedTorque { mechanism: machine.block(), tasks: &tasks, inputs: &[0, 1], friction_width };
-                    let mut memory = vec![T::ZERO; law.memory()];
+                    let mut workspace = vec![T::ZERO; law.memory()];
                     let now =
                         Situation { position: &x[..2], speed: &x[2..4], references: &x[4..6], disturbances: &x[6..] };
-                    law.torques(now, &mut memory, out)
+                    law.torques(now, &mut workspace, out)
                 })
             }),
         );
@@ -357,14 +357,14 @@ fn cases<T: Number>() -> Vec<Case<T>> {
         for what in ["ModelObserver::rates", "ModelObserver::step"] {
             case(
                 what,
-                Keeps::Answer,
+                Retains::Output,
                 if what == "ModelObserver::step" { 4 } else { 9 },
                 Box::new(move || {
                     let machine = Machine::new();
                     let sensor = |first, speed| Sensor { row: Row { first, count: 1 }, speed, rest: T::of(0.1) };
                     let sensors = [sensor(2, false), sensor(1, true)];
                     let gain: Vec<T> = list([3.0, 0.5, 0.25, 2.0, 9.0, 1.0, 0.5, 4.0, 1.0, -2.0]);
-                    let held: Vec<T> = (0..25).map(|k| T::of(if k % 6 == 0 { 0.01 } else { 0.001 })).collect();
+                    let zoh_integral: Vec<T> = (0..25).map(|k| T::of(if k % 6 == 0 { 0.01 } else { 0.001 })).collect();
                     Box::new(move |x, out| {
                         out.resize(5, T::ZERO);
                         let observer = ModelObserver {
@@ -374,13 +374,13 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                             entries: &machine.entries,
                             disturbances: &[2],
                             gain: &gain,
-                            zoh_integral: &held,
+                            zoh_integral: &zoh_integral,
                             friction_width,
                         };
-                        let mut memory = vec![T::ZERO; observer.memory()];
+                        let mut workspace = vec![T::ZERO; observer.memory()];
                         match what {
-                            "ModelObserver::rates" => observer.rates(&x[..5], &x[5..7], &x[7..], &mut memory, out),
-                            _ => observer.step(out, &x[..2], &x[2..], &mut memory),
+                            "ModelObserver::rates" => observer.rates(&x[..5], &x[5..7], &x[7..], &mut workspace, out),
+                            _ => observer.step(out, &x[..2], &x[2..], &mut workspace),
                         }
                     })
                 }),
@@ -389,7 +389,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     }
     case(
         "hold",
-        Keeps::Input,
+        Retains::Input,
         3,
         Box::new(|| {
             Box::new(|x, out| {
@@ -401,7 +401,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     for governed in [false, true] {
         case(
             "Regulator::step",
-            Keeps::Input,
+            Retains::Input,
             2,
             Box::new(move || {
                 let of = |x: f64| vec![T::of(x)];
@@ -409,7 +409,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                 let (am, bm, k) = (of(0.5), of(0.5), list::<T, 3>([0.5, -1.0, -0.5]));
                 let (rows, limits) = (list::<T, 3>([-0.5, 1.0, 0.5]), of(1e3));
                 // Estimate, reference model, reading, reference, and the command as the answer.
-                let mut memory = [of(0.0), of(0.0), of(0.0), of(0.0)];
+                let mut states = [of(0.0), of(0.0), of(0.0), of(0.0)];
                 Box::new(move |x, out| {
                     out.resize(1, T::ZERO);
                     fn gain<T: Real>(entries: &[T], columns: usize) -> Gain<'_, T> {
@@ -432,18 +432,18 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                         bounds: &[Bounds { torque: Some(T::of(1e3)), change: None }],
                         governor,
                     };
-                    let [estimate, model, readings, references] = &mut memory;
+                    let [estimate, model, readings, references] = &mut states;
                     let mut work = vec![T::ZERO; Regulator::<T>::work(1, 1, 1, 1)];
-                    let memory =
+                    let regulator_state =
                         RegulatorState { estimate, model, readings, references, commands: out, work: &mut work };
-                    regulator.step(&x[..1], &x[1..], memory) == kardan_rt::Health::default()
+                    regulator.step(&x[..1], &x[1..], regulator_state) == kardan_rt::Health::default()
                 })
             }),
         );
     }
     case(
         "Schedule::at",
-        Keeps::Answer,
+        Retains::Output,
         1,
         Box::new(|| {
             let rows: Vec<T> = list([1.0, -2.0, 0.5, 0.25, 3.0, 4.0]);
@@ -456,7 +456,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
     for predictions in [0, 1] {
         case(
             "ScheduledRegulator::step",
-            Keeps::Input,
+            Retains::Input,
             2,
             Box::new(move || {
                 let machine = Machine::new();
@@ -475,7 +475,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                 let sensors = [Sensor { row: Row { first: 2, count: 1 }, speed: false, rest: T::of(0.1) }];
                 let (model, limits) = (list::<T, 1>([0.5]), list::<T, 1>([1e3]));
                 // Estimate, reference model, reading, reference, and the command as the answer.
-                let mut memory = [vec![T::ZERO; 4], vec![T::ZERO], vec![T::ZERO], vec![T::ZERO]];
+                let mut states = [vec![T::ZERO; 4], vec![T::ZERO], vec![T::ZERO], vec![T::ZERO]];
                 Box::new(move |x, out| {
                     out.resize(1, T::ZERO);
                     let width = ScheduledRegulator::<T>::width(4, 1, 1, 1, 1, 2, predictions);
@@ -490,12 +490,12 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                         sensors: &sensors,
                         entries: &machine.entries,
                     };
-                    let [estimate, model, readings, references] = &mut memory;
+                    let [estimate, model, readings, references] = &mut states;
                     let mut work = vec![T::ZERO; Regulator::<T>::work(4, 1, 1, 1)];
                     let mut scratch = vec![T::ZERO; regulator.scratch(4, 1, 1, 1)];
-                    let memory =
+                    let regulator_state =
                         RegulatorState { estimate, model, readings, references, commands: out, work: &mut work };
-                    regulator.step(&x[..1], &x[1..], memory, &mut scratch) == kardan_rt::Health::default()
+                    regulator.step(&x[..1], &x[1..], regulator_state, &mut scratch) == kardan_rt::Health::default()
                 })
             }),
         );
@@ -510,84 +510,82 @@ fn block<T: Number>(
     step: impl Fn(&[T], &mut [T]) -> bool + Copy + 'static,
 ) -> Box<dyn Fn() -> Step<T>> {
     Box::new(move || {
-        let mut memory = vec![T::ZERO; entries];
+        let mut state = vec![T::ZERO; entries];
         Box::new(move |x, out| {
-            let well = step(x, &mut memory);
+            let well = step(x, &mut state);
             out.resize(entries, T::ZERO);
-            out.copy_from_slice(&memory);
+            out.copy_from_slice(&state);
             well
         })
     })
 }
 
 /// What has a fixed number of entries.
-fn fixed<T: Number, const M: usize>(memory: &mut [T]) -> &mut [T; M] {
-    memory.try_into().expect("as many entries as it has")
+fn fixed<T: Number, const M: usize>(state: &mut [T]) -> &mut [T; M] {
+    state.try_into().expect("as many entries as it has")
 }
 
 fn signal_blocks<T: Number>() -> Vec<Case<T>> {
     let of = T::of;
-    let answer = |name, inputs, start| Case { name, keeps: Keeps::Answer, inputs, start };
-    let input = |name, inputs, start| Case { name, keeps: Keeps::Input, inputs, start };
+    let retains_output = |name, inputs, start| Case { name, retains: Retains::Output, inputs, start };
+    let retains_input = |name, inputs, start| Case { name, retains: Retains::Input, inputs, start };
     vec![
-        answer(
+        retains_output(
             "Saturation::step",
             1,
-            block(1, move |x, memory| {
-                Saturation { low: Some(of(-0.1)), high: Some(of(0.2)) }.step(x[0], fixed(memory))
-            }),
+            block(1, move |x, state| Saturation { low: Some(of(-0.1)), high: Some(of(0.2)) }.step(x[0], fixed(state))),
         ),
-        answer(
+        retains_output(
             "DeadZone::step",
             1,
-            block(1, move |x, memory| DeadZone { low: of(-0.1), high: of(0.1) }.step(x[0], fixed(memory))),
+            block(1, move |x, state| DeadZone { low: of(-0.1), high: of(0.1) }.step(x[0], fixed(state))),
         ),
-        answer(
+        retains_output(
             "Hysteresis::step",
             1,
-            block(2, move |x, memory| {
+            block(2, move |x, state| {
                 let levels = [of(-1.0), of(2.0)];
-                Hysteresis { upper: of(0.2), lower: of(0.1), levels }.step(x[0], fixed(memory))
+                Hysteresis { upper: of(0.2), lower: of(0.1), levels }.step(x[0], fixed(state))
             }),
         ),
-        answer(
+        retains_output(
             "RateLimit::step",
             1,
-            block(2, move |x, memory| RateLimit { rise: of(0.01), fall: of(0.02) }.step(x[0], fixed(memory))),
+            block(2, move |x, state| RateLimit { rise: of(0.01), fall: of(0.02) }.step(x[0], fixed(state))),
         ),
-        input("Delay::step", 1, block(4, |x, memory| Delay.step(x[0], memory))),
-        answer(
+        retains_input("Delay::step", 1, block(4, |x, state| Delay.step(x[0], state))),
+        retains_output(
             "Integrator::step",
             3,
-            block(2, move |x, memory| {
+            block(2, move |x, state| {
                 Integrator { sample_time: of(0.5), low: Some(of(-4.0)), high: Some(of(4.0)) }.step(
                     x[0],
                     x[1],
                     x[2],
-                    fixed(memory),
+                    fixed(state),
                 )
             }),
         ),
-        answer(
+        retains_output(
             "Integrator::step_trapezoidal",
             3,
-            block(2, move |x, memory| {
+            block(2, move |x, state| {
                 let sum = Integrator { sample_time: of(0.5), low: Some(of(-4.0)), high: Some(of(4.0)) };
-                sum.step_trapezoidal(x[0], x[1], x[2], fixed(memory))
+                sum.step_trapezoidal(x[0], x[1], x[2], fixed(state))
             }),
         ),
         // All residuals are beyond the threshold, as those are that are no numbers.
-        input(
+        retains_input(
             "Monitor::step",
             1,
-            block(2, move |x, memory| {
-                Monitor { threshold: of(-1.0), debounce: of(3.0), hold: of(2.0) }.step(x[0], fixed(memory))
+            block(2, move |x, state| {
+                Monitor { threshold: of(-1.0), debounce: of(3.0), hold: of(2.0) }.step(x[0], fixed(state))
             }),
         ),
-        answer(
+        retains_output(
             "Pid::step",
             4,
-            block(5, move |x, memory| {
+            block(5, move |x, state| {
                 let pid = Pid {
                     proportional: of(2.0),
                     integral: Some(of(3.0)),
@@ -598,36 +596,36 @@ fn signal_blocks<T: Number>() -> Vec<Case<T>> {
                     tracking: of(0.2),
                     sample_time: of(0.1),
                 };
-                pid.step(x[0], x[1], Manual { on: x[2], value: x[3] }, fixed(memory))
+                pid.step(x[0], x[1], Manual { on: x[2], value: x[3] }, fixed(state))
             }),
         ),
-        answer(
+        retains_output(
             "TransferFunction::step",
             1,
-            block(4, move |x, memory| {
+            block(4, move |x, state| {
                 let (numerator, denominator) = ([of(0.5), of(0.25), of(0.125)], [of(-0.5), of(0.125), of(-0.0625)]);
-                TransferFunction { numerator: &numerator, denominator: &denominator }.step(x[0], memory)
+                TransferFunction { numerator: &numerator, denominator: &denominator }.step(x[0], state)
             }),
         ),
-        answer(
+        retains_output(
             "Observer::step",
             3,
-            block(4, move |x, memory| {
+            block(4, move |x, state| {
                 let (a, b) = (list::<T, 4>([0.9, 0.1, -0.2, 0.8]), list::<T, 2>([0.0, 0.5]));
                 let (c, gain) = (list::<T, 4>([1.0, 0.0, 0.5, 1.0]), list::<T, 4>([0.5, 0.25, 0.125, 0.5]));
-                Observer { a: &a, b: &b, c: &c, gain: &gain }.step(&x[..1], &x[1..], memory)
+                Observer { a: &a, b: &b, c: &c, gain: &gain }.step(&x[..1], &x[1..], state)
             }),
         ),
         // No guard of an input holds, as those do not that are no numbers; of what is huge nothing is left after one sample.
-        input(
+        retains_input(
             "StateMachine::step",
             2,
             block(1, |x, state| {
                 let back = Transition { from: 1, to: 0 };
                 let transitions = &[Transition { from: 0, to: 1 }, back, back];
-                let mut memory = [state[0], T::ZERO];
-                let well = StateMachine { transitions }.step(&[x[0], x[1], T::ONE], &mut memory);
-                state[0] = memory[0];
+                let mut state_and_time = [state[0], T::ZERO];
+                let well = StateMachine { transitions }.step(&[x[0], x[1], T::ONE], &mut state_and_time);
+                state[0] = state_and_time[0];
                 well
             }),
         ),
@@ -646,9 +644,9 @@ fn same<T: Number>(a: &[T], b: &[T]) -> bool {
 /// Samples before and behind the bad one.
 const SAMPLES: usize = 6;
 
-fn keeps_the_promise<T: Number>() -> usize {
+fn count_checked_samples<T: Number>() -> usize {
     let mut tried = 0;
-    for Case { name, keeps, inputs, start } in cases::<T>() {
+    for Case { name, retains, inputs, start } in cases::<T>() {
         for at in 1..SAMPLES {
             for input in 0..inputs {
                 for (value, bad) in T::BAD.map(|x| (x, true)).into_iter().chain(T::HUGE.map(|x| (x, false))) {
@@ -668,21 +666,21 @@ fn keeps_the_promise<T: Number>() -> usize {
                             wrong[input] = value;
                             let well = block(&wrong, &mut out);
                             assert!(!(bad && well), "{what}: not told");
-                            match keeps {
-                                Keeps::Input => {
+                            match retains {
+                                Retains::Input => {
                                     wrong[input] = good::<T>(inputs, sample - 1)[input];
                                     twin(&wrong, &mut expected);
                                 }
                                 // A governor that holds a huge wish back moves towards it.
-                                Keeps::Answer if well || (!bad && name == "Governor::govern") => {
+                                Retains::Output if well || (!bad && name == "Governor::govern") => {
                                     twin(&wrong, &mut expected);
                                 }
-                                Keeps::Answer => {}
+                                Retains::Output => {}
                             }
                         }
                         assert!(out.iter().all(|x| x.is_finite()), "{what}: {out:?} at sample {sample}");
                         // What is huge and a number may stay in a memory for a while; it is finite, and it fades.
-                        if bad || keeps == Keeps::Answer {
+                        if bad || retains == Retains::Output {
                             assert!(same(&out, &expected), "{what}: {out:?} is not {expected:?} at sample {sample}");
                         }
                         tried += 1;
@@ -715,8 +713,8 @@ fn keeps_the_promise<T: Number>() -> usize {
 
 #[test]
 fn every_block_reports_not_a_number_and_keeps_its_state() {
-    assert!(keeps_the_promise::<f64>() > 10_000);
-    assert!(keeps_the_promise::<f32>() > 10_000);
+    assert!(count_checked_samples::<f64>() > 10_000);
+    assert!(count_checked_samples::<f32>() > 10_000);
 }
 
 /// Every public function of every public type stands in the list above, or is one of those that compute nothing.
@@ -742,7 +740,7 @@ fn the_harness_knows_every_block() {
         // The numbers themselves.
         "Real::is_finite",
     ];
-    let known: Vec<&str> = cases::<f64>().iter().map(|case| case.name).collect();
+    let case_names: Vec<&str> = cases::<f64>().iter().map(|case| case.name).collect();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let lib = std::fs::read_to_string(folder.join("lib.rs")).unwrap();
     let exported = |word: &str| {
@@ -761,19 +759,19 @@ fn the_harness_knows_every_block() {
         let mut owner = String::new();
         for line in text.lines() {
             if line.starts_with("impl") {
-                let rest = line.trim_start_matches("impl");
-                let rest =
-                    if rest.starts_with('<') { rest.split_once("> ").map_or(rest, |(_, rest)| rest) } else { rest };
-                let rest = rest.trim_start();
-                owner = rest.chars().take_while(|c| c.is_alphanumeric()).collect();
+                let tail = line.trim_start_matches("impl");
+                let tail =
+                    if tail.starts_with('<') { tail.split_once("> ").map_or(tail, |(_, tail)| tail) } else { tail };
+                let tail = tail.trim_start();
+                owner = tail.chars().take_while(|c| c.is_alphanumeric()).collect();
             } else if line == "}" {
                 owner.clear();
             }
-            let rest = line.trim_start();
-            let Some(rest) = rest.strip_prefix("pub fn ").or_else(|| rest.strip_prefix("pub const fn ")) else {
+            let tail = line.trim_start();
+            let Some(tail) = tail.strip_prefix("pub fn ").or_else(|| tail.strip_prefix("pub const fn ")) else {
                 continue;
             };
-            let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let name: String = tail.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             if owner.is_empty() {
                 found.extend(exported(&name).then_some(name));
             } else if exported(&owner) {
@@ -783,10 +781,10 @@ fn the_harness_knows_every_block() {
     }
     assert!(found.len() >= 15, "only {found:?}");
     for name in &found {
-        let listed = known.contains(&name.as_str()) || NOTHING_COMPUTED.contains(&name.as_str());
+        let listed = case_names.contains(&name.as_str()) || NOTHING_COMPUTED.contains(&name.as_str());
         assert!(listed, "`{name}` is public and not in the harness: what does it do with a reading that is no number?");
     }
-    for name in &known {
+    for name in &case_names {
         assert!(found.iter().any(|other| other == name), "`{name}` is no function of the crate");
     }
 }

@@ -30,17 +30,17 @@ fn a_transfer_function_is_its_difference_equation() {
         let a: Vec<f64> = numbers(2, poles).iter().map(|a| 0.2 * a).collect();
         let block = TransferFunction { numerator: &b, denominator: &a };
         let inputs = numbers(3, 60);
-        let mut memory = vec![0.0; 1 + poles.max(zeros.saturating_sub(1))];
+        let mut state = vec![0.0; 1 + poles.max(zeros.saturating_sub(1))];
         let mut outputs: Vec<f64> = Vec::new();
         for k in 0..inputs.len() {
-            assert!(block.step(inputs[k], &mut memory));
+            assert!(block.step(inputs[k], &mut state));
             let past = |list: &[f64], values: &[f64], lag: usize| -> f64 {
                 let terms = list.iter().enumerate().filter(|(i, _)| *i + lag <= k);
                 terms.map(|(i, c)| c * values[k - i - lag]).sum()
             };
             let expected = past(&b, &inputs, 0) - past(&a, &outputs, 1);
-            assert!((memory[0] - expected).abs() < 1e-14, "{zeros}, {poles}: {} for {expected} at {k}", memory[0]);
-            outputs.push(memory[0]);
+            assert!((state[0] - expected).abs() < 1e-14, "{zeros}, {poles}: {} for {expected} at {k}", state[0]);
+            outputs.push(state[0]);
         }
     }
 }
@@ -50,16 +50,16 @@ fn a_transfer_function_is_its_difference_equation() {
 fn a_pid_is_the_sum_of_its_parts() {
     let Pid { proportional, integral, derivative, filter, weights: [b, c], sample_time: h, .. } = pid();
     let (references, measured) = (numbers(4, 50), numbers(5, 50));
-    let mut memory = [0.0; 5];
+    let mut state = [0.0; 5];
     for k in 0..references.len() {
-        assert!(pid().step(references[k], measured[k], ON, &mut memory));
+        assert!(pid().step(references[k], measured[k], ON, &mut state));
         let p = proportional * (b * references[k] - measured[k]);
         let i: f64 = (0..k).map(|j| h * integral.unwrap() * (references[j] - measured[j])).sum();
         let e = |j: usize| c * references[j] - measured[j];
         // What the filter keeps of each step of the derivative after so many samples.
-        let kept = |j: usize| (filter / (filter + h)).powi((k - j) as i32) * derivative / (filter + h);
-        let d: f64 = (1..=k).map(|j| kept(j) * (e(j) - e(j - 1))).sum();
-        assert!((memory[0] - (p + i + d)).abs() < 1e-12, "{} for {} at {k}", memory[0], p + i + d);
+        let filtered_step = |j: usize| (filter / (filter + h)).powi((k - j) as i32) * derivative / (filter + h);
+        let d: f64 = (1..=k).map(|j| filtered_step(j) * (e(j) - e(j - 1))).sum();
+        assert!((state[0] - (p + i + d)).abs() < 1e-12, "{} for {} at {k}", state[0], p + i + d);
     }
 }
 
@@ -67,33 +67,37 @@ fn a_pid_is_the_sum_of_its_parts() {
 #[test]
 fn a_pid_does_not_wind_up() {
     let pid = Pid { bounds: [Some(-1.0), Some(3.0)], derivative: 0.0, ..pid() };
-    let mut memory = [0.0; 5];
+    let mut state = [0.0; 5];
     for _ in 0..2000 {
-        assert!(pid.step(2.0, 0.0, ON, &mut memory));
+        assert!(pid.step(2.0, 0.0, ON, &mut state));
     }
-    let v = memory[1] + pid.proportional * pid.weights[0] * 2.0;
-    assert_eq!(memory[0], 3.0);
+    let v = state[1] + pid.proportional * pid.weights[0] * 2.0;
+    assert_eq!(state[0], 3.0);
     assert!(((v - 3.0) / pid.tracking - pid.integral.unwrap() * 2.0).abs() < 1e-9, "{v}");
     // Without it the integral would be at 2000 samples · 0.01 s · 5/s · 2 = 200 and hold the bound for as long again.
-    let samples = (1..).find(|_| pid.step(-1.0, 0.0, ON, &mut memory) && memory[0] < 3.0);
+    let samples = (1..).find(|_| pid.step(-1.0, 0.0, ON, &mut state) && state[0] < 3.0);
     assert!(samples < Some(60), "{samples:?}");
 }
 
 /// Switched on at any time, it answers what was commanded before.
 #[test]
-fn a_pid_takes_over_without_a_jump() {
-    let mut memory = [0.0; 5];
+fn switching_a_pid_on_is_bumpless() {
+    let mut state = [0.0; 5];
     let (mut by_hand, signals) = (0.0, numbers(6, 40));
     for signal in &signals[..30] {
         by_hand = 4.0 * signal;
-        assert!(pid().step(*signal, 0.3, Manual { on: 0.0, value: by_hand }, &mut memory));
-        assert_eq!(memory[0], by_hand);
+        assert!(pid().step(*signal, 0.3, Manual { on: 0.0, value: by_hand }, &mut state));
+        assert_eq!(state[0], by_hand);
     }
-    assert!(pid().step(signals[29], 0.3, ON, &mut memory));
+    assert!(pid().step(signals[29], 0.3, ON, &mut state));
     let filtered = 0.02 / (0.02 + 0.01);
     // The derivative part alone went on fading within that sample.
-    let faded = (1.0 - filtered) * memory[2] / filtered;
-    assert!((memory[0] - (by_hand - faded)).abs() < 1e-12, "{} for {by_hand} less {faded}", memory[0]);
+    let derivative_decay = (1.0 - filtered) * state[2] / filtered;
+    assert!(
+        (state[0] - (by_hand - derivative_decay)).abs() < 1e-12,
+        "{} for {by_hand} less {derivative_decay}",
+        state[0]
+    );
 }
 
 /// A mass that a force pushes beside an unknown constant one, seen by its position: gains that put all poles of `A − L C` to zero leave no
@@ -104,11 +108,11 @@ fn a_dead_beat_observer_knows_all_after_as_many_samples_as_states() {
     let (a, b) = ([1.0, 1.0, 0.5, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0], [0.5, 1.0, 0.0]);
     let (c, gain) = ([1.0, 0.0, 0.0], [3.0, 2.5, 1.0]);
     let observer = Observer { a: &a, b: &b, c: &c, gain: &gain };
-    let (mut plant, mut memory) = ([5.0, -2.0, 0.75], [0.0_f64; 6]);
+    let (mut plant, mut state) = ([5.0, -2.0, 0.75], [0.0_f64; 6]);
     for k in 0..20 {
         let u = f64::from(k % 5) - 1.5;
-        assert!(observer.step(&[u], &[plant[0]], &mut memory));
-        assert_eq!(memory[..3] == plant, k >= 3, "sample {k}: {memory:?} for {plant:?}");
+        assert!(observer.step(&[u], &[plant[0]], &mut state));
+        assert_eq!(state[..3] == plant, k >= 3, "sample {k}: {state:?} for {plant:?}");
         let [x, v, d] = plant;
         plant = [x + v + (u + d) / 2.0, v + u + d, d];
     }
@@ -166,10 +170,10 @@ fn lanes_do_not_disturb_each_other() {
         let of = |input: usize| Lanes([0, 1, 2, 3].map(|lane| inputs(lane)[k][input]));
         [of(0), of(1)]
     });
-    let together = all(|x| Lanes([x; 4]), side_by_side);
+    let in_lanes = all(|x| Lanes([x; 4]), side_by_side);
     for lane in 0..4 {
-        let alone = all(|x| x, inputs(lane).into_iter());
-        let same = alone.iter().zip(&together).all(|(a, b)| a.to_bits() == b.0[lane as usize].to_bits());
-        assert!(same && alone.len() == 2600 && alone.iter().all(|x| x.is_finite()), "lane {lane}");
+        let single = all(|x| x, inputs(lane).into_iter());
+        let same = single.iter().zip(&in_lanes).all(|(a, b)| a.to_bits() == b.0[lane as usize].to_bits());
+        assert!(same && single.len() == 2600 && single.iter().all(|x| x.is_finite()), "lane {lane}");
     }
 }

@@ -71,11 +71,11 @@ pub fn sin_cos(x: f64) -> [Digits; 2] {
     let quarter = pi(extra) >> 1_usize;
     let angle = fixed(x, extra);
     let quarters: IBig = ((&angle << 1_usize) + &quarter).div_euclid_floor(&(&quarter << 1_usize));
-    let rest: IBig = (angle - &quarters * quarter) >> 1100_usize;
+    let remainder: IBig = (angle - &quarters * quarter) >> 1100_usize;
     let (mut term, mut sums, mut k) = (one(places), [IBig::ZERO, one(places)], 0_i64);
     while term != IBig::ZERO && term != IBig::from(-1) {
         k += 1;
-        term = ((term * &rest) >> places) / k;
+        term = ((term * &remainder) >> places) / k;
         match k % 4 {
             1 => sums[0] += &term,
             2 => sums[1] -= &term,
@@ -84,8 +84,8 @@ pub fn sin_cos(x: f64) -> [Digits; 2] {
         }
     }
     let [sine, cosine] = sums;
-    let turned = i64::try_from(quarters.div_euclid_rest(4)).expect("0 to 3");
-    let (sine, cosine) = match turned {
+    let quadrant = i64::try_from(quarters.div_euclid_remainder(4)).expect("0 to 3");
+    let (sine, cosine) = match quadrant {
         0 => (sine, cosine),
         1 => (cosine, -sine),
         2 => (-sine, -cosine),
@@ -97,7 +97,7 @@ pub fn sin_cos(x: f64) -> [Digits; 2] {
 /// Quotients rounded down, which whole numbers leave to traits.
 trait Down {
     fn div_euclid_floor(&self, by: &IBig) -> IBig;
-    fn div_euclid_rest(&self, by: i64) -> IBig;
+    fn div_euclid_remainder(&self, by: i64) -> IBig;
 }
 
 impl Down for IBig {
@@ -106,7 +106,7 @@ impl Down for IBig {
         self.div_euclid(by)
     }
 
-    fn div_euclid_rest(&self, by: i64) -> IBig {
+    fn div_euclid_remainder(&self, by: i64) -> IBig {
         let by = IBig::from(by);
         self - self.div_euclid_floor(&by) * by
     }
@@ -123,11 +123,11 @@ pub fn exp(x: f64) -> Digits {
     let ln_2 = ln_2(places);
     let x = fixed(x, places);
     let twos = x.div_euclid_floor(&ln_2);
-    let rest = x - &twos * ln_2;
+    let remainder = x - &twos * ln_2;
     let (mut term, mut sum, mut k) = (one(places), one(places), 0_i64);
     while term != IBig::ZERO {
         k += 1;
-        term = ((term * &rest) >> places) / k;
+        term = ((term * &remainder) >> places) / k;
         sum += &term;
     }
     Digits { value: shifted(sum, i64::try_from(twos).expect("small")), places }

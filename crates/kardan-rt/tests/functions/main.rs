@@ -31,8 +31,8 @@ impl Random {
 const SAMPLES: usize = 2000;
 
 /// The largest error of a function, in units in the last place, and where.
-fn largest(arguments: impl IntoIterator<Item = f64>, found: fn(f64) -> f64, wanted: fn(f64) -> Digits) -> (f64, f64) {
-    let errors = arguments.into_iter().map(|x| (wanted(x).error_of(found(x)), x));
+fn largest(arguments: impl IntoIterator<Item = f64>, found: fn(f64) -> f64, expected: fn(f64) -> Digits) -> (f64, f64) {
+    let errors = arguments.into_iter().map(|x| (expected(x).error_of(found(x)), x));
     errors.fold((0.0, 0.0), |most, own| if own.0 > most.0 { own } else { most })
 }
 
@@ -80,8 +80,8 @@ fn exponentials() {
     }
     is_small("exp", largest(all, f::exp, digits::exp), 0.7);
     // Two roundings where digits are few.
-    let few = (0..SAMPLES).map(|_| -708.4 - 36.7 * random.uniform().abs());
-    is_small("exp below 1e-308", largest(few, f::exp, digits::exp), 1.0);
+    let large_negative = (0..SAMPLES).map(|_| -708.4 - 36.7 * random.uniform().abs());
+    is_small("exp below 1e-308", largest(large_negative, f::exp, digits::exp), 1.0);
 }
 
 #[test]
@@ -141,8 +141,11 @@ fn angles_of_points() {
 #[test]
 fn edges() {
     let (nan, inf, pi) = (f64::NAN, f64::INFINITY, std::f64::consts::PI);
-    let same = |found: f64, wanted: f64| {
-        assert!(found.to_bits() == wanted.to_bits() || (found.is_nan() && wanted.is_nan()), "{found} and not {wanted}");
+    let same = |found: f64, expected: f64| {
+        assert!(
+            found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan()),
+            "{found} and not {expected}"
+        );
     };
     for x in [nan, inf, -inf] {
         same(f::sin(x), nan);
@@ -211,14 +214,14 @@ fn single_precision() {
         let mut most = (0.0, 0.0);
         for bits in (0..=u32::MAX).step_by(4001) {
             let x = f32::from_bits(bits);
-            let (found, wanted) = (single(x), double(f64::from(x)));
-            if !found.is_finite() || !wanted.is_finite() || wanted.abs() > f64::from(f32::MAX) {
-                assert!(found.is_nan() == wanted.is_nan(), "{name} of {x:e}: {found}, not {wanted}");
-                assert!(found.is_nan() || f64::from(found) == wanted || found.is_infinite(), "{name} of {x:e}");
+            let (found, expected) = (single(x), double(f64::from(x)));
+            if !found.is_finite() || !expected.is_finite() || expected.abs() > f64::from(f32::MAX) {
+                assert!(found.is_nan() == expected.is_nan(), "{name} of {x:e}: {found}, not {expected}");
+                assert!(found.is_nan() || f64::from(found) == expected || found.is_infinite(), "{name} of {x:e}");
                 continue;
             }
             let place = (f64::from(found.abs().max(f32::MIN_POSITIVE)).log2().floor() - 23.0).exp2();
-            let error = (f64::from(found) - wanted).abs() / place;
+            let error = (f64::from(found) - expected).abs() / place;
             if error > most.0 {
                 most = (error, f64::from(x));
             }

@@ -283,7 +283,7 @@ fn lands_on_until_bit_for_bit_and_keeps_its_step() {
 }
 
 #[test]
-fn never_evaluates_beyond_until() {
+fn never_evaluates_after_until() {
     let latest = std::cell::Cell::new(0.0_f64);
     let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| {
         latest.set(latest.get().max(t));

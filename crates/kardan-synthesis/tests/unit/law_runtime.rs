@@ -21,7 +21,7 @@ fn observation<'a>(reference: &'a [f64], states: &'a [f64]) -> Observation<'a> {
 }
 
 #[test]
-fn without_an_answer_a_clock_freezes_and_no_clock_says_so() {
+fn an_invalid_result_freezes_a_sampled_law_and_is_nan_in_a_continuous_one() {
     let clock = Clock { period: 1e-3, delay: 0.0, single: false };
     let (mut sampled, mut continuous) =
         (LawRuntime::new(Box::new(Doubler), Some(clock), 1), LawRuntime::new(Box::new(Doubler), None, 1));

@@ -8,8 +8,8 @@ use kardan_schema::schema::Resolved;
 fn equation_of_willis() {
     let mut values = Values::default();
     SHAFTS.iter().for_each(|key| values.insert(key, Resolved::Word((*key).into())));
-    for (key, teeth) in TEETH.into_iter().zip([17, 61]) {
-        values.insert(key, Resolved::Exact(Exact::from_integer(teeth)));
+    for (key, tooth_count) in TEETH.into_iter().zip([17, 61]) {
+        values.insert(key, Resolved::Exact(Exact::from_integer(tooth_count)));
     }
     assert_eq!(check(&values), []);
     let named = terms("p", &values);

@@ -20,16 +20,16 @@ fn blocks_write_themselves_down() {
         Traced::new(&graph, expr)
     };
     let [u, x, y, h] = ["u", "x", "y", "h"].map(symbol);
-    let mut memory = [y, x];
+    let mut state = [y, x];
     let zero = Traced::Fraction(0, 1);
     let (numerator, denominator) = ([Traced::Fraction(1, 2), Traced::Fraction(1, 3)], [Traced::Fraction(-1, 4)]);
-    assert!(TransferFunction { numerator: &numerator, denominator: &denominator }.step(u, &mut memory));
+    assert!(TransferFunction { numerator: &numerator, denominator: &denominator }.step(u, &mut state));
     // x⁺ = u/3 + (u/2 + x)/4
-    assert_eq!([text(&graph, memory[0]), text(&graph, memory[1])], ["1/2*u + x", "11/24*u + 1/4*x"]);
-    let mut memory = [y, x];
+    assert_eq!([text(&graph, state[0]), text(&graph, state[1])], ["1/2*u + x", "11/24*u + 1/4*x"]);
+    let mut state = [y, x];
     let high = Some(symbol("high"));
-    assert!(Integrator { sample_time: h, low: None, high }.step(u, zero, zero, &mut memory));
-    assert!(text(&graph, memory[0]).contains("x") && !text(&graph, memory[0]).contains('u'));
+    assert!(Integrator { sample_time: h, low: None, high }.step(u, zero, zero, &mut state));
+    assert!(text(&graph, state[0]).contains("x") && !text(&graph, state[0]).contains('u'));
     let pid = Pid {
         proportional: Traced::Fraction(2, 1),
         integral: Some(zero),
@@ -40,9 +40,9 @@ fn blocks_write_themselves_down() {
         tracking: h,
         sample_time: h,
     };
-    let mut memory = [y, zero, zero, zero, Traced::Fraction(1, 1)];
+    let mut state = [y, zero, zero, zero, Traced::Fraction(1, 1)];
     let manual = kardan_rt::Manual { on: Traced::Fraction(1, 1), value: zero };
-    assert!(pid.step(u, x, manual, &mut memory));
-    let answer = text(&graph, memory[0]);
-    assert!(answer.contains("2*u - 2*x") && !answer.contains("0*"), "{answer}");
+    assert!(pid.step(u, x, manual, &mut state));
+    let output = text(&graph, state[0]);
+    assert!(output.contains("2*u - 2*x") && !output.contains("0*"), "{output}");
 }

@@ -11,15 +11,15 @@ fn chains_of_zeros_that_are_hidden() {
     let mut random = Random::new(3);
     for chains in [vec![1], vec![2], vec![3], vec![1, 1], vec![2, 3], vec![4, 1], vec![]] {
         let zeros: usize = chains.iter().sum();
-        let rest = [-0.02, -3.0, -450.0, 7.0];
-        let n = zeros + rest.len();
+        let nonzero = [-0.02, -3.0, -450.0, 7.0];
+        let n = zeros + nonzero.len();
         let mut a = Matrix::zeros(n, n);
         let mut first = 0;
         for length in &chains {
             (1..*length).for_each(|k| a[(first + k - 1, first + k)] = 1.0);
             first += length;
         }
-        for (k, value) in rest.iter().enumerate() {
+        for (k, value) in nonzero.iter().enumerate() {
             a[(zeros + k, zeros + k)] = *value;
             (0..zeros + k).for_each(|i| a[(i, zeros + k)] = random.unit());
         }
@@ -29,7 +29,7 @@ fn chains_of_zeros_that_are_hidden() {
         let hidden = Matrix::from_fn(n, n, |i, j| hidden[(i, j)] * units[i] / units[j]);
         let found = at_zero(&hidden).expect("finite");
         assert_eq!(found.motions.columns(), zeros, "{chains:?}");
-        for value in rest {
+        for value in nonzero {
             let near = eigenvalues(&found.rest).expect("finite");
             let near = near.iter().map(|(re, im)| hypot(re - value, *im)).fold(f64::MAX, f64::min);
             assert!(near < 1e-10, "{chains:?}: {value} is off by {near}");

@@ -16,6 +16,6 @@ fn the_quotient_is_what_is_not_reached() {
     let b = ModularMatrix::from_fn(3, 1, |i, _| if i < 2 { f.one() } else { 0 });
     let part = reachable(&f, &g, &b);
     assert_eq!(part.columns, [(0, 0), (0, 1)]);
-    let rest = quotient_action(&f, &g, &part.span);
-    assert_eq!((rest.rows, rest.row(0)[0]), (1, f.element(3)));
+    let quotient = quotient_action(&f, &g, &part.span);
+    assert_eq!((quotient.rows, quotient.row(0)[0]), (1, f.element(3)));
 }

@@ -10,7 +10,7 @@ fn quadratic(re: i64, im: i64) -> Polynomial {
 proptest! {
     /// Products of known factors: (s − a) and (s − re)² + im², each as often as it comes, also as images of the unit circle.
     #[test]
-    fn roots_that_are_known(
+    fn roots_of_products_of_factors(
         real in proptest::collection::vec(-3i64..=3, 0..5),
         pairs in proptest::collection::vec((-2i64..=2, 1i64..=3), 0..4),
         factor in prop_oneof![Just(-2i64), Just(3)],

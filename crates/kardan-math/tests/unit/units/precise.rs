@@ -5,7 +5,7 @@ use super::*;
 /// Digits of a reference work: e, ln 2, √2, sin 1, cos 1, atan 1/2 (sequences A001113, A002162, A002193, A049469, A049470, A073000 of the
 /// On-Line Encyclopedia of Integer Sequences).
 #[test]
-fn known_digits_come_out() {
+fn digits_equal_those_of_a_reference_work() {
     let ten = UBig::from(10u8);
     let digits = |x: &RBig, count: usize| (x * RBig::from(ten.pow(count))).floor().to_string();
     let (two, half) = (whole(2), RBig::from_parts(1.into(), 2u8.into()));

@@ -104,7 +104,7 @@ fn the_nearest_double_is_found() {
 }
 
 #[test]
-fn a_rational_stands_for_the_nearest_double_of_a_multiple_of_pi() {
+fn a_rational_represents_the_nearest_double_of_a_multiple_of_pi() {
     let half_turn = quantity("pi rad").0.to_rational();
     assert_eq!(half_turn.to_f64().value(), PI);
     assert_eq!(quantity("1/3").0.to_rational() * RBig::from(3), RBig::ONE);
@@ -192,7 +192,7 @@ fn a_wrong_dimension_gets_the_nearest_right_text() {
 }
 
 #[test]
-fn known_dimensions_read_their_own_si_unit_and_example() {
+fn named_dimensions_read_their_own_si_unit_and_example() {
     for named in &NAMED_DIMENSIONS {
         assert_eq!(quantity(&format!("1 {}", named.si)), (Exact::one(), named.dimension), "{}", named.word);
         assert_eq!(quantity(named.example).1, named.dimension, "{}", named.word);

@@ -13,10 +13,10 @@ fn the_headline_names_charges_that_only_count() {
             observable_rank: ranks[1],
             ..Structure::default()
         };
-        let counting = counting.map(|[rest_controllable, rest_observable]| Counting {
+        let counting = counting.map(|[remaining_controllable, remaining_observable]| Counting {
             charges: vec!["M.q".into()],
-            remaining_controllable: rest_controllable,
-            remaining_observable: rest_observable,
+            remaining_controllable,
+            remaining_observable,
         });
         let verdict = rank_verdict(&Analysis { structure, counting, ..Analysis::default() }).unwrap();
         (verdict.sound, verdict.text)

@@ -7,7 +7,7 @@ fn is_positive(c: &[f64]) -> bool {
 }
 
 #[test]
-fn positive_polynomials_are_reported_and_others_never() {
+fn only_positive_polynomials_are_reported() {
     // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a truncated term that is almost zero.
     for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
         assert!(is_positive(&c), "{c:?}");

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_dependent_row_is_made_of_the_others() {
+fn a_dependent_row_is_a_combination_of_independent_rows() {
     let row = |entries: [i64; 3]| entries.map(Rational::from).to_vec();
     let mut span = RowSpan::default();
     assert!(span.insert(&row([0, 2, 1])).is_none() && span.insert(&row([1, 1, 1])).is_none());

@@ -5,7 +5,7 @@ use super::*;
 /// Where every error vanishes at rest, the command does not change: u = −K [z; p; d; ξ; r] is the command before. Here the error
 /// is τ + d + z/2 − ξ with a decaying z, for delays with and without a share of the command in its own sample.
 #[test]
-fn at_rest_the_command_stays() {
+fn the_command_stays_constant_in_equilibrium() {
     let one = |x: f64| Matrix::from_fn(1, 1, |_, _| x);
     for (delay, lag) in [(0.0, 0.0), (0.3e-3, 0.0), (1e-3, 0.0), (0.3e-3, 2e-4)] {
         let problem = Problem {

@@ -5,7 +5,7 @@ use kardan_math::num::Random;
 
 /// States that are not driven, not observed, or neither, change no response.
 #[test]
-fn states_without_a_part_change_no_answer() {
+fn uncontrollable_and_unobservable_states_change_no_response() {
     let mut random = Random::new(9);
     let mut excluded = 0;
     for n in 3..12 {

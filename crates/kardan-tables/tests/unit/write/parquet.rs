@@ -35,7 +35,7 @@ fn the_reader_gives_back_every_bit_and_the_units() {
 }
 
 #[test]
-fn a_table_without_rows_is_still_a_file() {
+fn an_empty_table_is_still_a_file() {
     let empty = Column { name: "x", unit: "", description: "", values: &[] };
     let bytes = parquet(&Table { time: &[], columns: vec![empty] }, &[]).unwrap();
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();

@@ -6,7 +6,7 @@ use super::*;
 
 #[test]
 fn every_key_is_described_and_no_other_is_allowed() {
-    fn look(value: &Value, at: &str) {
+    fn check_keys(value: &Value, at: &str) {
         if let Some(properties) = value.get("properties").and_then(Value::as_object) {
             assert_eq!(value["additionalProperties"], false, "{at}");
             for (key, property) in properties {
@@ -26,10 +26,10 @@ fn every_key_is_described_and_no_other_is_allowed() {
             Value::Array(list) => list.iter().map(|part| (at.to_string(), part)).collect(),
             _ => Vec::new(),
         };
-        parts.iter().for_each(|(at, part)| look(part, at));
+        parts.iter().for_each(|(at, part)| check_keys(part, at));
     }
     for (name, _) in SCHEMAS {
         let schema: Value = serde_json::from_str(&schema(name).unwrap()).unwrap();
-        look(&schema, name);
+        check_keys(&schema, name);
     }
 }

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn placeholders_are_replaced_and_others_refused() {
+fn placeholders_are_replaced_and_unknown_ones_refused() {
     let values = [("shard", "sh x".to_string()), ("list", "1 {{shard}}".into())];
     assert_eq!(fill("t", "a {{ shard }} ${X} {y} {{list}}", &values).unwrap(), "a sh x ${X} {y} 1 {{shard}}");
     for (text, expected) in

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn sections_begin_and_end_at_rest() {
+fn sections_begin_and_end_at_zero_speed() {
     let mut random = Random::new(1);
     for profile in [sines(4000, 1e-3, 500, &mut random), steps(4000, 500, &mut random)] {
         assert_eq!(profile.len(), 4000);

@@ -4,7 +4,7 @@ use super::*;
 
 /// A broken formula is the same without its breaks, and every line fits.
 #[test]
-fn lines_fit_and_nothing_is_lost() {
+fn lines_fit_and_preserve_the_formula() {
     let term = |k: usize| format!(r"\frac{{a_{{\mathrm{{{k}}}}}}}{{b + c}} \, \dot\varphi_{{\mathrm{{wheel}}}}");
     let sum = (0..20).map(term).collect::<Vec<_>>().join(" + ");
     for formula in [sum.clone(), format!("({sum}) \\, x = 0"), r"\left(a + b\right) \, c".to_string()] {

@@ -4,7 +4,7 @@ use super::*;
 
 /// An entry that is not alone in its line stays, and that is said: the law of a torque has taken its place.
 #[test]
-fn an_entry_that_cannot_be_taken_out_stays() {
+fn an_entry_that_cannot_be_removed_stays() {
     let source = |line: &str| {
         format!(
             "[shaft.s]\ninertia = \"1 kg m^2\"\n[identification]\nparameters = [\"s.friction_asymmetry\"]\n\

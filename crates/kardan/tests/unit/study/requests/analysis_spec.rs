@@ -64,7 +64,7 @@ fn specs(analysis: &str) -> Vec<AnalysisSpec> {
 }
 
 #[test]
-fn everything_may_be_left_out() {
+fn every_key_is_optional() {
     for analysis in ["", "[analysis]\n"] {
         assert_eq!(specs(analysis), [AnalysisSpec::default(), AnalysisSpec::default()]);
     }
@@ -126,7 +126,7 @@ shaft = "c"
 }
 
 #[test]
-fn an_operating_point_beyond_all_numbers_is_refused() {
+fn an_operating_point_that_overflows_is_refused() {
     let source = format!("{MODEL}[analysis]\nat = {{ \"b.phi\" = \"1e308 rad\" }}\n");
     let (_, diagnostics) = prepare(&source);
     let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error);

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn rows_between_an_event_and_its_like_are_left_out() {
+fn rows_between_corresponding_events_are_excluded() {
     let series = |time: &[f64]| Series { time: time.to_vec(), signals: Vec::new() };
     let (own, other) = (series(&[0.0, 1.0, 2.0, 3.0, 4.0]), series(&[0.0, 1.0, 1.5, 2.0, 3.0, 4.0]));
     let event = |time: f64| Event { time, description: "a slips forward".into() };

@@ -8,7 +8,7 @@ fn row(sample: u64, reason: &str) -> SweepRowOf<'_> {
 
 /// Numbers that differ are left out; those that are the same, names and powers stay.
 #[test]
-fn numbers_that_differ_are_left_out() {
+fn numbers_that_differ_are_omitted() {
     let texts = [
         "`event.1.at` of `w2` is -0.25… kg m^2, 3 at most, at 1e-3 s.",
         "`event.1.at` of `w2` is 1/3 kg m^2, 3 at most, at 0.2 s.",
@@ -23,7 +23,7 @@ fn numbers_that_differ_are_left_out() {
 
 /// Reasons behind the most that are told apart are counted together, and not with the last one.
 #[test]
-fn many_reasons_are_counted_together() {
+fn reasons_after_the_limit_are_counted_as_one() {
     let texts: Vec<String> = (1..=30).map(|k| "so ".repeat(k)).collect();
     let found = reasons(texts.iter().zip(0..).map(|(reason, sample)| row(sample, reason)), &["only".to_string()]);
     assert_eq!((found.len(), found[0].reason.as_str(), found[0].count, found[0].first), (21, OTHER_REASONS, 10, 20));

@@ -45,7 +45,7 @@ fn chance_gives_no_rule() {
 
 /// Nor do samples that all fail, all pass, or are few.
 #[test]
-fn nothing_is_reported_of_few() {
+fn no_region_is_reported_of_small_or_uniform_samples() {
     assert!(of(1000, 3, |_, _| true).is_empty() && of(1000, 3, |_, _| false).is_empty());
     assert!(of(19, 3, |x, _| x[0] < 0.5).is_empty());
     assert!(of(1000, 3, |x, _| x[0] < 0.002).is_empty());

@@ -21,27 +21,30 @@ fn good(name: &str) -> ChannelMargin {
 /// Motors with large margins alone and none at once lead to a warning; also with a channel that has a warning of its own.
 #[test]
 fn all_at_once_are_not_overlooked() {
-    let together = MultiloopMargin {
+    let multiloop_margin = MultiloopMargin {
         disk: [0.05, 0.0501],
         frequency: 3.0,
         worst_perturbation: vec![WrongTorque { motor: "a".into(), factor: 1.05, phase: 0.0 }],
     };
-    let found =
-        Margins { channels: vec![good("a"), good("b")], multiloop: Some(together.clone()), ..Margins::default() };
+    let found = Margins {
+        channels: vec![good("a"), good("b")],
+        multiloop: Some(multiloop_margin.clone()),
+        ..Margins::default()
+    };
     let texts = warnings(&found);
     assert!(
         matches!(&texts[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
     );
     let beside = Margins {
         channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
-        multiloop: Some(together.clone()),
+        multiloop: Some(multiloop_margin.clone()),
         ..Margins::default()
     };
     assert_eq!(warnings(&beside).len(), 2);
     // Warnings that follow from one channel alone are not repeated.
     let same = Margins {
         channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
-        multiloop: Some(together),
+        multiloop: Some(multiloop_margin),
         ..Margins::default()
     };
     assert_eq!(warnings(&same).len(), 1);
