@@ -43,7 +43,7 @@ fn roots(analysis: &Analysis) -> Vec<Pole> {
 }
 
 #[test]
-fn a_motion_without_inertia_is_named_and_eliminated() {
+fn a_massless_motion_is_named_and_eliminated() {
     let source = drive("");
     let found = analyze(&source, &AnalyzeSettings::default()).unwrap().elimination.unwrap();
     assert_eq!((found.motions, found.direction.as_str()), (1, "fs"));
@@ -129,13 +129,13 @@ fn places_after_the_elimination_are_those_that_suffice() {
 }
 
 /// The plants of built-in models with a control unit stand in the others too, and their designs take long.
-fn without_control_units() -> impl Iterator<Item = &'static model::Builtin> {
+fn builtins_with_no_control_unit() -> impl Iterator<Item = &'static model::Builtin> {
     model::BUILTIN.iter().filter(|builtin| !builtin.source.contains("\"sampled_noninteracting\""))
 }
 
 #[test]
 fn nothing_is_eliminated_of_a_regular_model() {
-    for builtin in without_control_units() {
+    for builtin in builtins_with_no_control_unit() {
         let plain = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         assert_eq!(plain.elimination, None);
     }
@@ -143,7 +143,7 @@ fn nothing_is_eliminated_of_a_regular_model() {
 
 /// R q' + q/C = u: one state, the charge, with the eigenvalue -1/(RC).
 #[test]
-fn a_circuit_without_inductance_keeps_its_charge() {
+fn an_rc_circuit_has_its_charge_as_state() {
     let source = "[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n[resistor.R]\nfrom = \"a\"\nto = \"b\"\n\
                   resistance = \"2 Ohm\"\n[capacitor.C]\nfrom = \"b\"\nto = \"ground\"\ncapacitance = \"0.25 F\"\n";
     let settings = AnalyzeSettings { outputs: vec!["C.q".into(), "R.i".into()], ..AnalyzeSettings::default() };
@@ -172,8 +172,8 @@ fn a_winding_of_a_transformer_may_be_the_coordinate() {
     let (linear, _) = study::linearise(source, &AnalyzeSettings::default(), false).unwrap();
     assert_eq!((linear.states[0].name.as_str(), linear.states[0].unit.as_str()), ("zz.2.q", "C"));
     assert_eq!(linear.a[(0, 0)].to_string(), "-36/11");
-    let asked = AnalyzeSettings { outputs: vec!["zz.1.i".into(), "zz.2.q".into()], ..AnalyzeSettings::default() };
-    assert_eq!(analyze(source, &asked).unwrap().structure.relative_degrees, [[Some(0)], [Some(1)]]);
+    let settings = AnalyzeSettings { outputs: vec!["zz.1.i".into(), "zz.2.q".into()], ..AnalyzeSettings::default() };
+    assert_eq!(analyze(source, &settings).unwrap().structure.relative_degrees, [[Some(0)], [Some(1)]]);
 }
 
 #[test]
@@ -279,21 +279,21 @@ fn names_on_the_command_line_are_checked() {
 #[test]
 fn a_run_brings_the_analysis_of_its_first_variant() {
     // Its first variant alone: a run of all of them takes minutes, and the choice is tested below.
-    for builtin in without_control_units() {
+    for builtin in builtins_with_no_control_unit() {
         let first = model::read(builtin.source).0.variant_settings().swap_remove(0).name;
         let variants = if first.is_empty() { Vec::new() } else { vec![first] };
         let settings = Settings { variants, tolerance: Some(1e-6), ..Settings::default() };
         let study = study::run(builtin.source, &settings, &Silent).unwrap();
-        let alone = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
+        let expected = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         let of_run = study.analysis.unwrap();
-        assert_eq!((of_run.structure, of_run.modes), (alone.structure, alone.modes), "{}", builtin.name);
+        assert_eq!((of_run.structure, of_run.modes), (expected.structure, expected.modes), "{}", builtin.name);
     }
     let source = model::builtin("sia-steering").unwrap().source;
     let chosen = "beta-20deg".to_string();
     let study =
         study::run(source, &Settings { variants: vec![chosen.clone()], ..Default::default() }, &Silent).unwrap();
-    let alone = analyze(source, &AnalyzeSettings { variant: Some(chosen), ..AnalyzeSettings::default() }).unwrap();
-    assert_eq!(study.analysis.unwrap().structure, alone.structure);
+    let expected = analyze(source, &AnalyzeSettings { variant: Some(chosen), ..AnalyzeSettings::default() }).unwrap();
+    assert_eq!(study.analysis.unwrap().structure, expected.structure);
 }
 
 /// What would take long is left out, and said.
@@ -322,8 +322,8 @@ fn a_charge_that_only_counts_is_distinguished_from_a_motion_that_is_not_reached(
     assert_eq!(counting.charges.len(), 1);
     assert!(counting.charges[0].ends_with(".q"), "{counting:?}");
     assert!(counting.remaining_controllable && counting.remaining_observable, "{counting:?}");
-    let alone = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
-    assert_eq!(analyze(&alone, &settings).unwrap().counting, None);
+    let with_idle_shaft = format!("{motor}[shaft.idle]\ninertia = \"1 kg m^2\"\n");
+    assert_eq!(analyze(&with_idle_shaft, &settings).unwrap().counting, None);
     // A charge that an output shows is seen.
     let shown = AnalyzeSettings { outputs: vec!["rotor.phi".into(), "M.q".into()], ..AnalyzeSettings::default() };
     let found = analyze(motor, &shown).unwrap();

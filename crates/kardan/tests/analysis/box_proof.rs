@@ -32,7 +32,7 @@ fn undecided(family: &PencilBox, budget: usize) -> (usize, Pole) {
 /// Bounds of a parameter.
 type Range = (Rational, Rational);
 
-fn around(value: Rational, tolerance: &Rational) -> Range {
+fn toleranced(value: Rational, tolerance: &Rational) -> Range {
     let change = value.times(tolerance);
     (value.minus(&change), value.plus(&change))
 }
@@ -136,11 +136,12 @@ fn range(a: (i64, i64), b: (i64, i64)) -> Range {
 #[test]
 fn two_equal_bodies() {
     let tolerance = ratio(1, 5);
-    let box_around = |j, s, d| two_bodies(around(j, &tolerance), around(s, &tolerance), around(d, &tolerance));
-    assert!(proven(&box_around(ratio(1, 1), ratio(2, 1), ratio(1, 2)), 1000) < 50);
+    let toleranced_bodies =
+        |j, s, d| two_bodies(toleranced(j, &tolerance), toleranced(s, &tolerance), toleranced(d, &tolerance));
+    assert!(proven(&toleranced_bodies(ratio(1, 1), ratio(2, 1), ratio(1, 2)), 1000) < 50);
     // The surface crosses the box.
-    undecided(&box_around(ratio(1, 1), ratio(1, 1), ratio(1, 1)), 100_000);
-    undecided(&box_around(ratio(1, 1), ratio(1, 1), ratio(5, 4)), 100_000);
+    undecided(&toleranced_bodies(ratio(1, 1), ratio(1, 1), ratio(1, 1)), 100_000);
+    undecided(&toleranced_bodies(ratio(1, 1), ratio(1, 1), ratio(5, 4)), 100_000);
     // From the other side it touches a corner, along d it crosses a segment.
     undecided(&two_bodies(range((1, 2), (1, 1)), range((1, 4), (1, 1)), range((1, 1), (3, 2))), 100_000);
     undecided(&two_bodies(range((1, 1), (1, 1)), range((1, 1), (1, 1)), range((1, 2), (3, 2))), 100_000);
@@ -307,7 +308,7 @@ fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, ra
         terms.swap(k, other);
     }
     for (k, (power, value, direction)) in terms.into_iter().enumerate() {
-        let range = around(value, tolerance);
+        let range = toleranced(value, tolerance);
         if k < parameters {
             system.term(power, &range, Some(k), &direction);
         } else {
@@ -394,10 +395,10 @@ fn chains_are_proven_and_a_scan_agrees() {
 fn star(branches: &[Rational], tolerance: &Rational) -> PencilBox {
     let k = branches.len();
     let mut system = System::new(k + 1, 0, 1, 2 * k + 1);
-    system.term(INERTIA, &around(ratio(1, 1), tolerance), Some(2 * k), &[(0, 1)]);
+    system.term(INERTIA, &toleranced(ratio(1, 1), tolerance), Some(2 * k), &[(0, 1)]);
     for (i, stiffness) in branches.iter().enumerate() {
-        system.term(INERTIA, &around(ratio(1, 1), tolerance), Some(2 * i), &[(i + 1, 1)]);
-        system.term(SPRING, &around(stiffness.clone(), tolerance), Some(2 * i + 1), &[(0, 1), (i + 1, -1)]);
+        system.term(INERTIA, &toleranced(ratio(1, 1), tolerance), Some(2 * i), &[(i + 1, 1)]);
+        system.term(SPRING, &toleranced(stiffness.clone(), tolerance), Some(2 * i + 1), &[(0, 1), (i + 1, -1)]);
     }
     system.input(0, 0);
     system.family
@@ -420,7 +421,7 @@ fn gear_trains_are_proven() {
     // Motor, gear, spring and damper, gear, ..., with tolerances: two shafts and four parameters per stage.
     for stages in 1..=3 {
         let tolerance = ratio(1, 10);
-        let about = |a, b| around(ratio(a, b), &tolerance);
+        let about = |a, b| toleranced(ratio(a, b), &tolerance);
         let exactly = |x: Rational| (x.clone(), x);
         let mut system = System::new(2 * stages, stages, 1, 4 * stages);
         for k in 0..stages {
@@ -495,7 +496,7 @@ fn constant(rows: &[&[i64]]) -> Matrix<Rational> {
     Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
 }
 
-fn without_parameters(s: &[&[i64]], d: &[&[i64]], h: &[&[i64]]) -> PencilBox {
+fn constant_pencil(s: &[&[i64]], d: &[&[i64]], h: &[&[i64]]) -> PencilBox {
     PencilBox { coefficients: [constant(s), constant(d), constant(h)], slopes: Vec::new() }
 }
 
@@ -507,37 +508,37 @@ fn nothing_to_decide_or_nothing_to_prove() {
     assert_eq!(undecided(&empty(0, 2), 100).0, 0);
     assert_eq!(undecided(&empty(4, 2), 100).0, 0);
     // Constant matrices.
-    assert_eq!(proven(&without_parameters(&[&[1, 2], &[3, 4]], &[&[0, 0], &[0, 0]], &[&[0, 0], &[0, 0]]), 0), 0);
-    assert_eq!(undecided(&without_parameters(&[&[1, 2], &[2, 4]], &[&[0, 0], &[0, 0]], &[&[0, 0], &[0, 0]]), 0).0, 0);
+    assert_eq!(proven(&constant_pencil(&[&[1, 2], &[3, 4]], &[&[0, 0], &[0, 0]], &[&[0, 0], &[0, 0]]), 0), 0);
+    assert_eq!(undecided(&constant_pencil(&[&[1, 2], &[2, 4]], &[&[0, 0], &[0, 0]], &[&[0, 0], &[0, 0]]), 0).0, 0);
     // λ² + 1 alone, with λ, with 1, with λ² − 1, with λ² + λ + 1, with (λ² + 1)(1, 2).
-    undecided(&without_parameters(&[&[1]], &[&[0]], &[&[1]]), 1000);
-    proven(&without_parameters(&[&[1], &[0]], &[&[0], &[1]], &[&[1], &[0]]), 100);
-    assert_eq!(proven(&without_parameters(&[&[1], &[1]], &[&[0], &[0]], &[&[1], &[0]]), 0), 0);
-    proven(&without_parameters(&[&[1], &[-1]], &[&[0], &[0]], &[&[1], &[1]]), 100);
-    proven(&without_parameters(&[&[1], &[1]], &[&[0], &[1]], &[&[1], &[1]]), 100);
-    undecided(&without_parameters(&[&[1], &[2]], &[&[0], &[0]], &[&[1], &[2]]), 1000);
+    undecided(&constant_pencil(&[&[1]], &[&[0]], &[&[1]]), 1000);
+    proven(&constant_pencil(&[&[1], &[0]], &[&[0], &[1]], &[&[1], &[0]]), 100);
+    assert_eq!(proven(&constant_pencil(&[&[1], &[1]], &[&[0], &[0]], &[&[1], &[0]]), 0), 0);
+    proven(&constant_pencil(&[&[1], &[-1]], &[&[0], &[0]], &[&[1], &[1]]), 100);
+    proven(&constant_pencil(&[&[1], &[1]], &[&[0], &[1]], &[&[1], &[1]]), 100);
+    undecided(&constant_pencil(&[&[1], &[2]], &[&[0], &[0]], &[&[1], &[2]]), 1000);
     // More columns than rows.
-    undecided(&without_parameters(&[&[1, 1]], &[&[1, 0]], &[&[1, 0]]), 1000);
+    undecided(&constant_pencil(&[&[1, 1]], &[&[1, 0]], &[&[1, 0]]), 1000);
     // No budget.
-    assert_eq!(undecided(&without_parameters(&[&[1], &[0]], &[&[0], &[1]], &[&[1], &[0]]), 0).0, 0);
+    assert_eq!(undecided(&constant_pencil(&[&[1], &[0]], &[&[0], &[1]], &[&[1], &[0]]), 0).0, 0);
 }
 
 #[test]
 fn dependent_everywhere_or_at_infinity() {
     // Equal columns.
     let equal =
-        without_parameters(&[&[1, 1], &[2, 2], &[0, 0]], &[&[0, 0], &[1, 1], &[3, 3]], &[&[1, 1], &[0, 0], &[0, 0]]);
+        constant_pencil(&[&[1, 1], &[2, 2], &[0, 0]], &[&[0, 0], &[1, 1], &[3, 3]], &[&[1, 1], &[0, 0], &[0, 0]]);
     assert!(undecided(&equal, 100_000).0 < 100);
     // A column that is λ times another one, and one of zeros.
     let multiple =
-        without_parameters(&[&[1, 0], &[2, 0], &[0, 0]], &[&[3, 1], &[1, 2], &[5, 0]], &[&[0, 3], &[0, 1], &[0, 5]]);
+        constant_pencil(&[&[1, 0], &[2, 0], &[0, 0]], &[&[3, 1], &[1, 2], &[5, 0]], &[&[0, 3], &[0, 1], &[0, 5]]);
     assert!(undecided(&multiple, 100_000).0 < 100);
     assert!(
-        undecided(&without_parameters(&[&[1, 0], &[0, 0]], &[&[0, 0], &[1, 0]], &[&[1, 0], &[0, 0]]), 100_000).0 < 100
+        undecided(&constant_pencil(&[&[1, 0], &[0, 0]], &[&[0, 0], &[1, 0]], &[&[1, 0], &[0, 0]]), 100_000).0 < 100
     );
     // The inertias are singular on the kernel of F: the leading columns are dependent, a loss at infinity.
     let ones = [1, 1, 1];
-    let singular = without_parameters(
+    let singular = constant_pencil(
         &[&[2, -1, 0], &[-1, 3, 1], &[0, 1, 5], &[1, 0, 0]],
         &[&[1, 0, 0], &[0, 1, 0], &[0, 0, 1], &[0, 0, 0]],
         &[&ones, &ones, &ones, &[0, 0, 0]],
@@ -546,7 +547,7 @@ fn dependent_everywhere_or_at_infinity() {
     assert!(cells < 2000 && at.re.hypot(at.im) > 1e6, "{cells} cells, {at:?}");
     // Massless motions are fine otherwise: with a damper, and with a spring.
     let massless = |damper: i64| {
-        without_parameters(
+        constant_pencil(
             &[&[2, -1, -1], &[-1, 3, 0], &[-1, 0, 4], &[1, 0, 0]],
             &[&[1, -damper, 0], &[-damper, damper, 0], &[0, 0, 1], &[0, 0, 0]],
             &[&[1, 0, 0], &[0, 0, 0], &[0, 0, 1], &[0, 0, 0]],
@@ -573,12 +574,12 @@ fn dependent_everywhere_or_at_infinity() {
 #[test]
 fn progress_rises_to_one() {
     let family = star(&[ratio(1, 1), ratio(3, 2), ratio(9, 4)], &ratio(9, 100));
-    let mut seen = vec![0.0];
+    let mut fractions = vec![0.0];
     let proof = prove_box(&family, 2000, &mut |done| {
-        assert!(done >= *seen.last().unwrap() && done <= 1.0);
-        seen.push(done);
+        assert!(done >= *fractions.last().unwrap() && done <= 1.0);
+        fractions.push(done);
     });
-    assert!(seen.len() > 2 && seen.last() == Some(&1.0));
+    assert!(fractions.len() > 2 && fractions.last() == Some(&1.0));
     assert_eq!(proof, prove(&family, 2000));
     // The budget is kept.
     let BoxProof::Proven { cells } = proof else { panic!("{proof:?}") };

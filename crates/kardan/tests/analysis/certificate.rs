@@ -153,7 +153,7 @@ fn every_changed_number_is_refused() {
         analysis("harmonic-drive", &["wg_motor"], &["wg.phi"]),
         analysis("harmonic-drive-spring", &["wg_motor"], &["fs.phi"]),
     ];
-    let mut parts_seen = std::collections::BTreeSet::new();
+    let mut parts_checked = std::collections::BTreeSet::new();
     for text in texts {
         let all: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(check(&text), Some(()));
@@ -194,7 +194,7 @@ fn every_changed_number_is_refused() {
             });
             assert!(2 * refused.count() >= paths.len(), "{part} of {text}");
             if !paths.is_empty() {
-                parts_seen.insert(part);
+                parts_checked.insert(part);
             }
         }
         for verdict in ["controllable", "observable"] {
@@ -203,7 +203,7 @@ fn every_changed_number_is_refused() {
             assert_eq!(check(&forged.to_string()), None, "{verdict}");
         }
     }
-    assert_eq!(parts_seen.len(), 21, "{parts_seen:?}");
+    assert_eq!(parts_checked.len(), 21, "{parts_checked:?}");
 }
 
 /// What a damaged or dishonest file may hold in place of a value.
@@ -271,10 +271,10 @@ fn damaged_certificates_are_refused() {
         let mut paths = Vec::new();
         parts.iter().for_each(|part| places(all.pointer(part).unwrap(), part, &mut paths));
         // Not needed for the ranks and least numbers; where one input is enough, no common factor is needed.
-        let rests = ["/proven", "/failure_probability", "/primes", "/statements", "/pencil/D", "/stability"];
+        let optional_parts = ["/proven", "/failure_probability", "/primes", "/statements", "/pencil/D", "/stability"];
         let side = |path: &str| path.starts_with("/certificate/inputs/") || path.starts_with("/certificate/outputs/");
         paths.retain(|path| {
-            let unread = rests.iter().any(|rest| path.starts_with(&format!("/certificate{rest}")))
+            let unread = optional_parts.iter().any(|prefix| path.starts_with(&format!("/certificate{prefix}")))
                 || (path.starts_with("/certificate/") && side(path))
                     && !several
                     && (path.contains("/common_factor/") || path.contains("/rows/"))
@@ -313,7 +313,7 @@ fn damaged_certificates_are_refused() {
                     let k: usize = key.parse().unwrap();
                     list.remove(k);
                     assert!(try_out(&forged), "{path} is missing in {text}");
-                    let twice = |all: &Value| {
+                    let duplicated = |all: &Value| {
                         let mut forged = all.clone();
                         let list = forged.pointer_mut(above).unwrap().as_array_mut().unwrap();
                         list.insert(k, list[k].clone());
@@ -321,7 +321,7 @@ fn damaged_certificates_are_refused() {
                     };
                     // An entry of a sparse matrix may be told twice.
                     let entry = above.contains("/pencil/");
-                    assert!(try_out(&twice(&all)) || entry, "{path} comes twice in {text}");
+                    assert!(try_out(&duplicated(&all)) || entry, "{path} comes twice in {text}");
                     let mut forged = all.clone();
                     let list = forged.pointer_mut(above).unwrap().as_array_mut().unwrap();
                     if k + 1 < list.len() && list[k] != list[k + 1] {
@@ -357,8 +357,8 @@ fn python(text: &str) -> Option<(bool, String)> {
     let mut child = command.arg(script).stdin(piped()).stdout(piped()).stderr(piped()).spawn().ok()?;
     std::io::Write::write_all(&mut child.stdin.take()?, text.as_bytes()).unwrap();
     let out = child.wait_with_output().unwrap();
-    let said = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
-    Some((out.status.success(), said))
+    let output = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
+    Some((out.status.success(), output))
 }
 
 /// The program that stands in the documentation confirms certificates, and refuses broken ones.
@@ -383,16 +383,16 @@ fn the_documented_checker_confirms_and_refuses() {
         analysis("two-bodies", &[], &[]),
         analysis("sia-steering", &["driver"], &["cs.phi"]),
     ] {
-        let Some((agrees, said)) = python(&text) else {
+        let Some((agrees, output)) = python(&text) else {
             println!("python3 is not installed: docs/check_certificate.py is not run");
             return;
         };
         assert!(
-            agrees && said.contains("ranks, least numbers, relative degrees, multiplicities, normal rank"),
-            "{said}"
+            agrees && output.contains("ranks, least numbers, relative degrees, multiplicities, normal rank"),
+            "{output}"
         );
         let whole: Value = serde_json::from_str(&text).unwrap();
-        assert!(said.contains(", zeros"), "{said}");
+        assert!(output.contains(", zeros"), "{output}");
         let broken = vec![
             "/controllable_rank".to_string(),
             "/observable_rank".into(),
@@ -416,10 +416,10 @@ fn the_documented_checker_confirms_and_refuses() {
             *place = match &*place {
                 Value::String(text) if path.ends_with("polynomial") => json!(format!("{text} + 1")),
                 Value::Null => json!(1),
-                given => changed(given),
+                value => changed(value),
             };
-            let (agrees, said) = python(&other.to_string()).unwrap();
-            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+            let (agrees, output) = python(&other.to_string()).unwrap();
+            assert!(!agrees && output.starts_with("refused"), "{path}: {output}");
         }
     }
 }
@@ -461,15 +461,15 @@ fn the_documented_checker_follows_a_singular_e_and_distances() {
         ),
     ];
     for (text, confirmed, broken) in cases {
-        let Some((agrees, said)) = python(&text) else { return };
-        assert!(agrees && said.trim_end().ends_with(confirmed), "{said}");
+        let Some((agrees, output)) = python(&text) else { return };
+        assert!(agrees && output.trim_end().ends_with(confirmed), "{output}");
         let whole: Value = serde_json::from_str(&text).unwrap();
         for path in broken {
             let mut other = whole.clone();
             let place = other.pointer_mut(path).unwrap_or_else(|| panic!("{path}"));
             *place = changed(place);
-            let (agrees, said) = python(&other.to_string()).unwrap();
-            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+            let (agrees, output) = python(&other.to_string()).unwrap();
+            assert!(!agrees && output.starts_with("refused"), "{path}: {output}");
         }
     }
 }
@@ -495,15 +495,15 @@ fn the_documented_checker_decides_stability_and_indices() {
     let mut verdicts = std::collections::BTreeSet::new();
     for system in systems {
         let text = state_space(system);
-        let Some((agrees, said)) = python(&text) else { return };
+        let Some((agrees, output)) = python(&text) else { return };
         let all = "stable, stabilisable, detectable, indices, minimal order, zeros at infinity";
-        assert!(agrees && said.contains(all), "{said}");
+        assert!(agrees && output.contains(all), "{output}");
         let whole: Value = serde_json::from_str(&text).unwrap();
         let refused = |path: &str, value: Value| {
             let mut other = whole.clone();
             *other.pointer_mut(path).unwrap_or_else(|| panic!("{path}")) = value;
-            let (agrees, said) = python(&other.to_string()).unwrap();
-            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+            let (agrees, output) = python(&other.to_string()).unwrap();
+            assert!(!agrees && output.starts_with("refused"), "{path}: {output}");
         };
         for name in ["stable", "stabilisable", "detectable"] {
             let verdict = whole["properties"][name].as_bool().unwrap();
@@ -533,11 +533,11 @@ fn the_documented_checker_decides_at_infinity() {
         json!({"E": [[1, 0], [0, 0]], "A": [[-1, 1], [0, 1]], "B": [[0], [1]], "C": [[1, 0]]}),
         json!({"E": [[1, 0, 0], [0, 0, 1], [0, 0, 0]], "A": [[2, 0, 0], [0, 1, 0], [0, 0, 1]], "B": [[1], [1], [0]], "C": [[1, 0, 0]]}),
     ];
-    let mut seen = std::collections::BTreeSet::new();
+    let mut verdicts = std::collections::BTreeSet::new();
     for system in systems {
         let text = state_space(system);
-        let Some((agrees, said)) = python(&text) else { return };
-        assert!(agrees && said.contains("verdicts at infinity"), "{said}");
+        let Some((agrees, output)) = python(&text) else { return };
+        assert!(agrees && output.contains("verdicts at infinity"), "{output}");
         let whole: Value = serde_json::from_str(&text).unwrap();
         for path in [
             "/descriptor/controllability/impulse",
@@ -549,11 +549,11 @@ fn the_documented_checker_decides_at_infinity() {
             let mut other = whole.clone();
             let place = other.pointer_mut(path).unwrap();
             let verdict = place.as_bool().unwrap();
-            seen.insert((path, verdict));
+            verdicts.insert((path, verdict));
             *place = json!(!verdict);
-            let (agrees, said) = python(&other.to_string()).unwrap();
-            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+            let (agrees, output) = python(&other.to_string()).unwrap();
+            assert!(!agrees && output.starts_with("refused"), "{path}: {output}");
         }
     }
-    assert!(seen.len() >= 8, "{seen:?}");
+    assert!(verdicts.len() >= 8, "{verdicts:?}");
 }

@@ -24,7 +24,7 @@ fn certified(system: &LinearSystem) -> Structure {
 }
 
 /// All answers, without the certificate.
-fn without_certificate(structure: &Structure) -> Structure {
+fn strip_certificate(structure: &Structure) -> Structure {
     Structure { certificate: Default::default(), ..structure.clone() }
 }
 
@@ -36,7 +36,7 @@ fn built_in_models_are_proven() {
         let settings = AnalyzeSettings { certify: true, ..AnalyzeSettings::default() };
         let sure = study::analyze(source, &settings, &study::Silent).unwrap();
         assert!(sure.structure.certificate.proven, "{name}: {:#?}", sure.structure.certificate.statements);
-        assert_eq!(without_certificate(&sure.structure), without_certificate(&fast.structure), "{name}");
+        assert_eq!(strip_certificate(&sure.structure), strip_certificate(&fast.structure), "{name}");
         assert_eq!((&sure.modes, &sure.placement), (&fast.modes, &fast.placement), "{name}");
     }
 }
@@ -74,7 +74,7 @@ fn appendix_b_is_proven() {
         assert_eq!((found.controllable_rank, found.observable_rank), (rank, rank), "{j} {s} {d}");
         assert_eq!(found.invariant_factors, factors, "{j} {s} {d}");
         assert_eq!(found.relative_degrees, [[Some(2)]]);
-        assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
+        assert_eq!(strip_certificate(&found), strip_certificate(&structure(&system).unwrap()));
     }
 }
 
@@ -88,7 +88,7 @@ fn times(p: &[i64], q: &[i64]) -> Vec<i64> {
     out
 }
 
-fn words(p: &[i64]) -> String {
+fn polynomial_text(p: &[i64]) -> String {
     Polynomial::new(p.iter().map(|&c| Rational::from(c)).collect()).to_string()
 }
 
@@ -148,17 +148,20 @@ fn hidden_invariant_factors_are_proven() {
         let blocks = [first.clone(), second.clone(), third.clone()];
         let system = hidden(&blocks, &mut random);
         let found = certified(&system);
-        assert_eq!(found.invariant_factors, [words(&first), words(&second), words(&third)]);
+        assert_eq!(
+            found.invariant_factors,
+            [polynomial_text(&first), polynomial_text(&second), polynomial_text(&third)]
+        );
         assert_eq!((found.min_inputs, found.min_outputs), (3, 3));
         let reached = third.len() - 1;
         assert_eq!((found.controllable_rank, found.observable_rank), (reached, reached));
         // Roots of the first factor are in all three blocks, two of which are neither reached nor seen.
-        let root = found.factors.iter().find(|f| f.polynomial == words(&first)).unwrap();
+        let root = found.factors.iter().find(|f| f.polynomial == polynomial_text(&first)).unwrap();
         assert_eq!((root.geometric, root.input_defect, root.output_defect), (3, 2, 2));
         assert_eq!(found.relative_degrees, [[Some(reached)]]);
         // The zeros are the eigenvalues neither reached nor seen (the reached part has none).
-        assert_eq!(found.zeros.polynomial, words(&times(&first, &second)));
-        assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
+        assert_eq!(found.zeros.polynomial, polynomial_text(&times(&first, &second)));
+        assert_eq!(strip_certificate(&found), strip_certificate(&structure(&system).unwrap()));
     }
 }
 
@@ -182,11 +185,11 @@ fn zeros_of_all_shapes_are_proven() {
     let a = Matrix::from_fn(4, 4, |i, j| Rational::from(if i == j { [-1, -2][i % 2] } else { 0 }));
     let b = Matrix::from_fn(4, 2, |i, k| Rational::from(copy(k, i) * [4, -3][i % 2]));
     let c = Matrix::from_fn(3, 4, |k, j| Rational::from(if k == 2 { 2 * copy(0, j) } else { copy(k, j) }));
-    let twice = certified(&LinearSystem::state_space(a, b, c));
-    assert_eq!((twice.zeros.polynomial.as_str(), twice.zeros.normal_rank), ("s^2 + 10 s + 25", 2));
+    let doubled = certified(&LinearSystem::state_space(a, b, c));
+    assert_eq!((doubled.zeros.polynomial.as_str(), doubled.zeros.normal_rank), ("s^2 + 10 s + 25", 2));
     // No ports at all.
-    let alone = certified(&LinearSystem::state_space(diagonal.clone(), Matrix::zeros(3, 0), Matrix::zeros(0, 3)));
-    assert_eq!((alone.controllable_rank, alone.min_inputs), (0, 1));
+    let no_ports = certified(&LinearSystem::state_space(diagonal.clone(), Matrix::zeros(3, 0), Matrix::zeros(0, 3)));
+    assert_eq!((no_ports.controllable_rank, no_ports.min_inputs), (0, 1));
 }
 
 /// Entries that are multiples of the primes that are used: everything seems to fall apart modulo those.
@@ -371,5 +374,5 @@ fn a_star_of_equal_arms_is_proven() {
     assert_eq!((found.controllable_rank, found.observable_rank), (8, 8));
     // Zeros: the hub held still, all four arms; as four copies of the arm over the three that are not reached.
     assert_eq!(found.zeros.values.len(), 24);
-    assert_eq!(without_certificate(&found), without_certificate(&structure(&system).unwrap()));
+    assert_eq!(strip_certificate(&found), strip_certificate(&structure(&system).unwrap()));
 }

@@ -16,7 +16,7 @@ const BODIES: &str = "[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n[sha
                       [shaft.k]\ninertia = \"1 kg m^2\"\n";
 
 /// Holonomic, scleronomic, linear.
-fn words(class: &ConstraintClass) -> [bool; 3] {
+fn class_flags(class: &ConstraintClass) -> [bool; 3] {
     assert!(class.equality);
     [class.holonomic.unwrap(), class.scleronomic, class.linear]
 }
@@ -76,10 +76,10 @@ fn frobenius_distinguishes_rolling_from_integrable_constraints() {
         let initial = "[scenario]\nduration = \"1 s\"\ninitial = { \"x.s\" = \"1 m\", \"y.s\" = \"1 m\", \"h.phi\" = \"0.4 rad\" }\n";
         let source = format!("{BODIES}[constraint.row]\nrates = {{ {rates} }}\n{initial}");
         let found = class(&source, "row");
-        assert_eq!(words(&found), expected, "{rates}: {found:?}");
+        assert_eq!(class_flags(&found), expected, "{rates}: {found:?}");
         // What holds at times beside it is no part of the row.
         let stop = "[end_stop.stop]\nshaft_1 = \"k\"\nupper = \"1 rad\"\n";
-        assert_eq!(words(&class(&(stop.to_string() + &source), "row")), expected, "{rates}");
+        assert_eq!(class_flags(&class(&(stop.to_string() + &source), "row")), expected, "{rates}");
         let reason = found.reason.unwrap();
         // d of a function as it stands, or with a factor that is no derivative: then points drawn tell.
         let witness = if expected[2] {
@@ -184,8 +184,8 @@ fn functions_that_are_not_rational_are_not_guessed_at() {
 
 /// A row that says what a linear constraint says, times a factor that depends on the position, is told as that: it is not flat.
 #[test]
-fn a_row_that_follows_from_others_is_reported_with_them() {
-    for (row, others, said) in [
+fn a_dependent_row_names_the_rows_it_follows_from() {
+    for (row, linear_rows, message) in [
         (
             "x = \"1 + y.s^2 / (1 m^2)\", y = \"-1 - y.s^2 / (1 m^2)\"",
             "[constraint.c2]\ncoefficients = { x = 1, y = -1 }\n",
@@ -203,22 +203,23 @@ fn a_row_that_follows_from_others_is_reported_with_them() {
         ),
     ] {
         let bodies = masses(&["x", "y", "z", "w"]);
-        let source = format!("{bodies}[constraint.c1]\nrates = {{ {row} }}\n{others}[scenario]\nduration = \"1 s\"\n");
+        let source =
+            format!("{bodies}[constraint.c1]\nrates = {{ {row} }}\n{linear_rows}[scenario]\nduration = \"1 s\"\n");
         let reported = study::analyze(&source, &AnalyzeSettings::default(), &Silent).unwrap_err();
-        assert!(reported.iter().any(|one| one.message.contains(said)), "{row}: {reported:?}");
+        assert!(reported.iter().any(|one| one.message.contains(message)), "{row}: {reported:?}");
         assert!(!reported.iter().any(|one| one.message.contains("slopes")), "{row}: {reported:?}");
     }
 }
 
 /// Two rows that hold a wheel: each may have an integral where the other holds and has none alone.
 #[test]
-fn rows_are_judged_together() {
+fn rows_are_judged_jointly() {
     // With h held at its place by the second row the wheel runs on a line.
-    let held = format!(
+    let fixed_heading = format!(
         "{BODIES}[constraint.wheel]\nrates = {{ x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }}\n[constraint.hold]\nrates = {{ h = 1 }}\n"
     );
     for element in ["wheel", "hold"] {
-        assert_eq!(class(&held, element).holonomic, Some(true), "{element}");
+        assert_eq!(class(&fixed_heading, element).holonomic, Some(true), "{element}");
     }
 }
 
@@ -241,8 +242,8 @@ fn the_last_derived_system_decides() {
     assert_eq!(holonomic, [false; 2]);
     assert!(reason.contains("all 2 rows together imply no relation between positions"), "{reason}");
     // With y held the first is d(z - c x), and the second follows by it.
-    let held = engel + "[constraint.c3]\nrates = { y = 1 }\n";
-    assert_eq!(all_rows(&held).0, [true; 3]);
+    let fixed_y = engel + "[constraint.c3]\nrates = { y = 1 }\n";
+    assert_eq!(all_rows(&fixed_y).0, [true; 3]);
 }
 
 /// A unicycle with n trailers on arms of 1 m: no relation of positions, whatever n.
@@ -274,13 +275,13 @@ fn the_heading_of_two_wheels_is_a_relation_of_positions() {
     let (holonomic, reason) = all_rows(&robot);
     assert_eq!(holonomic, [false; 3]);
     assert!(reason.contains("all 3 rows together imply one relation between positions ("), "{reason}");
-    let said = [
+    let relations = [
         "left - right gives -0.4 h' + 0.1 p' - 0.1 q' = 0",
         "right - left gives 0.4 h' - 0.1 p' + 0.1 q' = 0",
         "-right + left gives -0.4 h' + 0.1 p' - 0.1 q' = 0",
         "-left + right gives 0.4 h' - 0.1 p' + 0.1 q' = 0",
     ];
-    assert!(said.iter().any(|said| reason.contains(said)), "{reason}");
+    assert!(relations.iter().any(|relation| reason.contains(relation)), "{reason}");
 }
 
 /// A heading that is prescribed is a function of the time: the row is rheonomic, and has no integral with the time as a variable. A ball on a line that
@@ -333,20 +334,20 @@ fn relations_of_positions_and_prescribed_motions_have_their_class() {
         ),
     ] {
         let found = class(&source, "row");
-        assert_eq!(words(&found), expected, "{source}: {found:?}");
+        assert_eq!(class_flags(&found), expected, "{source}: {found:?}");
         let verdict = analysis(&source).class.unwrap();
         let is_linear = source.contains("h.phi - k.phi / 2\"");
         assert_eq!(verdict.constant_linear, is_linear, "{source}");
         let why = verdict.assumptions.iter().flat_map(|one| &one.violations).map(|breach| breach.reason.as_str());
         let why = why.collect::<Vec<_>>().join("; ");
-        let said = match expected {
+        let explained = match expected {
             _ if is_linear => why.is_empty(),
             [_, false, _] => why.starts_with("it is rheonomic: "),
             [.., false] => why.starts_with("it is not linear with constant coefficients: "),
             _ if source.contains("expression") => why.starts_with("its expression is not zero at zero angles but -1: "),
             _ => why == "its offset of 1 rad is not zero",
         };
-        assert!(said, "{source}: {why}");
+        assert!(explained, "{source}: {why}");
     }
 }
 
@@ -368,7 +369,7 @@ fn an_analysis_sees_a_relation_as_its_row_at_the_start() {
 /// What holds one way is an inequality: of positions, or of speeds alone; a lock is an equation at times. Where they are in `stuck` they are equations, and
 /// take a degree of freedom away.
 #[test]
-fn what_holds_one_way_is_an_inequality() {
+fn unilateral_constraints_are_inequalities() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
                   [end_stop.stop]\nshaft_1 = \"a\"\nupper = \"1 rad\"\n[one_way_clutch.free]\ndriving = \"a\"\ndriven = \"b\"\n\
                   [lock.dog]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nengaged = \"sin(t * 1 rad/s)\"\n\
@@ -390,7 +391,7 @@ fn what_holds_one_way_is_an_inequality() {
 
 /// Teeth that lose a part of their load are a constraint like others; what is not linear is told of the loss.
 #[test]
-fn teeth_that_rub_are_an_equality_and_not_linear() {
+fn gear_loss_is_an_equality_and_not_linear() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
                   [gear.teeth]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\nefficiency = 0.9\n[scenario]\nduration = \"1 s\"\n";
     let found = class(source, "teeth");

@@ -42,8 +42,8 @@ fn motions_at_one_are_split_off() {
     let mut random = Random::new(12);
     let [mut shown, mut stable] = [0, 0];
     for trial in 0..200 {
-        let (at_one, others) = (1 + trial % 3, 1 + trial % 5);
-        let n = at_one + others;
+        let (at_one, other_count) = (1 + trial % 3, 1 + trial % 5);
+        let n = at_one + other_count;
         let chained = trial % 2 == 0;
         let denominator = 2 + trial as u64 % 20;
         let map = Matrix::from_fn(n, n, |i, j| match (i < at_one, j < at_one) {
@@ -52,8 +52,8 @@ fn motions_at_one_are_split_off() {
             (false, false) => rational(random.small(4), denominator),
             _ => Rational::ZERO,
         });
-        let rest = Matrix::from_fn(others, others, |i, j| map[(at_one + i, at_one + j)].clone());
-        let exact = stability_of(&rest, Plane::Discrete).word == Stability::Stable;
+        let other_block = Matrix::from_fn(other_count, other_count, |i, j| map[(at_one + i, at_one + j)].clone());
+        let exact = stability_of(&other_block, Plane::Discrete).word == Stability::Stable;
         let [change, inverse] = change(&mut random, n);
         let hidden = change.multiply(&map).multiply(&inverse);
         let found = contracts(&hidden, -120.0, at_one);

@@ -41,7 +41,7 @@ fn value(polynomial: &str, s: &Rational) -> Rational {
     let spaced = polynomial.replace("- ", "+ -");
     spaced.split("+ ").filter(|term| !term.trim().is_empty()).fold(Rational::ZERO, |sum, term| {
         let parts: Vec<&str> = term.split_whitespace().collect();
-        let (sign, first) = parts[0].strip_prefix('-').map_or((1, parts[0]), |rest| (-1, rest));
+        let (sign, first) = parts[0].strip_prefix('-').map_or((1, parts[0]), |unsigned| (-1, unsigned));
         let (factor, power) = if first.starts_with('s') { ("1", first) } else { (first, *parts.get(1).unwrap_or(&"")) };
         let power = if power.is_empty() { 0 } else { power.strip_prefix("s^").map_or(1, |k| k.parse().unwrap()) };
         let term = (0..power).fold(q(factor).times(&Rational::from(sign)), |all, _| all.times(s));
@@ -52,15 +52,15 @@ fn value(polynomial: &str, s: &Rational) -> Rational {
 /// What holds of every descriptor system: the proof `S E T = diag(I, N)`, `S A T = diag(J, I)`, the transfer matrix as the sum
 /// of that of the equivalent system and the polynomial part, and the ranks of the definitions.
 #[track_caller]
-fn check(given: &LinearSystem) -> DecomposedDescriptor {
-    let apart = descriptor(given).unwrap();
+fn check(original: &LinearSystem) -> DecomposedDescriptor {
+    let apart = descriptor(original).unwrap();
     let (found, plain) = (&apart.found, &apart.equivalent);
-    let n = given.states.len();
+    let n = original.states.len();
     let matrix = |rows: &[Vec<String>]| Matrix::from_fn(n, n, |i, j| q(&rows[i][j]));
     let (left, right) = (matrix(&found.proof.left), matrix(&found.proof.right));
     assert_eq!((exact_rank(&left), exact_rank(&right)), (n, n));
     let on = |matrix: &Matrix<Rational>| left.multiply(&matrix.multiply(&right));
-    let (e, a, finite) = (on(&given.e), on(&given.a), found.finite_eigenvalues);
+    let (e, a, finite) = (on(&original.e), on(&original.a), found.finite_eigenvalues);
     let corner = |m: &Matrix<Rational>, from: usize, to: usize| {
         Matrix::from_fn(to - from, to - from, |i, j| m[(from + i, from + j)].clone())
     };
@@ -78,26 +78,26 @@ fn check(given: &LinearSystem) -> DecomposedDescriptor {
     assert!(found.index == 0 || exact_rank(&power(found.index - 1)) > 0);
     // Blocks: the rank of Nᵏ is the sum of what remains of each.
     for k in 0..=found.index {
-        let rest: usize = found.infinite_blocks.iter().map(|order| order.saturating_sub(k)).sum();
-        assert_eq!(exact_rank(&power(k)), rest);
+        let remaining_rank: usize = found.infinite_blocks.iter().map(|order| order.saturating_sub(k)).sum();
+        assert_eq!(exact_rank(&power(k)), remaining_rank);
     }
     assert_eq!(found.impulse_free, found.index <= 1);
     for s in ["17/3", "-23/7"].map(q) {
-        let (whole, equivalent) = (transfer(given, &s), transfer(plain, &s));
-        for (i, output) in given.outputs.iter().enumerate() {
-            let kept = plain.outputs.iter().position(|other| other == output);
-            assert_eq!(kept.is_none(), found.improper_outputs.contains(output));
-            if let Some(kept) = kept {
-                assert_eq!(whole.row(i), equivalent.row(kept), "{output}");
+        let (whole, equivalent) = (transfer(original, &s), transfer(plain, &s));
+        for (i, output) in original.outputs.iter().enumerate() {
+            let proper_row = plain.outputs.iter().position(|other| other == output);
+            assert_eq!(proper_row.is_none(), found.improper_outputs.contains(output));
+            if let Some(proper_row) = proper_row {
+                assert_eq!(whole.row(i), equivalent.row(proper_row), "{output}");
             }
         }
     }
     for (side, dual) in [(&found.controllability, false), (&found.observability, true)] {
-        let turned = if dual { given.transpose() } else { given.clone() };
-        let kernel = kardan::num::echelon(&turned.e, &(0..n).collect::<Vec<_>>()).kernel();
-        let impulses = exact_rank(&beside(&[&turned.e, &turned.a.multiply(&kernel), &turned.b]));
+        let side_system = if dual { original.transpose() } else { original.clone() };
+        let kernel = kardan::num::echelon(&side_system.e, &(0..n).collect::<Vec<_>>()).kernel();
+        let impulses = exact_rank(&beside(&[&side_system.e, &side_system.a.multiply(&kernel), &side_system.b]));
         assert_eq!((side.impulse_defect, side.impulse), (n - impulses, impulses == n));
-        let ends = exact_rank(&beside(&[&turned.e, &turned.b])) == n;
+        let ends = exact_rank(&beside(&[&side_system.e, &side_system.b])) == n;
         assert_eq!(side.infinite_defect == 0, ends);
         assert_eq!(side.complete, side.finite.map(|finite| finite && ends));
     }
@@ -112,15 +112,15 @@ fn check(given: &LinearSystem) -> DecomposedDescriptor {
 fn a_circuit_with_redundant_variables_is_of_index_one() {
     let e = Matrix::from_fn(3, 3, |i, j| if i + j == 0 { q("1/4") } else { Rational::ZERO });
     let a = whole(&[&[0, 1, 0], &[0, -2, 1], &[1, 0, 1]]);
-    let given = system([e, a, whole(&[&[0], &[0], &[-1]]), whole(&[&[1, 0, 0], &[0, 1, 0]])]);
-    let DecomposedDescriptor { found, equivalent } = check(&given);
+    let original = system([e, a, whole(&[&[0], &[0], &[-1]]), whole(&[&[1, 0, 0], &[0, 1, 0]])]);
+    let DecomposedDescriptor { found, equivalent } = check(&original);
     assert_eq!((found.index, found.finite_eigenvalues, found.infinite_blocks.as_slice()), (1, 1, [1, 1].as_slice()));
     assert_eq!(equivalent.a, Matrix::from_fn(1, 1, |_, _| q("-2")));
     assert_eq!(equivalent.d, Matrix::from_fn(2, 1, |i, _| q(["0", "1/2"][i])));
     assert!(found.controllability.complete == Some(false) && found.controllability.finite == Some(true));
     assert!(found.controllability.impulse && found.observability.impulse && found.polynomial_part.is_empty());
     assert_eq!(found.orders_at_infinity, Some(vec![]));
-    let current = LinearSystem { c: whole(&[&[0, 1, 0]]), outputs: vec!["i".into()], ..given };
+    let current = LinearSystem { c: whole(&[&[0, 1, 0]]), outputs: vec!["i".into()], ..original };
     let current = LinearSystem { d: Matrix::zeros(1, 1), ..current };
     assert_eq!(check(&current).found.zeros.unwrap().polynomial, "s");
 }
@@ -128,13 +128,13 @@ fn a_circuit_with_redundant_variables_is_of_index_one() {
 /// A capacitor at a source: the current is `C u'`, and no state is left.
 #[test]
 fn a_capacitor_at_a_source_has_no_state_space() {
-    let given = system([
+    let original = system([
         whole(&[&[3, 0], &[0, 0]]),
         whole(&[&[0, 1], &[1, 0]]),
         whole(&[&[0], &[-1]]),
         whole(&[&[0, 1], &[1, 0]]),
     ]);
-    let found = check(&given).found;
+    let found = check(&original).found;
     assert_eq!((found.index, found.finite_eigenvalues), (2, 0));
     assert_eq!(found.improper_outputs, ["y1"]);
     let part = &found.polynomial_part[0];
@@ -154,8 +154,8 @@ fn a_constrained_mechanism_is_of_index_three() {
     let a = whole(&[&[0, 0, 1, 0, 0], &[0, 0, 0, 1, 0], &[-3, 0, 0, 0, 1], &[0, 0, 0, 0, -1], &[1, -1, 0, 0, 0]]);
     let b = whole(&[&[0, 0], &[0, 0], &[1, 0], &[0, 0], &[0, -1]]);
     let c = whole(&[&[1, 0, 0, 0, 0], &[0, 0, 0, 0, 1]]);
-    let given = system([e, a, b, c]);
-    let DecomposedDescriptor { found, equivalent } = check(&given);
+    let original = system([e, a, b, c]);
+    let DecomposedDescriptor { found, equivalent } = check(&original);
     assert_eq!((found.index, found.finite_eigenvalues, found.infinite_blocks.as_slice()), (3, 2, [3].as_slice()));
     assert_eq!(structure(&equivalent).unwrap().invariant_factors, ["s^2 + 1"]);
     assert_eq!(found.improper_outputs, ["y2"]);
@@ -168,7 +168,7 @@ fn a_constrained_mechanism_is_of_index_three() {
         b: whole(&[&[0], &[0], &[1], &[0], &[0]]),
         d: Matrix::zeros(2, 1),
         inputs: vec!["u".into()],
-        ..given
+        ..original
     };
     let DecomposedDescriptor { found, equivalent } = check(&forced);
     assert!(
@@ -194,11 +194,11 @@ fn a_singular_pencil_shows_its_rows() {
         (whole(&[&[1, 0, 0], &[0, 1, 0], &[0, 0, 0]]), whole(&[&[0, 1, 0], &[0, 0, 1], &[0, 0, 0]]), 1),
     ] {
         let n = e.rows();
-        let given = system([e, a, Matrix::zeros(n, 0), Matrix::zeros(0, n)]);
-        let Err(DescriptorError::Singular(why)) = descriptor(&given) else { panic!("regular") };
+        let original = system([e, a, Matrix::zeros(n, 0), Matrix::zeros(0, n)]);
+        let Err(DescriptorError::Singular(why)) = descriptor(&original) else { panic!("regular") };
         assert_eq!(why.equations.len(), rows);
         for s in ["5", "-7/3"].map(q) {
-            let pencil = pencil(&given, &s);
+            let pencil = pencil(&original, &s);
             for j in 0..n {
                 let sum = why.equations.iter().fold(Rational::ZERO, |sum, (row, factor)| {
                     sum.plus(&factor.as_ref().unwrap().evaluate(&s).times(&pencil[(*row, j)]))
@@ -249,55 +249,55 @@ fn random_pencils_come_apart() {
                 std::iter::repeat_with(|| random(n, n)).find(|m| exact_rank(m) == n).unwrap()
             };
             let (left, right) = (regular(&mut random), regular(&mut random));
-            let turn = |m: &Matrix<Rational>| left.multiply(&m.multiply(&right));
-            let given = system([turn(&e), turn(&a), random(n, inputs), random(outputs, n)]);
-            let apart = check(&given);
+            let transform = |m: &Matrix<Rational>| left.multiply(&m.multiply(&right));
+            let original = system([transform(&e), transform(&a), random(n, inputs), random(outputs, n)]);
+            let apart = check(&original);
             let mut sorted = blocks.clone();
             sorted.sort_by(|one, other| other.cmp(one));
             assert_eq!((&apart.found.infinite_blocks, apart.found.finite_eigenvalues), (&sorted, finite));
-            against_definitions(&given, &apart, &eigenvalues);
+            against_definitions(&original, &apart, &eigenvalues);
         }
     }
 }
 
 /// Finite modes by Hautus' ranks; the polynomial part, the zeros and the orders at infinity by values of the transfer matrix.
-fn against_definitions(given: &LinearSystem, apart: &DecomposedDescriptor, eigenvalues: &[i64]) {
+fn against_definitions(original: &LinearSystem, apart: &DecomposedDescriptor, eigenvalues: &[i64]) {
     let found = &apart.found;
-    let n = given.states.len();
+    let n = original.states.len();
     let hautus = |system: &LinearSystem| {
         let full = |value: &i64| exact_rank(&beside(&[&pencil(system, &Rational::from(*value)), &system.b])) == n;
         eigenvalues.iter().all(full)
     };
-    assert_eq!(found.controllability.finite, Some(hautus(given)));
-    assert_eq!(found.observability.finite, Some(hautus(&given.transpose())));
+    assert_eq!(found.controllability.finite, Some(hautus(original)));
+    assert_eq!(found.observability.finite, Some(hautus(&original.transpose())));
     // The transfer matrix less the polynomial part stays bounded.
     let far = q("1e30");
-    let whole = transfer(given, &far);
-    for (i, output) in given.outputs.iter().enumerate() {
-        for (j, input) in given.inputs.iter().enumerate() {
+    let whole = transfer(original, &far);
+    for (i, output) in original.outputs.iter().enumerate() {
+        for (j, input) in original.inputs.iter().enumerate() {
             let part = found.polynomial_part.iter().find(|part| part.output == *output && part.input == *input);
-            let rest = whole[(i, j)].minus(&part.map_or(Rational::ZERO, |part| value(&part.polynomial, &far)));
-            assert!(Scalar::to_f64(&rest).abs() < 1e9);
+            let proper_part = whole[(i, j)].minus(&part.map_or(Rational::ZERO, |part| value(&part.polynomial, &far)));
+            assert!(Scalar::to_f64(&proper_part).abs() < 1e9);
         }
     }
-    if given.inputs.len() != given.outputs.len() {
+    if original.inputs.len() != original.outputs.len() {
         return;
     }
     // det of the transfer matrix grows as s to minus the sum of the orders at infinity; its zeros are those found.
     let rosenbrock = |s: &Rational| {
-        let (m, upper) = (given.inputs.len(), pencil(given, s));
+        let (m, upper) = (original.inputs.len(), pencil(original, s));
         Matrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
             (true, true) => upper[(i, j)].clone(),
-            (true, false) => Rational::ZERO.minus(&given.b[(i, j - n)]),
-            (false, true) => given.c[(i - n, j)].clone(),
-            (false, false) => given.d[(i - n, j - n)].clone(),
+            (true, false) => Rational::ZERO.minus(&original.b[(i, j - n)]),
+            (false, true) => original.c[(i - n, j)].clone(),
+            (false, false) => original.d[(i - n, j - n)].clone(),
         })
     };
     assert_eq!(found.normal_rank, Some(exact_rank(&rosenbrock(&far)) - n));
-    if found.normal_rank != Some(given.inputs.len()) {
+    if found.normal_rank != Some(original.inputs.len()) {
         return;
     }
-    let minor = |s: &Rational| determinant(&transfer(given, s));
+    let minor = |s: &Rational| determinant(&transfer(original, s));
     let growth = Scalar::to_f64(&(minor(&q("1e31")) / minor(&far))).abs().log10().round() as i64;
     assert_eq!(-growth, found.orders_at_infinity.as_ref().unwrap().iter().sum::<i64>());
     let zeros = &found.zeros.as_ref().unwrap().polynomial;

@@ -24,11 +24,11 @@ fn floats(rows: &[Vec<f64>]) -> Matrix<Rational> {
 fn changed(system: &LinearSystem, found: &MatrixDistance) -> LinearSystem {
     let exact = |rows: &[Vec<String>]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| q(&rows[i][j]));
     let (y, m) = (exact(&found.proof.rows), exact(&found.proof.action));
-    let left = y.multiply(&y.transpose()).solve(&y).unwrap().transpose();
+    let pseudo_inverse = y.multiply(&y.transpose()).solve(&y).unwrap().transpose();
     let minus = Rational::NEG_ONE;
     let on_a = y.multiply(&system.a).plus(&m.multiply(&y).scale(&minus));
-    let a = system.a.plus(&left.multiply(&on_a).scale(&minus));
-    let b = system.b.plus(&left.multiply(&y.multiply(&system.b)).scale(&minus));
+    let a = system.a.plus(&pseudo_inverse.multiply(&on_a).scale(&minus));
+    let b = system.b.plus(&pseudo_inverse.multiply(&y.multiply(&system.b)).scale(&minus));
     // What the result says of the change is that change.
     for (rounded, exact, from) in [(&found.change_of_a, &a, &system.a), (&found.change_of_b, &b, &system.b)] {
         for (i, row) in rounded.iter().enumerate() {
@@ -57,8 +57,8 @@ fn rotated_systems_are_warned_of() {
         }
         let near = found.matrix_distance.unwrap().controllability.unwrap();
         assert!(near.within_data_uncertainty && near.upper < 1e-13 && near.lower <= near.upper, "{near:?}");
-        let lost = system["lost"].as_f64().unwrap();
-        assert!((near.eigenvalue.re - lost).abs() < 1e-9 && near.eigenvalue.im == 0.0, "{near:?}");
+        let expected = system["lost"].as_f64().unwrap();
+        assert!((near.eigenvalue.re - expected).abs() < 1e-9 && near.eigenvalue.im == 0.0, "{near:?}");
     }
 }
 
@@ -81,8 +81,8 @@ fn both_bounds_hold() {
             let found = distance_of_matrices(&system, Side::Inputs).unwrap();
             assert!(0.0 < found.lower && found.lower <= found.upper, "{n} {inputs} {found:?}");
             let near = changed(&system, &found);
-            let lost = structure(&near).unwrap();
-            assert_eq!(lost.controllable_rank, n - found.proof.rows.len(), "{n} {inputs}");
+            let near_structure = structure(&near).unwrap();
+            assert_eq!(near_structure.controllable_rank, n - found.proof.rows.len(), "{n} {inputs}");
             let entries = near.a.as_slice().iter().zip(system.a.as_slice());
             let entries = entries.chain(near.b.as_slice().iter().zip(system.b.as_slice()));
             let size = entries.map(|(x, y)| Scalar::to_f64(&x.minus(y)).powi(2)).sum::<f64>().sqrt();
@@ -125,13 +125,13 @@ fn a_planted_loss_is_bounded_from_both_sides() {
         // I − 2 v vᵀ/(vᵀv) on both sides.
         let v: Vec<f64> = (0..n).map(|_| unit()).collect();
         let size = v.iter().map(|x| x * x).sum::<f64>();
-        let turn = |i: usize, j: usize| f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / size;
+        let reflection = |i: usize, j: usize| f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / size;
         let product = |one: &dyn Fn(usize, usize) -> f64, other: &dyn Fn(usize, usize) -> f64, width: usize| {
             let entry = |i, j| (0..n).map(|k| one(i, k) * other(k, j)).sum::<f64>();
             (0..n).map(|i| (0..width).map(|j| entry(i, j)).collect()).collect::<Vec<Vec<f64>>>()
         };
-        let half = product(&turn, &|i, j| a[i][j], n);
-        let (a, b) = (product(&|i, j| half[i][j], &turn, n), product(&turn, &|i, j| b[i][j], 1));
+        let half = product(&reflection, &|i, j| a[i][j], n);
+        let (a, b) = (product(&|i, j| half[i][j], &reflection, n), product(&reflection, &|i, j| b[i][j], 1));
         let system = LinearSystem::state_space(floats(&a), floats(&b), Matrix::zeros(0, n));
         let found = distance_of_matrices(&system, Side::Inputs).unwrap();
         assert!(found.upper <= delta * (1.0 + 1e-6) + 1e-13, "{n} {delta}: {}", found.upper);
@@ -185,8 +185,8 @@ fn many_states_are_bounded_from_above() {
     let found = distance_of_matrices(&system, Side::Inputs).unwrap();
     assert!(found.upper <= 1e-7 * (1.0 + 1e-9) && found.lower == 0.0, "{} {}", found.lower, found.upper);
     let near = changed(&system, &found);
-    let lost = structure(&near).unwrap();
-    assert_eq!(lost.controllable_rank, n - found.proof.rows.len());
+    let near_structure = structure(&near).unwrap();
+    assert_eq!(near_structure.controllable_rank, n - found.proof.rows.len());
     // A chain of integrators, whose only eigenvector leads to no minimum: not above ten times the sine of its distance.
     let a = Matrix::from_fn(n, n, |i, j| if j == i + 1 { Rational::ONE } else { Rational::ZERO });
     let b = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });

@@ -243,7 +243,7 @@ fn mechanics(model: &LinearModel) -> Mechanics {
 
 /// As in section 6.2 the circular spline has no inertia: no reduced direction is without, and small J_cs lead to it.
 #[test]
-fn the_circular_spline_without_inertia_is_the_limit() {
+fn the_massless_circular_spline_is_the_limit() {
     let limit = mechanics(&drive("0", "0.05", true)).eliminate().unwrap();
     assert!(limit.removed.is_empty());
     let expected = poles(&limit.system);
@@ -328,8 +328,8 @@ proptest! {
                         prop_assert_eq!(before, after);
                     }
                 }
-                let kept = out.system.states.len() - out.definitions.len();
-                prop_assert_eq!(kept + out.removed.len(), 2 * m.coordinates.len());
+                let retained = out.system.states.len() - out.definitions.len();
+                prop_assert_eq!(retained + out.removed.len(), 2 * m.coordinates.len());
             }
             Err(MasslessError::Undetermined { direction }) => {
                 prop_assert!(!regular);
@@ -366,8 +366,8 @@ proptest! {
                 let pick = Matrix::from_fn(1, r, |_, j| q(i64::from(j == coordinate), 1));
                 let zero = Matrix::zeros(1, r);
                 let (c_pos, c_vel) = if kind == "phi" { (pick, zero) } else { (zero, pick) };
-                let alone = Mechanics { c_pos, c_vel, through: Matrix::zeros(1, m.f.columns()), ..m.clone() };
-                let system = alone.eliminate().unwrap().system;
+                let single_output = Mechanics { c_pos, c_vel, through: Matrix::zeros(1, m.f.columns()), ..m.clone() };
+                let system = single_output.eliminate().unwrap().system;
                 let unit = Matrix::from_fn(1, system.states.len(), |_, j| q(i64::from(j == k), 1));
                 prop_assert_eq!(&system.c, &unit);
                 prop_assert_eq!(&system.d, &Matrix::zeros(1, m.f.columns()));

@@ -42,8 +42,8 @@ fn at(found: &Linearised, signal: &str) -> f64 {
         .1
 }
 
-fn reported(found: &Linearised, words: &str) -> bool {
-    found.notes.iter().any(|note| note.contains(words))
+fn reported(found: &Linearised, text: &str) -> bool {
+    found.notes.iter().any(|note| note.contains(text))
 }
 
 const CAR: &str = "[mass.car]\nmass = \"1200 kg\"\n[torque.drag]\nmass = \"car\"\nlaw = \"-0.4 N s^2/m^2 * car.v * abs(car.v)\"\n[motor.drive]\nmass = \"car\"\n";
@@ -279,6 +279,6 @@ fn the_state_of_a_run_is_an_operating_point() {
     };
     let difference = (speed(0.7005) - speed(0.6995)) / 1e-3;
     let note = at_time.notes.iter().find(|note| note.contains("not an equilibrium")).expect("what is left is told");
-    let text = note.split("load.w changes by ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number");
+    let text = note.split("load.w changes by ").nth(1).and_then(|tail| tail.split(' ').next()).expect("a number");
     close(text.parse().expect("a number"), difference, 1e-3 * difference.abs(), "the acceleration of the load");
 }

@@ -119,7 +119,7 @@ fn thresholds_follow_from_noise_and_steps() {
 
 /// Sensors that are all read at every instant have no sample times that could differ.
 #[test]
-fn sensors_without_samples_have_one_time() {
+fn continuous_sensors_have_one_time() {
     let at_once = PLANETARY.replace("sample_time = \"1 ms\"\nnoise = \"2 mrad\"\n", "");
     let parity = analyzed(&at_once, AnalyzeSettings::default());
     let limit = parity.residuals[0].threshold.as_ref().unwrap();
@@ -130,17 +130,17 @@ fn sensors_without_samples_have_one_time() {
 #[test]
 fn false_alarms_are_as_rare_as_promised() {
     for (debounce, rate) in [(1usize, 3600.0 * 10.0), (3, 3600.0)] {
-        let asked = ParitySettings { false_alarms_per_hour: rate, debounce, filter: None };
-        let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+        let request = ParitySettings { false_alarms_per_hour: rate, debounce, filter: None };
+        let settings = AnalyzeSettings { parity: Some(request), ..AnalyzeSettings::default() };
         let plain = PLANETARY.replace("resolution = \"1 mrad\"\nphase = 0.5\n", "");
         let parity = study::analyze(&plain, &settings, &Silent).unwrap().parity.unwrap();
         let limit = parity.residuals[0].threshold.clone().unwrap();
         assert_eq!(limit.steps, 0.0);
         let mut random = Random::new(11);
-        let (samples, mut alarms, mut beyond) = (400_000u32, 0u32, 0);
+        let (samples, mut alarms, mut consecutive) = (400_000u32, 0u32, 0);
         for _ in 0..samples {
-            beyond = if (random.normal() * limit.noise).abs() > limit.threshold { beyond + 1 } else { 0 };
-            alarms += u32::from(beyond == debounce);
+            consecutive = if (random.normal() * limit.noise).abs() > limit.threshold { consecutive + 1 } else { 0 };
+            alarms += u32::from(consecutive == debounce);
         }
         // Expected at most samples · T · rate; five standard deviations of a Poisson count.
         let promised = f64::from(samples) * 1e-3 * rate / 3600.0;
@@ -171,8 +171,8 @@ noise = "0.1 mrad"
 #[test]
 fn residuals_in_time_have_thresholds_behind_their_filter() {
     let limits = |filter: Option<f64>| {
-        let asked = ParitySettings { filter, ..ParitySettings::default() };
-        let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+        let request = ParitySettings { filter, ..ParitySettings::default() };
+        let settings = AnalyzeSettings { parity: Some(request), ..AnalyzeSettings::default() };
         let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
         let motor = verdict(&parity, "m").clone();
         assert_eq!(written(&motor.relation), [("phi", 2, "1"), ("m.tau", 0, "-2")]);
@@ -182,8 +182,8 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
         motor.threshold.expect("it has noise")
     };
     let (h, noise) = (1e-3f64, 1e-4f64);
-    for (asked, time) in [(None, 0.01f64), (Some(0.05), 0.05), (Some(5e-4), 5e-4)] {
-        let limit = limits(asked);
+    for (requested_filter, time) in [(None, 0.01f64), (Some(0.05), 0.05), (Some(5e-4), 5e-4)] {
+        let limit = limits(requested_filter);
         let (p, q) = ((2.0 * time / h - 1.0) / (2.0 * time / h + 1.0), 2.0 / h / (2.0 * time / h + 1.0));
         // (1 − x)²/(1 − p x)² with x = 1/z: coefficients (k + 1) pᵏ − 2 k pᵏ⁻¹ + (k − 1) pᵏ⁻².
         let power = |k: i32| if k < 0 { 0.0 } else { p.powi(k) };
@@ -207,8 +207,8 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
             );
         }
     }
-    let asked = ParitySettings { filter: Some(60.0), ..ParitySettings::default() };
-    let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+    let request = ParitySettings { filter: Some(60.0), ..ParitySettings::default() };
+    let settings = AnalyzeSettings { parity: Some(request), ..AnalyzeSettings::default() };
     let reported = study::analyze(DISK, &settings, &Silent).unwrap_err();
     assert!(
         reported[0].code == "analysis::filter" && reported[0].help.as_ref().is_some_and(|help| help.contains("10 s")),
@@ -218,7 +218,7 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
 
 /// Sensors that are read at every instant are looked at by the fastest controller; without one nothing says how often.
 #[test]
-fn residuals_in_time_of_sensors_without_samples() {
+fn residuals_in_time_of_continuous_sensors() {
     let plain = DISK.replace("sample_time = \"1 ms\"\nnoise = \"0.1 mrad\"", "resolution = \"1 mrad\"");
     let law = "[control.c]\nlaw = \"program\"\ncommands = { m = \"-1 N m s/rad * disk.w\" }\nsample_time = \"2 ms\"\n";
     let of = |source: &str| verdict(&analyzed(source, AnalyzeSettings::default()), "m").threshold.clone();
@@ -233,23 +233,23 @@ fn residuals_in_time_of_sensors_without_samples() {
 #[test]
 fn false_alarms_behind_a_filter_are_as_rare_as_promised() {
     let (rate, debounce) = (3600.0 * 5.0, 2);
-    let asked = ParitySettings { false_alarms_per_hour: rate, debounce, filter: Some(0.004) };
-    let settings = AnalyzeSettings { parity: Some(asked), ..AnalyzeSettings::default() };
+    let request = ParitySettings { false_alarms_per_hour: rate, debounce, filter: Some(0.004) };
+    let settings = AnalyzeSettings { parity: Some(request), ..AnalyzeSettings::default() };
     let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
     let limit = verdict(&parity, "m").threshold.clone().unwrap();
     let mut random = Random::new(23);
     let (h, a) = (1e-3, 8.0);
     // (s/(τs + 1)) twice: y⁺ = ((a − 1) y + (2/h)(x⁺ − x))/(a + 1).
-    let (mut states, mut alarms, mut beyond) = ([[0.0f64; 2]; 2], 0u32, 0usize);
+    let (mut states, mut alarms, mut consecutive) = ([[0.0f64; 2]; 2], 0u32, 0usize);
     let samples = 400_000u32;
     for _ in 0..samples {
         let mut x = 1e-4 * random.normal();
-        for [last, answer] in &mut states {
-            *answer = ((a - 1.0) * *answer + 2.0 / h * (x - *last)) / (a + 1.0);
-            *last = std::mem::replace(&mut x, *answer);
+        for [last, output] in &mut states {
+            *output = ((a - 1.0) * *output + 2.0 / h * (x - *last)) / (a + 1.0);
+            *last = std::mem::replace(&mut x, *output);
         }
-        beyond = if x.abs() > limit.threshold { beyond + 1 } else { 0 };
-        alarms += u32::from(beyond == debounce);
+        consecutive = if x.abs() > limit.threshold { consecutive + 1 } else { 0 };
+        alarms += u32::from(consecutive == debounce);
     }
     let promised = f64::from(samples) * h * rate / 3600.0;
     assert!(f64::from(alarms) < promised && promised > 1000.0, "{alarms} of {promised}");
@@ -469,10 +469,10 @@ fn verdicts_of_random_systems_are_those_of_their_pencils() {
     for trial in 0..300 {
         let system = random_system(&mut random);
         let (n, p, m) = (system.states.len(), system.outputs.len(), system.inputs.len());
-        let (known, unknown): (Vec<usize>, Vec<usize>) = (0..m).partition(|_| random.below(2) == 0);
+        let (commands, unknown): (Vec<usize>, Vec<usize>) = (0..m).partition(|_| random.below(2) == 0);
         let sensors: Vec<usize> = (0..p).collect();
         let faults: Vec<Fault> =
-            sensors.iter().map(|&k| Fault::Output(k)).chain(known.iter().map(|&k| Fault::Input(k))).collect();
+            sensors.iter().map(|&k| Fault::Output(k)).chain(commands.iter().map(|&k| Fault::Input(k))).collect();
         let hidden: Vec<Fault> = unknown.iter().map(|&k| Fault::Input(k)).collect();
         // More numbers than a minor of the pencil has zeros, none of them those that the library takes.
         let points: Vec<Rational> = (0..=n as i64).map(|k| Rational::from(3 * k + 1) / Rational::from(7)).collect();
@@ -489,19 +489,19 @@ fn verdicts_of_random_systems_are_those_of_their_pencils() {
             counts[usize::from(shown)] += 1;
             for (j, &other) in faults.iter().enumerate().filter(|(j, _)| *j != i && shown && !silent.contains(j)) {
                 let apart = rank(&[fault, other]) > rank(&[other]);
-                let together = groups.iter().any(|group| group.contains(&i) && group.contains(&j));
-                assert_eq!(apart, !together, "{trial}: {fault:?}, {other:?} of {system:?}");
+                let same_group = groups.iter().any(|group| group.contains(&i) && group.contains(&j));
+                assert_eq!(apart, !same_group, "{trial}: {fault:?}, {other:?} of {system:?}");
                 counts[2 + usize::from(apart)] += 1;
             }
         }
-        let found = relations(&system, &faults, &known, &unknown);
+        let found = relations(&system, &faults, &commands, &unknown);
         for ((i, fault), found) in faults.iter().enumerate().zip(found) {
             assert_eq!(found.is_some(), !silent.contains(&i), "{trial}: {fault:?} of {system:?}");
             let Some(found) = found else { continue };
             assert!(found.relation.order() <= n);
             check_identity(&system, &found.relation, *fault, &unknown);
         }
-        for relation in static_relations(&system, &known).relations {
+        for relation in static_relations(&system, &commands).relations {
             check_static(&system, &relation);
         }
     }
@@ -519,9 +519,9 @@ fn check_identity(system: &LinearSystem, relation: &Relation, fault: Fault, unkn
         let transfer = system.c.multiply(&x).plus(&system.d);
         let power = |k: usize| (0..k).fold(Rational::ONE, |all, _| all.times(&s));
         let of = |input: Option<usize>, signal: Option<ParitySignal>| {
-            relation.terms.iter().fold(Rational::ZERO, |sum, (known, k, x)| {
-                let value = match known {
-                    _ if Some(*known) == signal => Rational::ONE,
+            relation.terms.iter().fold(Rational::ZERO, |sum, (term_signal, k, x)| {
+                let value = match term_signal {
+                    _ if Some(*term_signal) == signal => Rational::ONE,
                     ParitySignal::Output(y) => input.map_or(Rational::ZERO, |u| transfer[(*y, u)].clone()),
                     ParitySignal::Input(_) => Rational::ZERO,
                 };
@@ -546,8 +546,8 @@ fn check_identity(system: &LinearSystem, relation: &Relation, fault: Fault, unkn
 fn check_static(system: &LinearSystem, relation: &Relation) {
     let (n, m) = (system.states.len(), system.inputs.len());
     for j in 0..n + m {
-        let sum = relation.terms.iter().fold(Rational::ZERO, |sum, (known, _, x)| {
-            let entry = match known {
+        let sum = relation.terms.iter().fold(Rational::ZERO, |sum, (term_signal, _, x)| {
+            let entry = match term_signal {
                 ParitySignal::Output(y) if j < n => system.c[(*y, j)].clone(),
                 ParitySignal::Output(y) => system.d[(*y, j - n)].clone(),
                 ParitySignal::Input(u) => {

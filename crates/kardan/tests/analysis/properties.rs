@@ -18,13 +18,13 @@ fn analysis(system: &Value) -> Analysis {
 fn slicot_finds_the_same() {
     let all: Value = serde_json::from_str(include_str!("../state_space/zeros/systems.json")).unwrap();
     for system in all["systems"].as_array().unwrap() {
-        let given = json!({"A": system["A"], "B": system["B"], "C": system["C"], "D": system["D"]});
-        let found = analysis(&given);
+        let matrices = json!({"A": system["A"], "B": system["B"], "C": system["C"], "D": system["D"]});
+        let found = analysis(&matrices);
         let properties = found.properties.as_ref().unwrap();
-        assert_eq!(json!(properties.infinite_zeros), system["infinite"], "{given}");
-        assert_eq!(json!(properties.minimal_order), system["minimal"], "{given}");
-        assert_eq!(json!(found.structure.zeros.normal_rank), system["rank"], "{given}");
-        assert_eq!(found.structure.zeros.values.len(), system["zeros"].as_array().unwrap().len(), "{given}");
+        assert_eq!(json!(properties.infinite_zeros), system["infinite"], "{matrices}");
+        assert_eq!(json!(properties.minimal_order), system["minimal"], "{matrices}");
+        assert_eq!(json!(found.structure.zeros.normal_rank), system["rank"], "{matrices}");
+        assert_eq!(found.structure.zeros.values.len(), system["zeros"].as_array().unwrap().len(), "{matrices}");
     }
 }
 
@@ -51,10 +51,10 @@ fn starts(form: &TransformedSystem) -> Vec<usize> {
 #[test]
 fn forms_are_the_same_system_in_other_coordinates() {
     let all: Value = serde_json::from_str(include_str!("../state_space/zeros/systems.json")).unwrap();
-    for given in all["systems"].as_array().unwrap() {
-        let given = json!({"A": given["A"], "B": given["B"], "C": given["C"], "D": given["D"]});
-        let LinearSystem { a, b, c, d, .. } = read_state_space(given.to_string().as_bytes()).unwrap().system;
-        let found = analysis(&given).realisations.unwrap();
+    for system in all["systems"].as_array().unwrap() {
+        let matrices = json!({"A": system["A"], "B": system["B"], "C": system["C"], "D": system["D"]});
+        let LinearSystem { a, b, c, d, .. } = read_state_space(matrices.to_string().as_bytes()).unwrap().system;
+        let found = analysis(&matrices).realisations.unwrap();
         let n = a.rows();
         for form in [&found.kalman, &found.staircase] {
             let t = &form.transformation;
@@ -114,20 +114,20 @@ fn decoupling_zeros_stand_beside_transmission_zeros() {
 
 #[test]
 fn what_is_not_reached_must_die_away() {
-    let of = |lost: Value, extra: Value| {
-        let mut system = json!({"A": [[1, 0], [0, lost]], "B": [1, 0], "C": [1, 1]});
+    let of = |unreached: Value, extra: Value| {
+        let mut system = json!({"A": [[1, 0], [0, unreached]], "B": [1, 0], "C": [1, 1]});
         system.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
         let found = analysis(&system).properties.unwrap();
         (found.stability.is_stable(), found.stabilisable, found.detectable)
     };
     assert_eq!(of(json!(-2), json!({})), (Some(false), Some(true), Some(true)));
     assert_eq!(of(json!(0), json!({})).1, Some(false), "on the axis nothing dies away");
-    for (lost, dies) in
+    for (unreached, dies) in
         [(json!("1/2"), true), (json!(-1), false), (json!("-999/1000"), true), (json!(0), true), (json!(1.5), false)]
     {
         // The reached state 1 lies on the circle and is seen.
-        let found = of(lost.clone(), json!({"Ts": 0.1, "B": [1, 0], "C": [[1, 0], [0, 1]]}));
-        assert_eq!(found, (Some(false), Some(dies), Some(true)), "{lost}");
+        let found = of(unreached.clone(), json!({"Ts": 0.1, "B": [1, 0], "C": [[1, 0], [0, 1]]}));
+        assert_eq!(found, (Some(false), Some(dies), Some(true)), "{unreached}");
     }
     let stable = analysis(&json!({"A": [[0, 1], ["-1/2", 0]], "B": [0, 1], "C": [1, 0], "dt": 1}));
     assert_eq!(stable.properties.unwrap().stability.is_stable(), Some(true));
@@ -137,8 +137,8 @@ fn what_is_not_reached_must_die_away() {
 /// Files of the forms: JSON exact, MAT rounded.
 #[test]
 fn forms_are_written_exactly() {
-    let given = json!({"A": [[0, 1, 0], [-2, -3, 0], [1, 0, "-1/3"]], "B": [0, 1, 0], "C": [1, 0, 0]});
-    let found = analysis(&given).realisations.unwrap();
+    let matrices = json!({"A": [[0, 1, 0], [-2, -3, 0], [1, 0, "-1/3"]], "B": [0, 1, 0], "C": [1, 0, 0]});
+    let found = analysis(&matrices).realisations.unwrap();
     let written: Value = serde_json::from_str(&realisations_json(&found)).unwrap();
     for (name, form) in [("kalman", &found.kalman), ("minimal", &found.minimal), ("staircase", &found.staircase)] {
         let one = &written[name];

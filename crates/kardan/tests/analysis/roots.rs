@@ -42,7 +42,7 @@ fn derivative(p: &P) -> P {
     p.iter().enumerate().skip(1).map(|(k, c)| c * Rational::from(k)).collect()
 }
 
-fn rest(a: &P, b: &P) -> P {
+fn remainder(a: &P, b: &P) -> P {
     let mut out = a.clone();
     while out.len() >= b.len() {
         let factor = &out[out.len() - 1] / &b[b.len() - 1];
@@ -60,7 +60,7 @@ fn rest(a: &P, b: &P) -> P {
 fn chain(p: &P, q: P) -> Vec<P> {
     let mut out = vec![p.clone(), q];
     loop {
-        let next = rest(&out[out.len() - 2], &out[out.len() - 1]);
+        let next = remainder(&out[out.len() - 2], &out[out.len() - 1]);
         let Some(leading) = next.last().cloned() else { return out };
         // Positive factors change no sign.
         let scale = if leading < Rational::ZERO { leading } else { -leading };
@@ -94,7 +94,7 @@ fn sides(p: &P) -> (i64, usize) {
     }
     // The argument of p(jω) turns by π (left − right) from −∞ to ∞: minus the index of v/u, with odd degree plus the turn of
     // the fraction that does not vanish at infinity.
-    let (first, second, turned) = if u.len() > v.len() { (u, v, -1) } else { (v, u, 1) };
+    let (first, second, orientation) = if u.len() > v.len() { (u, v, -1) } else { (v, u, 1) };
     let chain = chain(&first, second);
     let end = |side: i64| {
         variations(chain.iter().map(|q| {
@@ -104,7 +104,7 @@ fn sides(p: &P) -> (i64, usize) {
     };
     // The index of second/first is V(−∞) − V(∞).
     let index = end(1) - end(-1);
-    (turned * index, chain[chain.len() - 1].len() - 1)
+    (orientation * index, chain[chain.len() - 1].len() - 1)
 }
 
 /// The neighbouring double.
@@ -141,8 +141,8 @@ fn check(p: &P) {
     assert_eq!(sturm(p, &-&bound, &bound), real.len() as i64, "{polynomial}: {roots:?}");
     for x in &real {
         let same = real.iter().filter(|other| *other == x).count() as i64;
-        let around = sturm(p, &r(next(*x, false)), &r(next(*x, true)));
-        assert!(around >= same, "{polynomial}: {x} is not a root to the last place");
+        let enclosed = sturm(p, &r(next(*x, false)), &r(next(*x, true)));
+        assert!(enclosed >= same, "{polynomial}: {x} is not a root to the last place");
         assert!(*x != 0.0);
     }
     // The others: in conjugate pairs, each nearer to an exact root than half a unit in the last place of either part.
@@ -154,9 +154,9 @@ fn check(p: &P) {
             let off = r(printed) - exact;
             assert!(&off * &off <= ratio(26, 100) * &unit * &unit, "{polynomial}: {re} {im}");
         }
-        let known = nearness(p, &better.0, &better.1).expect("a simple root");
+        let error_bound = nearness(p, &better.0, &better.1).expect("a simple root");
         let size = [re, im].map(f64::abs).into_iter().filter(|x| *x > 0.0).fold(f64::MAX, f64::min);
-        assert!(known <= r(size) * r(size) * Rational::from(2).pow(-120), "{polynomial}: {re} {im} not refined");
+        assert!(error_bound <= r(size) * r(size) * Rational::from(2).pow(-120), "{polynomial}: {re} {im} not refined");
     }
     // Sides of the imaginary axis.
     let count = |side: fn(f64) -> bool| roots.iter().filter(|root| side(root.0)).count() as i64;
@@ -194,7 +194,7 @@ fn linear(root: &Rational) -> P {
 }
 
 #[test]
-fn an_imaginary_part_of_1e_8_is_kept() {
+fn an_imaginary_part_of_1e_8_is_retained() {
     let p: P = vec![Rational::ONE + ratio(1, 10_000_000_000_000_000), Rational::from(2), Rational::ONE];
     check(&p);
     assert_eq!(Polynomial::new(p).roots(), [(-1.0, -1e-8), (-1.0, 1e-8)]);
@@ -294,7 +294,7 @@ fn wide_scales() {
 
 /// Beyond the range of doubles nothing becomes zero or infinite.
 #[test]
-fn beyond_the_range_of_doubles() {
+fn roots_out_of_the_range_of_doubles() {
     let huge = Rational::from(10).pow(400);
     let small = Rational::ONE / &huge;
     let p = times(&linear(&-&small), &quadratic(&-&small, &huge));
@@ -460,7 +460,7 @@ proptest! {
 
     /// Products of known factors with scales from 10⁻¹² to 10¹², some of them on the imaginary axis, some opposite to others.
     #[test]
-    fn products_of_known_factors(
+    fn products_of_prescribed_factors(
         factors in proptest::collection::vec((0u8..5, -50i64..50, 1i64..50, 1u64..30, -12i32..=12), 1..7),
     ) {
         let mut p: P = vec![Rational::ONE];

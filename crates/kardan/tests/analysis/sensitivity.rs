@@ -153,7 +153,7 @@ fn unequal_tolerances() {
 
 /// A loss just beyond an end that is the value itself does not lie in the box, and at no finite distance.
 #[test]
-fn a_side_without_tolerance_is_not_left() {
+fn a_zero_tolerance_side_bounds_the_box() {
     let source = kardan::model::builtin("two-bodies").unwrap().source;
     let with = |d: &str| {
         let source = source.replace("1 kg m^2 ± 20 %", "1 kg m^2").replace("2 N m/rad ± 20 %", "1 N m/rad");
@@ -460,7 +460,7 @@ fn built_in_models_are_certified() {
 }
 
 #[test]
-fn a_loss_within_the_tolerances_is_reported_and_never_certified() {
+fn a_loss_inside_the_tolerances_is_reported_and_never_certified() {
     let source = kardan::model::builtin("two-bodies").unwrap().source.replace("± 20 %", "± 60 %");
     for search in both(&analysis(&source)) {
         let nearest = search.nearest.as_ref().unwrap();
@@ -479,7 +479,7 @@ fn a_loss_within_the_tolerances_is_reported_and_never_certified() {
 
 /// A spring of 1e-17 N m/rad between two bodies: to rounding the second one is lost everywhere, in truth nowhere.
 #[test]
-fn what_only_rounding_loses_is_not_lost() {
+fn a_loss_due_to_rounding_only_is_none() {
     let build = |p: &[Rational]| {
         let tiny = fraction(1, 100_000_000_000_000_000);
         Some(ConstrainedSystem {

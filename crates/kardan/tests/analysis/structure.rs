@@ -20,12 +20,12 @@ fn two_bodies(j: i64, s: i64, d: (i64, u32)) -> LinearSystem {
     let d = Rational::from_parts(d.0.into(), d.1.into());
     let (j, s, two) = (Rational::from(j), Rational::from(s), Rational::from(2));
     let zero = Rational::ZERO;
-    let (minus_s, twice_d) = (&zero - &s, &zero - &two * &d);
+    let (minus_s, minus_two_d) = (&zero - &s, &zero - &two * &d);
     let rows = [
         [zero.clone(), zero.clone(), Rational::ONE, zero.clone()],
         [zero.clone(), zero.clone(), zero.clone(), Rational::ONE],
-        [minus_s.clone(), s.clone(), twice_d.clone(), d.clone()],
-        [s, minus_s, d, twice_d],
+        [minus_s.clone(), s.clone(), minus_two_d.clone(), d.clone()],
+        [s, minus_s, d, minus_two_d],
     ];
     LinearSystem {
         e: Matrix::from_fn(4, 4, |i, k| match (i == k, i < 2) {
@@ -64,8 +64,9 @@ fn appendix_b_in_full() {
     }
     let s = structure(&two_bodies(2, 8, (4, 1))).unwrap();
     assert_eq!(s.invariant_factors, ["s + 2", "s^3 + 6 s^2 + 8 s"]);
-    let lost: Vec<_> = s.factors.iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial.as_str()).collect();
-    assert_eq!(lost, ["s + 2"]);
+    let uncontrollable: Vec<_> =
+        s.factors.iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial.as_str()).collect();
+    assert_eq!(uncontrollable, ["s + 2"]);
 }
 
 /// golden.json `analysis.ranks.sia`: ranks for every set of motors and sensors, and the zeros.
@@ -112,6 +113,7 @@ fn counterexample_to_theorem_5_2() {
     let a = integers(&[&[3, 0, 0], &[0, 2, 0], &[2, -1, 1]]);
     let s = structure(&LinearSystem::state_space(a, integers(&[&[0], &[2], &[1]]), integers(&[&[1, 1, 1]]))).unwrap();
     assert_eq!((s.min_inputs, s.controllable_rank), (1, 2));
-    let lost: Vec<_> = s.factors.iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial.as_str()).collect();
-    assert_eq!(lost, ["s - 3"]);
+    let uncontrollable: Vec<_> =
+        s.factors.iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial.as_str()).collect();
+    assert_eq!(uncontrollable, ["s - 3"]);
 }

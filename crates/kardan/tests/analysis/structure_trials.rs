@@ -156,15 +156,15 @@ fn monic(p: &Poly) -> Poly {
 fn poly_gcd(a: &Poly, b: &Poly) -> Poly {
     let (mut a, mut b) = (monic(a), monic(b));
     while !b.is_empty() {
-        let mut rest = a.clone();
-        while rest.len() >= b.len() {
-            let (shift, factor) = (rest.len() - b.len(), rest[rest.len() - 1].clone());
+        let mut remainder = a.clone();
+        while remainder.len() >= b.len() {
+            let (shift, factor) = (remainder.len() - b.len(), remainder[remainder.len() - 1].clone());
             for (k, x) in b.iter().enumerate() {
-                rest[shift + k] = &rest[shift + k] - &factor * x;
+                remainder[shift + k] = &remainder[shift + k] - &factor * x;
             }
-            rest = trimmed(rest);
+            remainder = trimmed(remainder);
         }
-        (a, b) = (b, monic(&rest));
+        (a, b) = (b, monic(&remainder));
     }
     a
 }
@@ -275,8 +275,8 @@ impl System {
         };
         let mut out = json!({ "A": reported(&self.a) });
         let (driven, shown) = (self.inputs() > 0, !self.c.is_empty());
-        for (key, matrix, there) in [("B", &self.b, driven), ("C", &self.c, shown), ("D", &self.d, driven && shown)] {
-            if there {
+        for (key, matrix, present) in [("B", &self.b, driven), ("C", &self.c, shown), ("D", &self.d, driven && shown)] {
+            if present {
                 out[key] = reported(matrix);
             }
         }
@@ -295,15 +295,15 @@ impl System {
 fn read(text: &str) -> Poly {
     let mut out: Poly = Vec::new();
     let spaced = text.replace("- ", "-").replace("+ ", "");
-    let mut words = spaced.split(' ').peekable();
-    while let Some(word) = words.next() {
-        let is_power = |word: &str| word.trim_start_matches('-').starts_with('s');
-        let (factor, of) = if is_power(word) {
-            (if word.starts_with('-') { "-1" } else { "1" }, word.trim_start_matches('-'))
-        } else if words.peek().is_some_and(|next| next.starts_with('s')) {
-            (word, words.next().unwrap())
+    let mut tokens = spaced.split(' ').peekable();
+    while let Some(token) = tokens.next() {
+        let is_power = |token: &str| token.trim_start_matches('-').starts_with('s');
+        let (factor, of) = if is_power(token) {
+            (if token.starts_with('-') { "-1" } else { "1" }, token.trim_start_matches('-'))
+        } else if tokens.peek().is_some_and(|next| next.starts_with('s')) {
+            (token, tokens.next().unwrap())
         } else {
-            (word, "")
+            (token, "")
         };
         let exponent = match of {
             "" => 0,
@@ -640,8 +640,9 @@ fn nilpotent_systems_have_their_zeros_only() {
         }
         let t = unimodular(n, &mut dice);
         // T A T⁻¹ by way of E = T⁻¹: with E ẋ = A E x.
-        let alone = |a: Matrix| System { a, b: zeros(n, 0), c: zeros(0, n), d: Vec::new() }.json(None)["A"].clone();
-        let text = json!({ "A": alone(times(&a, &t)), "E": alone(t) }).to_string();
+        let matrix_json =
+            |a: Matrix| System { a, b: zeros(n, 0), c: zeros(0, n), d: Vec::new() }.json(None)["A"].clone();
+        let text = json!({ "A": matrix_json(times(&a, &t)), "E": matrix_json(t) }).to_string();
         check_modes(&analyse(&text, false), &characteristic(&a), &text);
     }
 }
@@ -652,21 +653,21 @@ fn real_roots(p: &Poly) -> usize {
     let mut chain = vec![trimmed(p.clone()), trimmed(derivative(p))];
     while chain[chain.len() - 1].len() > 1 {
         let divisor = &chain[chain.len() - 1];
-        let mut rest = chain[chain.len() - 2].clone();
-        while rest.len() >= divisor.len() {
-            let factor = &rest[rest.len() - 1] / &divisor[divisor.len() - 1];
-            let shift = rest.len() - divisor.len();
-            divisor.iter().enumerate().for_each(|(k, x)| rest[shift + k] = &rest[shift + k] - &factor * x);
-            rest.pop();
-            rest = trimmed(rest);
-            if rest.is_empty() {
+        let mut remainder = chain[chain.len() - 2].clone();
+        while remainder.len() >= divisor.len() {
+            let factor = &remainder[remainder.len() - 1] / &divisor[divisor.len() - 1];
+            let shift = remainder.len() - divisor.len();
+            divisor.iter().enumerate().for_each(|(k, x)| remainder[shift + k] = &remainder[shift + k] - &factor * x);
+            remainder.pop();
+            remainder = trimmed(remainder);
+            if remainder.is_empty() {
                 break;
             }
         }
-        if rest.iter().all(RBig::is_zero) {
+        if remainder.iter().all(RBig::is_zero) {
             break;
         }
-        chain.push(rest.iter().map(|x| -x.clone()).collect());
+        chain.push(remainder.iter().map(|x| -x.clone()).collect());
     }
     let changes = |odd: bool| {
         let signs = chain.iter().filter(|p| !p.iter().all(RBig::is_zero)).map(|p| {

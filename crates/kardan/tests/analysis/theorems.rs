@@ -180,14 +180,14 @@ impl Dice {
 
 /// An irreducible factor: its exponent in each invariant factor, and what inputs and outputs miss.
 #[derive(Debug, Clone, PartialEq)]
-struct Known {
+struct PlantedFactor {
     factor: P,
     exponents: Vec<usize>,
     input_defect: usize,
     output_defect: usize,
 }
 
-impl Known {
+impl PlantedFactor {
     fn row(&self) -> (String, [usize; 4]) {
         let algebraic = self.exponents.iter().sum();
         (text(&self.factor), [algebraic, self.exponents.len(), self.input_defect, self.output_defect])
@@ -199,34 +199,34 @@ fn found_row(f: &Factor) -> (String, [usize; 4]) {
 }
 
 /// Each dividing the next: the k-th from the end has the k-th largest exponent of every factor.
-fn invariant_factors(known: &[Known]) -> Vec<String> {
-    let count = most(known);
-    let exponent = |k: &Known, at: usize| {
+fn invariant_factors(planted: &[PlantedFactor]) -> Vec<String> {
+    let count = most(planted);
+    let exponent = |k: &PlantedFactor, at: usize| {
         let mut sorted = k.exponents.clone();
         sorted.sort_unstable_by(|a, b| b.cmp(a));
         sorted.get(count - 1 - at).copied().unwrap_or(0)
     };
     (0..count)
-        .map(|at| text(&product_of(known.iter().flat_map(|k| std::iter::repeat_n(&k.factor, exponent(k, at))))))
+        .map(|at| text(&product_of(planted.iter().flat_map(|k| std::iter::repeat_n(&k.factor, exponent(k, at))))))
         .collect()
 }
 
-fn most(known: &[Known]) -> usize {
-    known.iter().map(|k| k.exponents.len()).max().unwrap()
+fn most(planted: &[PlantedFactor]) -> usize {
+    planted.iter().map(|k| k.exponents.len()).max().unwrap()
 }
 
 /// Jordan blocks of whole eigenvalues and copies of companion blocks of quadratic factors, with inputs and outputs that
 /// miss a known number of eigenvectors, hidden by a unimodular similarity. Up to ten states.
-fn hidden_state_space(dice: &mut Dice) -> (LinearSystem, Vec<Known>) {
+fn hidden_state_space(dice: &mut Dice) -> (LinearSystem, Vec<PlantedFactor>) {
     let quadratics: [P; 4] = [vec![1, 0, 1], vec![2, 0, 1], vec![1, 1, 1], vec![5, 2, 1]];
     let (m, p) = (1 + dice.below(4), 1 + dice.below(4));
-    let mut known: Vec<Known> = Vec::new();
+    let mut planted: Vec<PlantedFactor> = Vec::new();
     let (mut blocks, mut b, mut c) = (Vec::new(), Vec::new(), Vec::new());
     let mut states = 0;
-    while known.is_empty() || (known.len() < 3 && states < 7) {
+    while planted.is_empty() || (planted.len() < 3 && states < 7) {
         let linear = dice.below(3) > 0;
         let factor = if linear { vec![-dice.between(-3, 2), 1] } else { dice.pick(&quadratics) };
-        if known.iter().any(|k| k.factor == factor) {
+        if planted.iter().any(|k| k.factor == factor) {
             continue;
         }
         let geometric = 1 + dice.below(3);
@@ -262,7 +262,7 @@ fn hidden_state_space(dice: &mut Dice) -> (LinearSystem, Vec<Known>) {
             blocks.push(block);
             states += n;
         }
-        known.push(Known {
+        planted.push(PlantedFactor {
             factor,
             exponents: sizes,
             input_defect: geometric - rank(&inputs),
@@ -276,7 +276,7 @@ fn hidden_state_space(dice: &mut Dice) -> (LinearSystem, Vec<Known>) {
     );
     let (t, inverse) = dice.unimodular(states);
     let hidden = LinearSystem::state_space(t.multiply(&a).multiply(&inverse), t.multiply(&b), c.multiply(&inverse));
-    (hidden, known)
+    (hidden, planted)
 }
 
 fn block_diagonal(blocks: &[M]) -> M {
@@ -358,13 +358,13 @@ fn modal(kind: &str) -> Vec<Vec<P>> {
 }
 
 /// Single modes with common roots, and forces and sensors that miss some of them, hidden by a congruence.
-fn hidden_mechanism(dice: &mut Dice, kind: &str) -> (Mechanism, Vec<Known>) {
+fn hidden_mechanism(dice: &mut Dice, kind: &str) -> (Mechanism, Vec<PlantedFactor>) {
     let pool = modal(kind);
     let r = 2 + dice.below(3);
-    let few: Vec<Vec<P>> = (0..2).map(|_| dice.pick(&pool)).collect();
+    let repeated: Vec<Vec<P>> = (0..2).map(|_| dice.pick(&pool)).collect();
     // Few different modes, so that they repeat.
     let modes: Vec<Vec<P>> =
-        (0..r).map(|_| if dice.below(3) == 0 { dice.pick(&pool) } else { dice.pick(&few) }).collect();
+        (0..r).map(|_| if dice.below(3) == 0 { dice.pick(&pool) } else { dice.pick(&repeated) }).collect();
     let inertias: Vec<Rational> = (0..r).map(|_| frac(dice.between(1, 4), 1 + dice.below(3) as u64)).collect();
     let polynomials: Vec<P> = modes.iter().map(product_of).collect();
     let modal = |k: usize| diagonal(&(0..r).map(|i| &inertias[i] * int(polynomials[i][k])).collect::<Vec<_>>());
@@ -377,14 +377,14 @@ fn hidden_mechanism(dice: &mut Dice, kind: &str) -> (Mechanism, Vec<Known>) {
     let mut factors: Vec<P> = modes.iter().flatten().cloned().collect();
     factors.sort();
     factors.dedup();
-    let known = factors.into_iter().map(|factor| {
+    let planted = factors.into_iter().map(|factor| {
         let at: Vec<usize> = (0..r).filter(|&i| modes[i].contains(&factor)).collect();
         let exponents = at.iter().map(|&i| modes[i].iter().filter(|f| **f == factor).count()).collect();
         let acts = rank(&M::from_fn(at.len(), m, |i, j| f[(at[i], j)].clone()));
         let shows = rank(&M::from_fn(p, at.len(), |i, j| g[(i, at[j])].clone()));
-        Known { factor, exponents, input_defect: at.len() - acts, output_defect: at.len() - shows }
+        PlantedFactor { factor, exponents, input_defect: at.len() - acts, output_defect: at.len() - shows }
     });
-    let known = known.collect();
+    let planted = planted.collect();
     // q' = T q with fractions: H' = Tᵀ H T, F' = Tᵀ F, G' = G T.
     let scales: Vec<Rational> = (0..r).map(|_| frac(1 + dice.below(3) as i64, 1 + dice.below(2) as u64)).collect();
     let t = dice.unimodular(r).0.multiply(&diagonal(&scales));
@@ -396,7 +396,7 @@ fn hidden_mechanism(dice: &mut Dice, kind: &str) -> (Mechanism, Vec<Known>) {
         f: t.transpose().multiply(&f),
         g: g.multiply(&t),
     };
-    (hidden, known)
+    (hidden, planted)
 }
 
 fn of(system: &LinearSystem) -> Structure {
@@ -404,13 +404,13 @@ fn of(system: &LinearSystem) -> Structure {
 }
 
 /// Factors with all multiplicities and defects, invariant factors.
-fn check_factors(found: &Structure, known: &[Known], seed: u64) {
+fn check_factors(found: &Structure, planted: &[PlantedFactor], seed: u64) {
     let mut rows: Vec<_> = found.factors.iter().map(found_row).collect();
-    let mut expected: Vec<_> = known.iter().map(Known::row).collect();
+    let mut expected: Vec<_> = planted.iter().map(PlantedFactor::row).collect();
     rows.sort();
     expected.sort();
     assert_eq!(rows, expected, "seed {seed}");
-    assert_eq!(found.invariant_factors, invariant_factors(known), "seed {seed}");
+    assert_eq!(found.invariant_factors, invariant_factors(planted), "seed {seed}");
 }
 
 /// "m are enough": the witness of the certificate and the constructed matrix; "fewer are not": by the defect at a root (the
@@ -461,14 +461,14 @@ fn check_least(system: &LinearSystem, found: &Structure, least: usize, dice: &mu
 fn theorem_5_1_inputs_reach_an_eigenvalue_by_its_left_eigenvectors() {
     let mut reaching = [0, 0];
     for seed in 0..120 {
-        let (system, known) = hidden_state_space(&mut Dice(seed));
+        let (system, planted) = hidden_state_space(&mut Dice(seed));
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         assert_eq!(found.controllable_rank, reached(&system, &system.b), "seed {seed}");
-        let all = known.iter().all(|k| k.input_defect == 0);
+        let all = planted.iter().all(|k| k.input_defect == 0);
         assert_eq!(found.controllable(), all, "seed {seed}");
         reaching[usize::from(all)] += 1;
-        for k in known.iter().filter(|k| k.factor.len() == 2) {
+        for k in planted.iter().filter(|k| k.factor.len() == 2) {
             assert_eq!(defect_at(&system, -k.factor[0], &system.b), k.input_defect, "seed {seed}");
         }
     }
@@ -479,14 +479,14 @@ fn theorem_5_1_inputs_reach_an_eigenvalue_by_its_left_eigenvectors() {
 #[test]
 fn theorem_5_6_outputs_show_an_eigenvalue_by_its_right_eigenvectors() {
     for seed in 200..300 {
-        let (system, known) = hidden_state_space(&mut Dice(seed));
+        let (system, planted) = hidden_state_space(&mut Dice(seed));
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         let transposed =
             LinearSystem::state_space(system.a.transpose(), system.c.transpose(), M::zeros(0, system.a.rows()));
         assert_eq!(found.observable_rank, reached(&transposed, &system.c.transpose()), "seed {seed}");
-        assert_eq!(found.observable(), known.iter().all(|k| k.output_defect == 0), "seed {seed}");
-        for k in known.iter().filter(|k| k.factor.len() == 2) {
+        assert_eq!(found.observable(), planted.iter().all(|k| k.output_defect == 0), "seed {seed}");
+        for k in planted.iter().filter(|k| k.factor.len() == 2) {
             assert_eq!(defect_at(&transposed, -k.factor[0], &system.c.transpose()), k.output_defect, "seed {seed}");
         }
     }
@@ -497,10 +497,10 @@ fn theorem_5_6_outputs_show_an_eigenvalue_by_its_right_eigenvectors() {
 fn theorem_5_2_least_inputs_of_a_state_space() {
     for seed in 400..480 {
         let mut dice = Dice(seed);
-        let (system, known) = hidden_state_space(&mut dice);
+        let (system, planted) = hidden_state_space(&mut dice);
         let found = of(&system);
         assert_eq!(found.kind, "state space");
-        check_least(&system, &found, most(&known), &mut dice, seed);
+        check_least(&system, &found, most(&planted), &mut dice, seed);
     }
 }
 
@@ -509,13 +509,13 @@ fn theorem_5_2_least_inputs_of_a_state_space() {
 fn theorem_5_7_least_outputs_of_a_state_space() {
     for seed in 500..540 {
         let mut dice = Dice(seed);
-        let (system, known) = hidden_state_space(&mut dice);
+        let (system, planted) = hidden_state_space(&mut dice);
         let dual = system.transpose();
-        check_least(&dual, &of(&dual), most(&known), &mut dice, seed);
+        check_least(&dual, &of(&dual), most(&planted), &mut dice, seed);
         let outputs = of(&system).certificate.outputs.unwrap();
         let n = system.states.len();
         let c = M::from_fn(n, outputs.number, |i, j| int(outputs.witness[i][j]));
-        assert_eq!((outputs.number, reached(&dual, &c)), (most(&known), n), "seed {seed}");
+        assert_eq!((outputs.number, reached(&dual, &c)), (most(&planted), n), "seed {seed}");
     }
 }
 
@@ -527,15 +527,15 @@ fn theorem_5_3_least_forces_of_a_general_mechanism() {
     let mut kinds = BTreeSet::new();
     for seed in 0..60 {
         let mut dice = Dice(1000 + seed);
-        let (mechanism, known) = hidden_mechanism(&mut dice, "general");
+        let (mechanism, planted) = hidden_mechanism(&mut dice, "general");
         let system = mechanism.system();
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         assert_eq!(found.controllable_rank, reached(&system, &system.b), "seed {seed}");
-        for k in known.iter().filter(|k| k.factor.len() == 2) {
+        for k in planted.iter().filter(|k| k.factor.len() == 2) {
             assert_eq!(mechanism.defect(-k.factor[0]), k.exponents.len(), "seed {seed}");
         }
-        check_least(&system, &found, most(&known), &mut dice, seed);
+        check_least(&system, &found, most(&planted), &mut dice, seed);
         kinds.insert(found.kind);
     }
     assert!(kinds.contains("general"));
@@ -546,13 +546,13 @@ fn theorem_5_3_least_forces_of_a_general_mechanism() {
 fn theorem_5_8_least_position_sensors_of_a_general_mechanism() {
     for seed in 0..40 {
         let mut dice = Dice(2000 + seed);
-        let (mechanism, known) = hidden_mechanism(&mut dice, "general");
+        let (mechanism, planted) = hidden_mechanism(&mut dice, "general");
         let system = mechanism.system();
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         let dual = system.transpose();
         assert_eq!(found.observable_rank, reached(&dual, &system.c.transpose()), "seed {seed}");
-        let (n, r, least) = (system.states.len(), mechanism.degrees_of_freedom(), most(&known));
+        let (n, r, least) = (system.states.len(), mechanism.degrees_of_freedom(), most(&planted));
         let outputs = found.certificate.outputs.as_ref().unwrap();
         let c = M::from_fn(n, least, |i, j| int(outputs.witness[i][j]));
         assert!((r..n).all(|i| (0..least).all(|j| c[(i, j)] == int(0))), "positions only, seed {seed}");
@@ -603,9 +603,9 @@ fn theorem_5_4_pure_damping_needs_a_force_for_every_freedom() {
     // And on hidden modes, where all factors are known.
     for seed in 0..20 {
         let mut dice = Dice(3500 + seed);
-        let (mechanism, known) = hidden_mechanism(&mut dice, "pure damping");
+        let (mechanism, planted) = hidden_mechanism(&mut dice, "pure damping");
         let found = of(&mechanism.system());
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         assert_eq!(found.min_inputs, mechanism.degrees_of_freedom());
     }
 }
@@ -632,19 +632,19 @@ fn theorem_5_9_pure_damping_needs_a_position_sensor_for_every_freedom() {
 
 /// Without damping: the largest multiplicity of an eigenvalue of `H⁻¹S`.
 #[test]
-fn theorem_5_5_least_forces_without_damping() {
+fn theorem_5_5_least_forces_of_an_undamped_mechanism() {
     for seed in 0..40 {
         let mut dice = Dice(5000 + seed);
-        let (mechanism, known) = hidden_mechanism(&mut dice, "no damping");
+        let (mechanism, planted) = hidden_mechanism(&mut dice, "no damping");
         let system = mechanism.system();
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         // λ² = −ω²: the multiplicity is the defect of S − ω²H.
         let squares = [0, 1, 2, 3].map(|w| {
             let shifted = mechanism.s.plus(&mechanism.h.scale(&int(-w)));
             mechanism.degrees_of_freedom() - rank(&shifted)
         });
-        assert_eq!(squares.into_iter().max(), Some(most(&known)), "seed {seed}");
+        assert_eq!(squares.into_iter().max(), Some(most(&planted)), "seed {seed}");
         assert_eq!(
             found.kind,
             if mechanism.s == M::zeros(found.states.len() / 2, found.states.len() / 2) {
@@ -653,7 +653,7 @@ fn theorem_5_5_least_forces_without_damping() {
                 "no damping"
             }
         );
-        check_least(&system, &found, most(&known), &mut dice, seed);
+        check_least(&system, &found, most(&planted), &mut dice, seed);
     }
     // Erratum: not the multiplicity of an eigenvalue of S; golden.json `analysis.examples`.
     let expected = &golden()["analysis"]["examples"];
@@ -670,13 +670,13 @@ fn theorem_5_5_least_forces_without_damping() {
 
 /// Without damping, sensors of positions.
 #[test]
-fn theorem_5_10_least_position_sensors_without_damping() {
+fn theorem_5_10_least_position_sensors_of_an_undamped_mechanism() {
     for seed in 0..40 {
         let mut dice = Dice(6000 + seed);
-        let (mechanism, known) = hidden_mechanism(&mut dice, "no damping");
-        let (system, r, least) = (mechanism.system(), mechanism.degrees_of_freedom(), most(&known));
+        let (mechanism, planted) = hidden_mechanism(&mut dice, "no damping");
+        let (system, r, least) = (mechanism.system(), mechanism.degrees_of_freedom(), most(&planted));
         let found = of(&system);
-        check_factors(&found, &known, seed);
+        check_factors(&found, &planted, seed);
         let dual = system.transpose();
         let c = &found.certificate.outputs.as_ref().unwrap().witness;
         let sensors = M::from_fn(2 * r, least, |i, j| int(c[i][j]));
@@ -826,7 +826,7 @@ fn changed(system: &LinearSystem, a: M, b: M, c: M) -> LinearSystem {
 
 /// Zeros are the roots of the numerators; no change of coordinates, feedback or injection moves them.
 #[test]
-fn zeros_are_known_and_stay_under_feedback_and_injection() {
+fn zeros_are_numerator_roots_and_stay_under_feedback_and_injection() {
     for seed in 0..40 {
         let mut dice = Dice(9000 + seed);
         let count = 1 + dice.below(2);
@@ -907,8 +907,11 @@ fn zeros_of_other_shapes() {
         let found = of(&hide(&direct));
         assert_eq!((found.zeros.polynomial.as_str(), &found.relative_degrees[0][0]), (&*text(&numerator), &Some(0)));
         // Both inputs do the same: some combination does nothing.
-        let twice = LinearSystem::state_space(a.clone(), beside(&b, &b), row(&one));
-        assert_eq!((of(&hide(&twice)).zeros.polynomial, of(&hide(&twice)).zeros.normal_rank), (text(&one), 1));
+        let duplicated_input = LinearSystem::state_space(a.clone(), beside(&b, &b), row(&one));
+        assert_eq!(
+            (of(&hide(&duplicated_input)).zeros.polynomial, of(&hide(&duplicated_input)).zeros.normal_rank),
+            (text(&one), 1)
+        );
         let doubled = LinearSystem::state_space(a.clone(), beside(&b, &b), above(&row(&one), &row(&one)));
         let found = of(&hide(&doubled)).zeros;
         assert_eq!((found.polynomial, found.normal_rank), (text(&one), 1), "seed {seed}");
@@ -1146,7 +1149,7 @@ fn theorems_4_1_and_4_5_hold_exactly_in_any_basis() {
 
 /// Every answer on structure is that of the mechanism, not of the coordinates chosen (Theorems 4.1, 4.2: congruence).
 #[test]
-fn theorem_4_2_no_answer_depends_on_the_basis() {
+fn theorem_4_2_no_result_depends_on_the_basis() {
     for seed in 0..25 {
         let mut dice = Dice(13_000 + seed);
         let system = constrained(&mut dice);
@@ -1161,8 +1164,8 @@ fn theorem_4_2_no_answer_depends_on_the_basis() {
         let (coordinates, basis) = system.explicit_basis(&[]);
         let expected = invariants(&coordinates, &basis);
         let last = system.coordinates.len() - 1;
-        let (others, other_basis) = system.explicit_basis(&[last, last - 1]);
-        assert_eq!(invariants(&others, &other_basis), expected, "seed {seed}");
+        let (other_coordinates, other_basis) = system.explicit_basis(&[last, last - 1]);
+        assert_eq!(invariants(&other_coordinates, &other_basis), expected, "seed {seed}");
         let (t, _) = dice.unimodular(coordinates.len());
         assert_eq!(invariants(&coordinates, &basis.multiply(&t.scale(&frac(2, 7)))), expected, "seed {seed}");
     }
@@ -1445,7 +1448,7 @@ fn appendix_b_for_random_parameters() {
         }
         out
     };
-    let words = |p: &[Rational]| Polynomial::new(p.to_vec()).to_string();
+    let polynomial_text = |p: &[Rational]| Polynomial::new(p.to_vec()).to_string();
     let mut cases = BTreeSet::new();
     for seed in 0..150 {
         let mut dice = Dice(14_000 + seed);
@@ -1467,19 +1470,19 @@ fn appendix_b_for_random_parameters() {
         let springless = s == int(0);
         let singular = &d * &d == &s * &j;
         // λ₁, λ₂ move both bodies together, λ₃, λ₄ against each other.
-        let together = times(&[int(0), int(1)], &[&d / &j, int(1)]);
-        let against = [(&s + &s) / &j, int(3) * &d / &j, int(1)];
-        let all = times(&together, &against);
+        let symmetric = times(&[int(0), int(1)], &[&d / &j, int(1)]);
+        let antisymmetric = [(&s + &s) / &j, int(3) * &d / &j, int(1)];
+        let all = times(&symmetric, &antisymmetric);
         let root = |x: &Rational| vec![x.clone(), int(1)];
         let (zero, second) = (root(&int(0)), root(&(&d / &j)));
         let expected = match (springless, singular) {
             (true, true) => vec![times(&zero, &zero), times(&zero, &zero)],
-            (true, false) => vec![zero.clone(), times(&together, &root(&(int(3) * &d / &j)))],
-            (false, true) => vec![second.clone(), times(&together, &root(&(int(2) * &d / &j)))],
+            (true, false) => vec![zero.clone(), times(&symmetric, &root(&(int(3) * &d / &j)))],
+            (false, true) => vec![second.clone(), times(&symmetric, &root(&(int(2) * &d / &j)))],
             (false, false) => vec![all.clone()],
         };
         let one = found([0, 1]);
-        assert_eq!(one.invariant_factors, expected.iter().map(|p| words(p)).collect::<Vec<_>>(), "{what}");
+        assert_eq!(one.invariant_factors, expected.iter().map(|p| polynomial_text(p)).collect::<Vec<_>>(), "{what}");
         let enough = !springless && !singular;
         for one in [&one, &found([1, 0])] {
             assert_eq!(
@@ -1489,21 +1492,22 @@ fn appendix_b_for_random_parameters() {
             );
         }
         for f in &one.factors {
-            let double = (f.polynomial == "s" && springless) || (f.polynomial == words(&second) && singular);
+            let double = (f.polynomial == "s" && springless) || (f.polynomial == polynomial_text(&second) && singular);
             assert_eq!(f.geometric, if double { 2 } else { 1 }, "{} for {what}", f.polynomial);
         }
         if enough {
             // Items 1 to 3: torques in opposite directions miss λ₁ and λ₂, equal ones the others.
-            for (force, missed) in [([1, -1], &together[..]), ([1, 1], &against[..])] {
+            for (force, missed) in [([1, -1], &symmetric[..]), ([1, 1], &antisymmetric[..])] {
                 let found = found(force);
                 assert_eq!((found.controllable_rank, found.observable_rank), (2, 2), "{what}");
-                let lost = found.factors.iter().filter(|f| f.input_defect > 0);
-                let product = lost.fold(vec![int(1)], |product, f| {
-                    let own = [&zero, &second].into_iter().find(|p| words(p) == f.polynomial).cloned();
-                    let part = own.or_else(|| against_part(&f.polynomial, &against)).expect("a known factor");
+                let uncontrollable = found.factors.iter().filter(|f| f.input_defect > 0);
+                let product = uncontrollable.fold(vec![int(1)], |product, f| {
+                    let own = [&zero, &second].into_iter().find(|p| polynomial_text(p) == f.polynomial).cloned();
+                    let part =
+                        own.or_else(|| antisymmetric_part(&f.polynomial, &antisymmetric)).expect("a known factor");
                     (0..f.algebraic).fold(product, |product, _| times(&product, &part))
                 });
-                assert_eq!(words(&product), words(missed), "{what}");
+                assert_eq!(polynomial_text(&product), polynomial_text(missed), "{what}");
             }
         }
         cases.insert((springless, singular));
@@ -1512,7 +1516,7 @@ fn appendix_b_for_random_parameters() {
 }
 
 /// The quadratic factor or one of its rational roots, by its text.
-fn against_part(factor: &str, against: &[Rational; 3]) -> Option<Vec<Rational>> {
-    let parts = Polynomial::new(against.to_vec()).simple_factors();
+fn antisymmetric_part(factor: &str, antisymmetric: &[Rational; 3]) -> Option<Vec<Rational>> {
+    let parts = Polynomial::new(antisymmetric.to_vec()).simple_factors();
     parts.into_iter().find(|p| p.to_string() == factor).map(|p| p.coefficients().to_vec())
 }

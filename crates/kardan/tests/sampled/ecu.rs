@@ -23,11 +23,11 @@ fn variants(source: &str, names: &[&str]) -> Vec<Run> {
 /// The model with these variants alone and without what it asks of others: to prepare all takes longer than to run a few.
 fn only(source: &str, names: &[&str]) -> String {
     let parts = source.split_once("[[variant]]").zip(source.split_once("# ---- bodies"));
-    let Some(((head, _), (front, rest))) = parts else { return source.to_string() };
+    let Some(((head, _), (front, bodies))) = parts else { return source.to_string() };
     let named = |block: &&str| names.iter().any(|name| block.contains(&format!("name = \"{name}\"\n")));
     let blocks = front.split("[[variant]]").skip(1).filter(named).map(|block| format!("[[variant]]{block}"));
-    let rest = rest.split("[[requirement]]").next().unwrap_or_default();
-    format!("{head}{}\n# ---- bodies{rest}", blocks.collect::<String>())
+    let bodies = bodies.split("[[requirement]]").next().unwrap_or_default();
+    format!("{head}{}\n# ---- bodies{bodies}", blocks.collect::<String>())
 }
 
 fn largest(run: &Run, name: &str) -> f64 {
@@ -64,13 +64,13 @@ fn rms(run: &Run, name: &str) -> f64 {
 }
 
 /// Where the column stands at the start, rad.
-fn turned(run: &Run) -> f64 {
+fn start_angle(run: &Run) -> f64 {
     at(run, "rk.phi", 0.0)
 }
 
 /// The rack arrives within 0.5 % of 0.4 rad and stays there, its motor is quiet then (0.5 N m rms), the driver feels nothing.
 fn rack_step(run: &Run, what: &str) {
-    let start = turned(run);
+    let start = start_angle(run);
     for (name, bound) in [("driver.tau", 0.2), ("fs.friction", 0.2), ("wg_motor.tau", 1.3), ("rk_motor.tau", 60.0)] {
         assert!(largest(run, name) <= bound, "{what} {name}: {}", largest(run, name));
     }
@@ -93,7 +93,7 @@ fn force_step(run: &Run, what: &str) {
     let (felt, got) = (-at(run, "driver.tau", 1.5), arriving(run));
     assert!((felt - 3.0).abs() <= 0.15 + 0.2, "{what}: {felt}");
     assert!((got - 3.0).abs() <= 0.15, "{what}: {got}");
-    let moved = signal(run, "rk.phi").iter().fold(0.0f64, |max, x| max.max((x - turned(run)).abs()));
+    let moved = signal(run, "rk.phi").iter().fold(0.0f64, |max, x| max.max((x - start_angle(run)).abs()));
     assert!(moved <= 0.005 * 0.4, "{what}: {moved}");
     assert!(largest(run, "wg_motor.tau") <= 1.3 && ripple(run, "wg_motor.command") <= 0.3, "{what}");
     assert!(ripple(run, "rk_motor.tau") <= 0.5, "{what}: {}", ripple(run, "rk_motor.tau"));
@@ -123,28 +123,28 @@ fn with_encoders_and_friction_at_any_joint_angle() {
 /// What holds straight ahead holds wherever the column stands; and the law that is designed straight ahead alone misses the torque
 /// there by the ratio of the joint, 1/cos², and makes the driver feel the rack.
 #[test]
-fn wherever_the_column_stands() {
+fn requirements_at_any_column_angle() {
     let judge = |run: &Run, what: &str| match run.name.starts_with("rack") {
         true => rack_step(run, &format!("{} {what}", run.name)),
         false => force_step(run, &format!("{} {what}", run.name)),
     };
     let names = ["rack-15deg-at-90deg", "rack-30deg-at-90deg", "force-15deg-at-90deg", "force-30deg-at-90deg"];
-    let turned = "turned = \"180 deg\", step_wheel = \"180 deg\", step_rack = ";
+    let original_keys = "turned = \"180 deg\", step_wheel = \"180 deg\", step_rack = ";
     for angle in [45.0, 135.0, 180.0, -217.0] {
-        let standing =
+        let rotated_keys =
             |rack: f64| format!("turned = \"{angle} deg\", step_wheel = \"{angle} deg\", step_rack = \"{rack} deg\"");
         let text = source()
-            .replace(&format!("{turned}\"202.9183 deg\""), &standing(angle + 0.4f64.to_degrees()))
-            .replace(&format!("{turned}\"180 deg\""), &standing(angle));
+            .replace(&format!("{original_keys}\"202.9183 deg\""), &rotated_keys(angle + 0.4f64.to_degrees()))
+            .replace(&format!("{original_keys}\"180 deg\""), &rotated_keys(angle));
         let runs = variants(&text, &["rack-30deg-at-180deg", "force-30deg-at-180deg"]);
         assert!((at(&runs[0], "rk.phi", 0.0) - angle.to_radians()).abs() < 1e-12);
         runs.iter().for_each(|run| judge(run, &format!("at {angle}")));
     }
     variants(source(), &names).iter().for_each(|run| judge(run, ""));
 
-    let alone =
+    let unscheduled =
         source().replace("law = \"sampled_noninteracting\"\n", "law = \"sampled_noninteracting\"\nschedule = 1\n");
-    let runs = variants(&alone, &names);
+    let runs = variants(&unscheduled, &names);
     assert!(runs[1].series.time.len() > 1000 && largest(&runs[1], "driver.tau") > 0.2);
     for (run, angle) in [(&runs[2], 15.0f64), (&runs[3], 30.0)] {
         let expected = 3.0 / angle.to_radians().cos().powi(2);
@@ -161,16 +161,16 @@ fn while_the_column_turns() {
         "set = { beta = \"0 deg\", step_wheel = \"360 deg\"",
     );
     assert_ne!(straight, source());
-    let alone =
+    let unscheduled =
         source().replace("law = \"sampled_noninteracting\"\n", "law = \"sampled_noninteracting\"\nschedule = 1\n");
-    let [bent, straight, alone] = [source(), &straight, &alone].map(|text| variant(text, "turn-30deg"));
+    let [bent, straight, unscheduled] = [source(), &straight, &unscheduled].map(|text| variant(text, "turn-30deg"));
     let steady = |time: f64| (0.6..3.0).contains(&time);
-    let beyond = |run: &Run| {
+    let excess = |run: &Run| {
         let pairs = signal(run, "driver.tau").iter().zip(&run.series.time).filter(|(_, time)| steady(**time));
         pairs.map(|(tau, time)| (tau - at(&straight, "driver.tau", *time)).abs()).fold(0.0, f64::max)
     };
-    assert!(beyond(&bent) < 0.03, "{}", beyond(&bent));
-    assert!(beyond(&alone) > 0.5, "{}", beyond(&alone));
+    assert!(excess(&bent) < 0.03, "{}", excess(&bent));
+    assert!(excess(&unscheduled) > 0.5, "{}", excess(&unscheduled));
     let end = at(&bent, "rk.phi", 3.6) - std::f64::consts::TAU;
     assert!(end.abs() <= 0.005 * 0.4, "{end}");
     assert!(largest(&bent, "wg_motor.tau") <= 1.3);
@@ -251,8 +251,8 @@ fn drawn_plants_with_encoders_and_friction() {
     let same = varied(source(), &mut |_| 1.0);
     let (one, other) = (variant(&same, "rack"), variant(source(), "rack"));
     assert!((at(&one, "rk.phi", 0.2) - at(&other, "rk.phi", 0.2)).abs() < 1e-6, "the factor one changes nothing");
-    let asked = DesignSettings { tolerance: Some(ToleranceBox::Part(0.2)), ..DesignSettings::default() };
-    let found = design("column", asked).robustness.expect("it was asked for");
+    let settings = DesignSettings { tolerance: Some(ToleranceBox::Part(0.2)), ..DesignSettings::default() };
+    let found = design("column", settings).robustness.expect("it was asked for");
     assert!(found.stable == found.samples && found.worst_stable);
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("it is watched");
     assert!(felt.size.sampled <= 0.1 && felt.size.worst <= 0.1, "{:?}", felt.size);
@@ -261,8 +261,8 @@ fn drawn_plants_with_encoders_and_friction() {
         felt.size.at[number]
     };
     let mut dice = common::Dice(5);
-    let asked = std::env::var("KARDAN_PLANTS").ok().and_then(|count| count.parse().ok());
-    for case in 0..asked.unwrap_or(3) {
+    let plant_count = std::env::var("KARDAN_PLANTS").ok().and_then(|count| count.parse().ok());
+    for case in 0..plant_count.unwrap_or(3) {
         let text = varied(source(), &mut |name| {
             let unit = dice.next() as f64 / u64::MAX as f64;
             match case {
@@ -285,11 +285,11 @@ fn drawn_plants_with_encoders_and_friction() {
 fn a_speed_channel_beside_a_position_channel() {
     let free: String = ["wg", "cs", "fs", "cj", "rk"].map(|shaft| format!("friction_{shaft} = \"0 N m\", ")).concat();
     let free = format!("set = {{ {} }}", free.trim_end_matches(", "));
-    let (head, rest) = source().split_once("# ---- bodies").expect("bodies");
+    let (head, bodies) = source().split_once("# ---- bodies").expect("bodies");
     let head = head.split("[[variant]]").next().expect("a head");
-    let rest = rest.split("[[requirement]]").next().expect("no requirements");
+    let bodies = bodies.split("[[requirement]]").next().expect("no requirements");
     for (control, set) in [("full_state", free.as_str()), ("column", "")] {
-        let text = format!("{head}[[variant]]\nname = \"speed\"\ncontrols = [\"{control}\"]\n{set}\n\n# {rest}")
+        let text = format!("{head}[[variant]]\nname = \"speed\"\ncontrols = [\"{control}\"]\n{set}\n\n# {bodies}")
             .replace("kind = \"torque\"\n", "")
             .replace("output = \"fs.phi\"\ninput = \"wg_motor\"", "output = \"fs.w\"\ninput = \"wg_motor\"")
             .replace("to = \"step_force\"", "to = \"2 rad/s\"")
@@ -344,8 +344,8 @@ fn design(control: &str, settings: DesignSettings) -> Design {
 /// 1000 plants at ± 20 % of every inertia, damping and stiffness: all stable, the driver feels 0.05 N m at most.
 #[test]
 fn a_thousand_plants() {
-    let asked = DesignSettings { tolerance: Some(ToleranceBox::Part(0.2)), ..DesignSettings::default() };
-    let found = design("full_state", asked).robustness.expect("it was asked for");
+    let settings = DesignSettings { tolerance: Some(ToleranceBox::Part(0.2)), ..DesignSettings::default() };
+    let found = design("full_state", settings).robustness.expect("it was asked for");
     assert_eq!((found.samples, found.stable, found.parameters.len()), (1000, 1000, 12));
     assert!(found.worst_stable && found.spectral_radius.worst < 1.0);
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("it is watched");
@@ -353,8 +353,8 @@ fn a_thousand_plants() {
     let size = &felt.size;
     assert!(size.nominal <= 0.02 && size.sampled <= 0.05 && size.worst <= 0.05, "{size:?}");
     for (motor, limit) in [("wg_motor", 1.3), ("rk_motor", 60.0)] {
-        let asked = found.peaks.iter().find(|one| one.signal == motor && one.reference == "ref_rk").expect("told");
-        assert!(asked.size.worst <= limit, "{motor}: {:?}", asked.size);
+        let peak = found.peaks.iter().find(|one| one.signal == motor && one.reference == "ref_rk").expect("told");
+        assert!(peak.size.worst <= limit, "{motor}: {:?}", peak.size);
     }
     let order = [size.nominal, size.median, size.q90, size.q99, size.sampled, size.worst];
     assert!(order.is_sorted(), "{order:?}");
@@ -364,8 +364,8 @@ fn a_thousand_plants() {
 
 #[test]
 fn designs_beside_the_one_of_the_file() {
-    let asked = DesignSettings { explore: true, ..DesignSettings::default() };
-    let found = design("column", asked).exploration.expect("it was asked for");
+    let settings = DesignSettings { explore: true, ..DesignSettings::default() };
+    let found = design("column", settings).exploration.expect("it was asked for");
     let own = &found.designs[0];
     assert_eq!((own.sample_time, own.delay, own.bandwidth, own.effort), (1e-3, 1e-3, 1.0, 1.0));
     assert!(own.noise > 0.0 && own.noise < 0.3 / 1.3, "{own:?}");
@@ -384,10 +384,10 @@ fn designs_beside_the_one_of_the_file() {
     let direction: Vec<_> = [0.125, 1.0, 8.0]
         .iter()
         .map(|effort| {
-            let alike = |one: &&kardan::results::Alternative| {
+            let same_design = |one: &&kardan::results::Alternative| {
                 one.effort == *effort && one.bandwidth == 1.0 && one.sample_time == 1e-3 && one.sensors == own.sensors
             };
-            found.designs.iter().find(alike).expect("it is there")
+            found.designs.iter().find(same_design).expect("it is there")
         })
         .collect();
     assert!(
@@ -405,7 +405,7 @@ fn designs_beside_the_one_of_the_file() {
 /// rack arrives without overshoot, and the driver does not feel it. Without the governor the limits hold all the same, and
 /// nothing winds up.
 #[test]
-fn a_reference_beyond_the_limits() {
+fn a_reference_that_exceeds_the_limits() {
     let large = source().replace("step_rack = \"0.4 rad\"", "step_rack = \"3.2 rad\"");
     let governed = variant(&large, "full-state");
     assert!(largest(&governed, "wg_motor.command") <= 1.3 + 1e-12);

@@ -67,14 +67,14 @@ fn the_map_of_a_block_is_what_the_firmware_does() {
         tracking: 4.0 / 6.0,
         sample_time: h,
     };
-    let (mut phi, mut w, mut memory) = (1.0f64, 0.0f64, [0.0; 5]);
+    let (mut phi, mut w, mut state) = (1.0f64, 0.0f64, [0.0; 5]);
     let decay = (-d / j * h).exp();
     let mut sizes = Vec::new();
     for _ in 0..6000 {
-        assert!(pid.step(0.0, phi, Manual { on: 1.0, value: 0.0 }, &mut memory));
-        let rest = memory[0] / d;
-        phi += rest * h + (w - rest) * (1.0 - decay) * j / d;
-        w = rest + (w - rest) * decay;
+        assert!(pid.step(0.0, phi, Manual { on: 1.0, value: 0.0 }, &mut state));
+        let steady_speed = state[0] / d;
+        phi += steady_speed * h + (w - steady_speed) * (1.0 - decay) * j / d;
+        w = steady_speed + (w - steady_speed) * decay;
         sizes.push(phi.abs());
     }
     // The slowest motion alone is left: it does not swing.
@@ -112,10 +112,10 @@ fn poles_of_an_observer_and_of_its_law_are_those_of_the_map() {
 /// A block that stands at its limit where the loop is linearised passes nothing on there: the design says so, and names it; within its limits it does not.
 #[test]
 fn a_block_at_its_limit_is_reported() {
-    let warnings = |wanted: &str| {
+    let warnings = |reference: &str| {
         let source = format!(
             "{PLANT}[control.loop]\nlaw = \"program\"\ncommands = {{ m = \"sat\" }}\nsample_time = \"1 ms\"\ndelay = \"1 ms\"\n\
-             [block.sat]\nkind = \"saturation\"\ninput = \"0.1 N m/rad * ({wanted} - enc)\"\nhigh = \"0.1 N m\"\nsample_time = \"1 ms\"\n"
+             [block.sat]\nkind = \"saturation\"\ninput = \"0.1 N m/rad * ({reference} - enc)\"\nhigh = \"0.1 N m\"\nsample_time = \"1 ms\"\n"
         );
         let found = Project::open(&source).design(&DesignSettings::default(), &Silent);
         found.unwrap_or_else(|reported| panic!("{reported:#?}\n{source}")).warnings
@@ -125,8 +125,8 @@ fn a_block_at_its_limit_is_reported() {
         at_limit.iter().any(|reported| reported.contains("`sat` has zero gain where the loop is linearised")),
         "{at_limit:?}"
     );
-    let within = warnings("0.5 rad");
-    assert!(within.iter().all(|reported| !reported.contains("zero gain")), "{within:?}");
+    let inside_limits = warnings("0.5 rad");
+    assert!(inside_limits.iter().all(|reported| !reported.contains("zero gain")), "{inside_limits:?}");
 }
 
 /// A sensor of a signal in the loop: the map, and so all that is said of it, is that of the sensor of the same motion, also at a sample time of its own.

@@ -164,7 +164,7 @@ impl<T: Number> Numbers<T> {
 
 /// What a regulator remembers, owned.
 #[derive(Debug, Clone, PartialEq)]
-struct Memory<T> {
+struct State<T> {
     estimate: Vec<T>,
     model: Vec<T>,
     readings: Vec<T>,
@@ -173,7 +173,7 @@ struct Memory<T> {
     work: Vec<T>,
 }
 
-impl<T: Number> Memory<T> {
+impl<T: Number> State<T> {
     fn zeros([n, k, r, p, m]: Sizes) -> Self {
         let zeros = |count| vec![T::ZERO; count];
         Self {
@@ -188,7 +188,7 @@ impl<T: Number> Memory<T> {
     }
 
     fn step(&mut self, numbers: &Numbers<T>, readings: &[T], references: &[T]) -> Health {
-        let memory = RegulatorState {
+        let state = RegulatorState {
             estimate: &mut self.estimate,
             model: &mut self.model,
             readings: &mut self.readings,
@@ -196,21 +196,21 @@ impl<T: Number> Memory<T> {
             commands: &mut self.commands,
             work: &mut self.work,
         };
-        numbers.block().step(readings, references, memory)
+        numbers.block().step(readings, references, state)
     }
 
     /// Everything but the work memory.
-    fn kept(&self) -> [&[T]; 5] {
+    fn persistent(&self) -> [&[T]; 5] {
         [&self.estimate, &self.model, &self.readings, &self.references, &self.commands]
     }
 }
 
 /// The equations of the block's documentation, entry by entry: estimate, state of the reference model and commands after one
 /// step without bounds and governor.
-fn by_hand(numbers: &Numbers<f64>, memory: &Memory<f64>, readings: &[f64], references: &[f64]) -> [Vec<f64>; 3] {
+fn by_hand(numbers: &Numbers<f64>, state: &State<f64>, readings: &[f64], references: &[f64]) -> [Vec<f64>; 3] {
     let [a, b, c, correction, model, model_input, feedback] = &numbers.tables;
-    let (x, xi, r) = (&memory.estimate, &memory.model, references);
-    let (n, k, p, m) = (x.len(), xi.len(), readings.len(), memory.commands.len());
+    let (x, xi, r) = (&state.estimate, &state.model, references);
+    let (n, k, p, m) = (x.len(), xi.len(), readings.len(), state.commands.len());
     let mut corrected = x.clone();
     for i in 0..n {
         for j in 0..p {
@@ -256,8 +256,8 @@ fn by_hand(numbers: &Numbers<f64>, memory: &Memory<f64>, readings: &[f64], refer
 
 /// Asserts agreement of a step with the loops, relative to numbers above 1.
 #[track_caller]
-fn agree(memory: &Memory<f64>, expected: &[Vec<f64>; 3], what: &str) {
-    let found = [&memory.estimate, &memory.model, &memory.commands];
+fn agree(state: &State<f64>, expected: &[Vec<f64>; 3], what: &str) {
+    let found = [&state.estimate, &state.model, &state.commands];
     for ((found, expected), part) in found.into_iter().zip(expected).zip(["estimate", "model", "commands"]) {
         assert_eq!(found.len(), expected.len(), "{what}: {part}");
         for (k, (x, y)) in found.iter().zip(expected).enumerate() {
@@ -267,15 +267,15 @@ fn agree(memory: &Memory<f64>, expected: &[Vec<f64>; 3], what: &str) {
 }
 
 /// A memory in the middle of its work.
-fn in_use(dice: &mut Dice, sizes: Sizes) -> Memory<f64> {
+fn in_use(dice: &mut Dice, sizes: Sizes) -> State<f64> {
     let [n, k, r, p, m] = sizes;
-    Memory {
+    State {
         estimate: list(dice, n, 1.0),
         model: list(dice, k, 1.0),
         readings: list(dice, p, 1.0),
         references: list(dice, r, 1.0),
         commands: list(dice, m, 1.0),
-        ..Memory::zeros(sizes)
+        ..State::zeros(sizes)
     }
 }
 
@@ -301,14 +301,14 @@ fn one_step_is_its_equations() {
     for sizes in all_sizes() {
         let [_, _, r, p, _] = sizes;
         let numbers = Numbers::random(&mut dice, sizes, 1.0);
-        let mut memory = in_use(&mut dice, sizes);
+        let mut state = in_use(&mut dice, sizes);
         for _ in 0..3 {
             let (readings, references) = (list(&mut dice, p, 1.0), list(&mut dice, r, 1.0));
-            let expected = by_hand(&numbers, &memory, &readings, &references);
-            let health = memory.step(&numbers, &readings, &references);
+            let expected = by_hand(&numbers, &state, &readings, &references);
+            let health = state.step(&numbers, &readings, &references);
             assert_eq!(health, Health::default(), "{sizes:?}");
-            agree(&memory, &expected, &format!("{sizes:?}"));
-            assert_eq!((&memory.readings, &memory.references), (&readings, &references), "{sizes:?}");
+            agree(&state, &expected, &format!("{sizes:?}"));
+            assert_eq!((&state.readings, &state.references), (&readings, &references), "{sizes:?}");
         }
     }
 }
@@ -326,17 +326,17 @@ fn single_precision_is_close_to_double() {
             bounds: Vec::new(),
             governing: None,
         };
-        let mut memory = in_use(&mut dice, sizes);
-        let mut narrow_memory = Memory::<f32> {
-            estimate: narrow_list(&memory.estimate),
-            model: narrow_list(&memory.model),
-            ..Memory::zeros(sizes)
+        let mut state = in_use(&mut dice, sizes);
+        let mut narrow_state = State::<f32> {
+            estimate: narrow_list(&state.estimate),
+            model: narrow_list(&state.model),
+            ..State::zeros(sizes)
         };
         let (readings, references) = (list(&mut dice, p, 1.0), list(&mut dice, r, 1.0));
-        assert_eq!(memory.step(&wide, &readings, &references), Health::default());
-        let health = narrow_memory.step(&narrow, &narrow_list(&readings), &narrow_list(&references));
+        assert_eq!(state.step(&wide, &readings, &references), Health::default());
+        let health = narrow_state.step(&narrow, &narrow_list(&readings), &narrow_list(&references));
         assert_eq!(health, Health::default());
-        for (wide, narrow) in memory.kept().iter().zip(narrow_memory.kept()) {
+        for (wide, narrow) in state.persistent().iter().zip(narrow_state.persistent()) {
             assert_eq!(wide.len(), narrow.len());
             for (wide, narrow) in wide.iter().zip(narrow) {
                 close(f64::from(*narrow), *wide, 1e-5, &format!("{sizes:?}"));
@@ -358,10 +358,10 @@ fn allowed<T: Number>(bounds: &Bounds<T>, before: T, after: T) {
 
 /// A chain of wishes, each from the torque before: within the bounds, the wish itself if it is, otherwise the limit that it
 /// goes beyond.
-fn follow_wishes<T: Number>(bounds: Bounds<T>, start: T, wishes: &[T]) {
+fn follow_requests<T: Number>(bounds: Bounds<T>, start: T, requests: &[T]) {
     let mut torque = start;
-    for &wish in wishes {
-        let next = bounds.nearest(wish, torque);
+    for &request in requests {
+        let next = bounds.nearest(request, torque);
         allowed(&bounds, torque, next);
         let (mut low, mut high) = (T::of(f64::NEG_INFINITY), T::of(f64::INFINITY));
         if let Some(limit) = bounds.torque {
@@ -371,14 +371,14 @@ fn follow_wishes<T: Number>(bounds: Bounds<T>, start: T, wishes: &[T]) {
             low = if torque - change > low { torque - change } else { low };
             high = if torque + change < high { torque + change } else { high };
         }
-        let expected = match wish {
-            wish if wish > high => high,
-            wish if wish < low => low,
+        let expected = match request {
+            request if request > high => high,
+            request if request < low => low,
             // What is no number, and an infinite wish that nothing limits, leave the torque as it was.
-            wish if wish <= high && wish.is_finite() => wish,
+            request if request <= high && request.is_finite() => request,
             _ => torque,
         };
-        assert!(next == expected, "{wish:?} from {torque:?} with {bounds:?}: {next:?}, not {expected:?}");
+        assert!(next == expected, "{request:?} from {torque:?} with {bounds:?}: {next:?}, not {expected:?}");
         assert!(next.is_finite(), "{next:?} with {bounds:?}");
         torque = next;
     }
@@ -392,9 +392,9 @@ proptest! {
         torque in prop::option::of(prop_oneof![4 => 0.0..100.0, 1 => Just(0.0), 1 => Just(5e-324), 1 => 0.0..1e308]),
         change in prop::option::of(prop_oneof![4 => 0.0..30.0, 1 => Just(0.0), 1 => Just(5e-324), 1 => 0.0..1e308]),
         start in -1.0..=1.0,
-        wishes in prop::collection::vec(prop_oneof![2 => -200.0..200.0, 1 => prop::num::f64::ANY], 1..20),
+        requests in prop::collection::vec(prop_oneof![2 => -200.0..200.0, 1 => prop::num::f64::ANY], 1..20),
     ) {
-        follow_wishes::<f64>(Bounds { torque, change }, start * torque.unwrap_or(50.0), &wishes);
+        follow_requests::<f64>(Bounds { torque, change }, start * torque.unwrap_or(50.0), &requests);
     }
 
     #[test]
@@ -402,21 +402,21 @@ proptest! {
         torque in prop::option::of(prop_oneof![4 => 0.0f32..100.0, 1 => Just(0.0), 1 => Just(1e-45), 1 => 0.0f32..1e38]),
         change in prop::option::of(prop_oneof![4 => 0.0f32..30.0, 1 => Just(0.0), 1 => Just(1e-45), 1 => 0.0f32..1e38]),
         start in -1.0f32..=1.0,
-        wishes in prop::collection::vec(prop_oneof![2 => -200.0f32..200.0, 1 => prop::num::f32::ANY], 1..20),
+        requests in prop::collection::vec(prop_oneof![2 => -200.0f32..200.0, 1 => prop::num::f32::ANY], 1..20),
     ) {
-        follow_wishes::<f32>(Bounds { torque, change }, start * torque.unwrap_or(50.0), &wishes);
+        follow_requests::<f32>(Bounds { torque, change }, start * torque.unwrap_or(50.0), &requests);
     }
 }
 
 /// What happened in a run with numbers of every kind.
 #[derive(Debug, Default)]
-struct Tally {
+struct Counts {
     steps: usize,
     invalid_readings: usize,
     invalid_references: usize,
     bounded: usize,
     governed: usize,
-    kept: usize,
+    frozen: usize,
     well: usize,
 }
 
@@ -426,21 +426,21 @@ fn random_bounds<T: Number>(dice: &mut Dice, count: usize) -> Vec<Bounds<T>> {
 }
 
 /// Takes over what is finite, as the block must; how many are not, or are missing.
-fn take_over<T: Number>(given: &[T], memory: &mut [T]) -> usize {
-    let mut held = 0;
-    for k in 0..memory.len() {
-        if k < given.len() && given[k].is_finite() {
-            memory[k] = given[k];
+fn take_over<T: Number>(values: &[T], state: &mut [T]) -> usize {
+    let mut invalid_count = 0;
+    for k in 0..state.len() {
+        if k < values.len() && values[k].is_finite() {
+            state[k] = values[k];
         } else {
-            held += 1;
+            invalid_count += 1;
         }
     }
-    held
+    invalid_count
 }
 
 /// Random regulators, stable and unstable, fed with numbers of every kind.
-fn storm<T: Number>(seed: u64) -> Tally {
-    let (mut dice, mut tally) = (Dice(seed), Tally::default());
+fn storm<T: Number>(seed: u64) -> Counts {
+    let (mut dice, mut counts) = (Dice(seed), Counts::default());
     for case in 0..400 {
         let sizes = [dice.below(7), dice.below(5), dice.below(3), dice.below(4), 1 + dice.below(2)];
         let [n, k, r, p, m] = sizes;
@@ -452,54 +452,60 @@ fn storm<T: Number>(seed: u64) -> Tally {
             numbers.governing = Some(Governing::random(&mut dice, predictions, [n, k, r], scale));
         }
         let rarity = [1, 3, 20][case % 3];
-        let mut memory = Memory::<T>::zeros(sizes);
+        let mut state = State::<T>::zeros(sizes);
         for _ in 0..60 {
             // Sometimes fewer are given than there should be, sometimes more.
-            let given = |dice: &mut Dice, count: usize| match dice.below(8) {
+            let random_length = |dice: &mut Dice, count: usize| match dice.below(8) {
                 0 => dice.below(count + 1),
                 1 => count + 1,
                 _ => count,
             };
-            let readings: Vec<T> = (0..given(&mut dice, p)).map(|_| anything(&mut dice, rarity)).collect();
-            let references: Vec<T> = (0..given(&mut dice, r)).map(|_| anything(&mut dice, rarity)).collect();
-            let before = memory.clone();
-            let health = memory.step(&numbers, &readings, &references);
+            let readings: Vec<T> = (0..random_length(&mut dice, p)).map(|_| anything(&mut dice, rarity)).collect();
+            let references: Vec<T> = (0..random_length(&mut dice, r)).map(|_| anything(&mut dice, rarity)).collect();
+            let before = state.clone();
+            let health = state.step(&numbers, &readings, &references);
 
-            for ((bounds, before), after) in numbers.bounds.iter().zip(&before.commands).zip(&memory.commands) {
+            for ((bounds, before), after) in numbers.bounds.iter().zip(&before.commands).zip(&state.commands) {
                 allowed(bounds, *before, *after);
             }
-            for part in memory.kept() {
-                assert!(part.iter().all(|x| x.is_finite()), "{memory:?}");
+            for part in state.persistent() {
+                assert!(part.iter().all(|x| x.is_finite()), "{state:?}");
             }
-            let (mut read, mut wish) = (before.readings.clone(), before.references.clone());
-            assert_eq!(health.invalid_readings, take_over(&readings, &mut read), "{readings:?}");
-            assert_eq!(health.invalid_references, take_over(&references, &mut wish), "{references:?}");
-            assert_eq!(memory.readings, read, "{readings:?}");
+            let (mut expected_readings, mut expected_references) = (before.readings.clone(), before.references.clone());
+            assert_eq!(health.invalid_readings, take_over(&readings, &mut expected_readings), "{readings:?}");
+            assert_eq!(health.invalid_references, take_over(&references, &mut expected_references), "{references:?}");
+            assert_eq!(state.readings, expected_readings, "{readings:?}");
             assert!(health.commands_bounded <= m);
             if numbers.governing.is_none() {
-                assert_eq!(memory.references, wish, "{references:?}");
+                assert_eq!(state.references, expected_references, "{references:?}");
                 assert!(!health.governed);
             }
-            tally.steps += 1;
-            tally.invalid_readings += health.invalid_readings;
-            tally.invalid_references += health.invalid_references;
-            tally.bounded += health.commands_bounded;
-            tally.governed += usize::from(health.governed);
-            tally.kept += usize::from(health.estimate_frozen);
-            tally.well += usize::from(health == Health::default());
+            counts.steps += 1;
+            counts.invalid_readings += health.invalid_readings;
+            counts.invalid_references += health.invalid_references;
+            counts.bounded += health.commands_bounded;
+            counts.governed += usize::from(health.governed);
+            counts.frozen += usize::from(health.estimate_frozen);
+            counts.well += usize::from(health == Health::default());
         }
     }
-    tally
+    counts
 }
 
 /// Whatever is read: no panic, all that is remembered is finite, commands are within the bounds, and the counts are right.
 #[test]
 fn nothing_that_is_read_does_harm() {
-    for tally in [storm::<f64>(3), storm::<f32>(4)] {
-        assert_eq!(tally.steps, 24_000);
-        let happened =
-            [tally.invalid_readings, tally.invalid_references, tally.bounded, tally.governed, tally.kept, tally.well];
-        assert!(happened.iter().all(|count| *count > 500), "all that can happen does: {tally:?}");
+    for counts in [storm::<f64>(3), storm::<f32>(4)] {
+        assert_eq!(counts.steps, 24_000);
+        let happened = [
+            counts.invalid_readings,
+            counts.invalid_references,
+            counts.bounded,
+            counts.governed,
+            counts.frozen,
+            counts.well,
+        ];
+        assert!(happened.iter().all(|count| *count > 500), "all that can happen does: {counts:?}");
     }
 }
 
@@ -509,11 +515,11 @@ fn nothing_that_is_read_does_harm() {
 fn a_failed_reading_is_the_last_good_one() {
     let mut dice = Dice(5);
     let sizes = [4, 2, 2, 3, 2];
-    let mut held = [0; 2];
+    let mut failures = [0; 2];
     for _ in 0..50 {
         let mut numbers = Numbers::<f64>::random(&mut dice, sizes, 0.3);
         numbers.bounds = random_bounds(&mut dice, 2);
-        let (mut memory, mut reported) = (Memory::zeros(sizes), Memory::zeros(sizes));
+        let (mut state, mut reported) = (State::zeros(sizes), State::zeros(sizes));
         let (mut last_readings, mut last_references) = (vec![0.0; 3], vec![0.0; 2]);
         let (mut failing_reading, mut failing_reference) = ([0usize; 3], [0usize; 2]);
         for _ in 0..40 {
@@ -534,19 +540,19 @@ fn a_failed_reading_is_the_last_good_one() {
             };
             let failed_readings = fail(&mut readings, &mut last_readings, &mut failing_reading);
             let failed_references = fail(&mut references, &mut last_references, &mut failing_reference);
-            let health = memory.step(&numbers, &readings, &references);
+            let health = state.step(&numbers, &readings, &references);
             let good = reported.step(&numbers, &last_readings, &last_references);
-            assert_eq!(memory.kept(), reported.kept());
+            assert_eq!(state.persistent(), reported.persistent());
             assert_eq!(
                 health,
                 Health { invalid_readings: failed_readings, invalid_references: failed_references, ..good },
                 "the rest is the same"
             );
-            held[0] += failed_readings;
-            held[1] += failed_references;
+            failures[0] += failed_readings;
+            failures[1] += failed_references;
         }
     }
-    assert!(held.iter().all(|count| *count > 500), "{held:?}");
+    assert!(failures.iter().all(|count| *count > 500), "{failures:?}");
 }
 
 /// Matrices that are smaller than the memory count as filled up with zeros.
@@ -561,11 +567,11 @@ fn small_matrices_are_filled_up_with_zeros() {
                 for columns in [0, 1, 2, 3, 9] {
                     let mut numbers = whole.clone();
                     numbers.tables[number] = whole.tables[number].part(rows, columns);
-                    let mut memory = in_use(&mut dice, sizes);
+                    let mut state = in_use(&mut dice, sizes);
                     let (readings, references) = (list(&mut dice, 3, 1.0), list(&mut dice, 2, 1.0));
-                    let expected = by_hand(&numbers, &memory, &readings, &references);
-                    assert_eq!(memory.step(&numbers, &readings, &references), Health::default());
-                    agree(&memory, &expected, &format!("matrix {number}: {rows} rows, {columns} columns"));
+                    let expected = by_hand(&numbers, &state, &readings, &references);
+                    assert_eq!(state.step(&numbers, &readings, &references), Health::default());
+                    agree(&state, &expected, &format!("matrix {number}: {rows} rows, {columns} columns"));
                 }
             }
         }
@@ -574,20 +580,20 @@ fn small_matrices_are_filled_up_with_zeros() {
 
 /// With too little work memory nothing happens, and that is told.
 #[test]
-fn too_little_work_memory_changes_nothing() {
+fn too_short_work_buffer_changes_nothing() {
     let mut dice = Dice(7);
     for sizes in all_sizes() {
         let [n, k, r, p, _] = sizes;
         let numbers = Numbers::<f64>::random(&mut dice, sizes, 1.0);
         let enough = 2 * (n + k + r) + p;
-        let mut memory = in_use(&mut dice, sizes);
-        assert_eq!(memory.work.len(), enough);
+        let mut state = in_use(&mut dice, sizes);
+        assert_eq!(state.work.len(), enough);
         for short in 0..enough {
-            memory.work = vec![f64::NAN; short];
-            let before = memory.clone();
-            let health = memory.step(&numbers, &[1.0; 3], &[1.0; 2]);
+            state.work = vec![f64::NAN; short];
+            let before = state.clone();
+            let health = state.step(&numbers, &[1.0; 3], &[1.0; 2]);
             assert_eq!(health, Health { estimate_frozen: true, ..Health::default() }, "{sizes:?}, {short}");
-            assert_eq!(memory.kept(), before.kept(), "{sizes:?}, {short}");
+            assert_eq!(state.persistent(), before.persistent(), "{sizes:?}, {short}");
         }
     }
 }
@@ -616,25 +622,25 @@ fn slices_of_any_lengths_do_no_harm() {
             numbers.governing = Some(Governing { on_state, on_model, on_references, bounds });
         }
         let sizes: Sizes = std::array::from_fn(|_| dice.below(6));
-        let mut memory = Memory::zeros(sizes);
+        let mut state = State::zeros(sizes);
         if dice.below(3) == 0 {
-            let work = dice.below(memory.work.len() + 1);
-            short += usize::from(work < memory.work.len());
-            memory.work.truncate(work);
+            let work = dice.below(state.work.len() + 1);
+            short += usize::from(work < state.work.len());
+            state.work.truncate(work);
         }
         for _ in 0..4 {
             let (readings, references) = (dice.below(7), dice.below(7));
             let readings: Vec<f64> = (0..readings).map(|_| anything(&mut dice, 8)).collect();
             let references: Vec<f64> = (0..references).map(|_| anything(&mut dice, 8)).collect();
-            let before = memory.commands.clone();
-            memory.step(&numbers, &readings, &references);
-            assert!(memory.kept().concat().iter().all(|x| x.is_finite()), "{memory:?}");
-            for (k, (before, after)) in before.iter().zip(&memory.commands).enumerate() {
+            let before = state.commands.clone();
+            state.step(&numbers, &readings, &references);
+            assert!(state.persistent().concat().iter().all(|x| x.is_finite()), "{state:?}");
+            for (k, (before, after)) in before.iter().zip(&state.commands).enumerate() {
                 // A command without bounds is unlimited.
                 let bounds = numbers.bounds.get(k).copied().unwrap_or(Bounds { torque: None, change: None });
                 allowed(&bounds, *before, *after);
             }
-            moved += usize::from(before != memory.commands);
+            moved += usize::from(before != state.commands);
         }
     }
     assert!(moved > 5000 && short > 1000, "{moved}, {short}");
@@ -657,47 +663,47 @@ fn what_went_wrong_is_reported() {
         ];
         Numbers::<f64> { tables, bounds: Vec::new(), governing: None }
     };
-    let start = Memory::<f64> { estimate: vec![1e300], commands: vec![3.0], ..Memory::zeros([1, 1, 1, 1, 1]) };
+    let start = State::<f64> { estimate: vec![1e300], commands: vec![3.0], ..State::zeros([1, 1, 1, 1, 1]) };
     let limited = Bounds { torque: Some(5.0), change: Some(0.5) };
 
     // The wish is −∞: without bounds the command stays, with bounds it moves as far as it may. Both are told.
     for (bounds, expected) in [(vec![], 3.0), (vec![limited], 2.5)] {
-        let (numbers, mut memory) = (Numbers { bounds, ..feedback(1e10) }, start.clone());
-        let health = memory.step(&numbers, &[0.0], &[0.0]);
+        let (numbers, mut state) = (Numbers { bounds, ..feedback(1e10) }, start.clone());
+        let health = state.step(&numbers, &[0.0], &[0.0]);
         assert_eq!(health, Health { commands_bounded: 1, ..Health::default() });
-        assert_eq!((memory.commands[0], memory.estimate[0]), (expected, 1e300));
+        assert_eq!((state.commands[0], state.estimate[0]), (expected, 1e300));
     }
     // The wish is NaN, the sum of −∞ from the estimate and ∞ from the reference: the command stays.
     for bounds in [vec![], vec![limited]] {
-        let (mut numbers, mut memory) = (Numbers { bounds, ..feedback(1e10) }, start.clone());
+        let (mut numbers, mut state) = (Numbers { bounds, ..feedback(1e10) }, start.clone());
         numbers.tables[6] = Table::of(3, &[1e10, 0.0, -1e10]);
         numbers.tables[5] = Table::of(1, &[0.0]);
-        let health = memory.step(&numbers, &[0.0], &[1e300]);
+        let health = state.step(&numbers, &[0.0], &[1e300]);
         assert_eq!(health, Health { commands_bounded: 1, ..Health::default() });
-        assert_eq!((memory.commands[0], memory.estimate[0]), (3.0, 1e300));
+        assert_eq!((state.commands[0], state.estimate[0]), (3.0, 1e300));
     }
     // A prediction or a correction that overflows is left out; the estimate stays.
     for (number, reading) in [(0, 0.0), (3, 1e300)] {
-        let (mut numbers, mut memory) = (feedback(0.0), start.clone());
+        let (mut numbers, mut state) = (feedback(0.0), start.clone());
         numbers.tables[number] = Table::of(1, &[1e10]);
-        let health = memory.step(&numbers, &[reading], &[2.0]);
+        let health = state.step(&numbers, &[reading], &[2.0]);
         assert_eq!(health, Health { estimate_frozen: true, ..Health::default() });
-        assert_eq!((memory.commands[0], memory.estimate[0], memory.model[0]), (2.0, 1e300, 2.0));
+        assert_eq!((state.commands[0], state.estimate[0], state.model[0]), (2.0, 1e300, 2.0));
     }
     // A reference model that overflows stays as well.
-    let (mut numbers, mut memory) = (feedback(0.0), Memory { model: vec![7.0], ..start.clone() });
+    let (mut numbers, mut state) = (feedback(0.0), State { model: vec![7.0], ..start.clone() });
     numbers.tables[5] = Table::of(1, &[1e10]);
-    let health = memory.step(&numbers, &[0.0], &[1e300]);
+    let health = state.step(&numbers, &[0.0], &[1e300]);
     assert_eq!(health, Health { estimate_frozen: true, ..Health::default() });
-    assert_eq!((memory.commands[0], memory.estimate[0], memory.model[0]), (1e300, 1e300, 7.0));
+    assert_eq!((state.commands[0], state.estimate[0], state.model[0]), (1e300, 1e300, 7.0));
     // Commands that the bounds changed are counted one by one.
-    let (mut numbers, mut memory) = (feedback(0.0), Memory { commands: vec![0.0; 3], ..start });
+    let (mut numbers, mut state) = (feedback(0.0), State { commands: vec![0.0; 3], ..start });
     numbers.tables[6] = Table::of(3, &[0.0, 0.0, -1.0, 0.0, 0.0, -2.0, 0.0, 0.0, -3.0]);
     numbers.bounds = vec![Bounds { torque: Some(1.0), change: None }; 3];
-    assert_eq!(memory.step(&numbers, &[0.0], &[0.5]), Health { commands_bounded: 1, ..Health::default() });
-    assert_eq!(memory.commands, [0.5, 1.0, 1.0]);
-    assert_eq!(memory.step(&numbers, &[0.0], &[-0.75]), Health { commands_bounded: 2, ..Health::default() });
-    assert_eq!(memory.commands, [-0.75, -1.0, -1.0]);
+    assert_eq!(state.step(&numbers, &[0.0], &[0.5]), Health { commands_bounded: 1, ..Health::default() });
+    assert_eq!(state.commands, [0.5, 1.0, 1.0]);
+    assert_eq!(state.step(&numbers, &[0.0], &[-0.75]), Health { commands_bounded: 2, ..Health::default() });
+    assert_eq!(state.commands, [-0.75, -1.0, -1.0]);
 }
 
 /// The sample time of the plant x⁺ = x + T (u + d).
@@ -723,13 +729,13 @@ fn integrator() -> Numbers<f64> {
 /// The integrator under a load with a motor of ±1, from rest at 0 with a reference of 1: position before each sample and the
 /// command then. At the first two samples the reference is 0, so that the load is known when the step comes.
 fn reach(numbers: &Numbers<f64>, load: f64, samples: usize) -> Vec<(f64, f64)> {
-    let (mut memory, mut x) = (Memory::zeros([2, 0, 1, 1, 1]), 0.0);
+    let (mut state, mut x) = (State::zeros([2, 0, 1, 1, 1]), 0.0);
     let mut path = Vec::new();
     for sample in 0..samples {
-        let health = memory.step(numbers, &[x], &[if sample < 2 { 0.0 } else { 1.0 }]);
+        let health = state.step(numbers, &[x], &[if sample < 2 { 0.0 } else { 1.0 }]);
         assert!(!health.estimate_frozen && health.invalid_readings == 0);
-        path.push((x, memory.commands[0]));
-        x += PERIOD * (memory.commands[0].clamp(-1.0, 1.0) + load);
+        path.push((x, state.commands[0]));
+        x += PERIOD * (state.commands[0].clamp(-1.0, 1.0) + load);
     }
     path
 }
@@ -746,10 +752,10 @@ fn the_limit_does_not_wind_up() {
     for k in 0..=6 {
         assert_eq!(path[2 + k], (k as f64 / 8.0, 1.0), "{k}");
     }
-    let mut left = 0.25;
+    let mut distance = 0.25;
     for (x, command) in &path[8..] {
-        assert_eq!((*x, *command), (1.0 - left, GAIN * left));
-        left /= 2.0;
+        assert_eq!((*x, *command), (1.0 - distance, GAIN * distance));
+        distance /= 2.0;
     }
     // With a load of −1/4: it moves the plant by −1/32 first. Found then, it is compensated, and half of the −1/32 is left when
     // the step comes; 3/32 per sample remain at full torque, until 4 (1 − x) + 1/4 is within the limit.
@@ -799,27 +805,27 @@ fn governed([a, b]: [f64; 2], [kx, kr]: [f64; 2], rows: &[[f64; 2]], bound: f64)
 #[test]
 fn the_governor_lets_through_what_the_motor_can_give() {
     let numbers = governed([1.0, PERIOD], [GAIN, GAIN], &[[-GAIN, GAIN]], 1.0);
-    let (mut memory, mut x) = (Memory::zeros([1, 0, 1, 1, 1]), 0.0);
+    let (mut state, mut x) = (State::zeros([1, 0, 1, 1, 1]), 0.0);
     for k in 0..30 {
-        let health = memory.step(&numbers, &[x], &[1.0]);
+        let health = state.step(&numbers, &[x], &[1.0]);
         assert_eq!(health, Health { governed: k < 6, ..Health::default() }, "{k}");
-        assert_eq!(memory.references[0], (0.25 + f64::from(k) / 8.0).min(1.0), "{k}");
-        assert_eq!(memory.commands[0], if k < 6 { 1.0 } else { 0.5f64.powi(k - 6) }, "{k}");
-        x += PERIOD * memory.commands[0];
+        assert_eq!(state.references[0], (0.25 + f64::from(k) / 8.0).min(1.0), "{k}");
+        assert_eq!(state.commands[0], if k < 6 { 1.0 } else { 0.5f64.powi(k - 6) }, "{k}");
+        x += PERIOD * state.commands[0];
     }
     // The other way it is the same.
-    memory = Memory::zeros([1, 0, 1, 1, 1]);
-    assert!(memory.step(&numbers, &[0.0], &[-1.0]).governed);
-    assert_eq!((memory.references[0], memory.commands[0]), (-0.25, -1.0));
+    state = State::zeros([1, 0, 1, 1, 1]);
+    assert!(state.step(&numbers, &[0.0], &[-1.0]).governed);
+    assert_eq!((state.references[0], state.commands[0]), (-0.25, -1.0));
     // It goes by what the reading tells: a plant that stands at 1/2 asks for −2 already, and may be asked for 1.
-    memory = Memory::zeros([1, 0, 1, 1, 1]);
-    assert!(memory.step(&numbers, &[0.5], &[1.0]).governed);
-    assert_eq!((memory.references[0], memory.commands[0]), (0.75, 1.0));
+    state = State::zeros([1, 0, 1, 1, 1]);
+    assert!(state.step(&numbers, &[0.5], &[1.0]).governed);
+    assert_eq!((state.references[0], state.commands[0]), (0.75, 1.0));
     // Without the governor four times as much as the bound is asked for.
     let free = Numbers { governing: None, ..numbers };
-    let mut memory = Memory::zeros([1, 0, 1, 1, 1]);
-    memory.step(&free, &[0.0], &[1.0]);
-    assert_eq!(memory.commands[0], 4.0);
+    let mut state = State::zeros([1, 0, 1, 1, 1]);
+    state.step(&free, &[0.0], &[1.0]);
+    assert_eq!(state.commands[0], 4.0);
 }
 
 proptest! {
@@ -829,7 +835,7 @@ proptest! {
     /// lies between u₀, u₁ and u∞. With these three as predictions, no sequence of references drives the command beyond its
     /// bound; with an integrator and p ≥ 0 the first alone is enough, as it is the largest.
     #[test]
-    fn exact_predictions_keep_every_command_within_its_bound(
+    fn exact_predictions_bound_every_command(
         integrates in any::<bool>(),
         (a, p) in (-0.9..1.0f64, -0.95..0.95f64),
         (b, kr) in (0.05..2.0f64, prop_oneof![0.1..5.0f64, -5.0..-0.1f64]),
@@ -843,15 +849,15 @@ proptest! {
         let last = [0.0, kr - kx * b * kr / (1.0 - p)];
         let rows = [first, second, last];
         let numbers = governed([a, b], [kx, kr], &rows[..if integrates { 1 } else { 3 }], bound);
-        let (mut memory, mut x, mut dice) = (Memory::zeros([1, 0, 1, 1, 1]), 0.0, Dice(seed));
+        let (mut state, mut x, mut dice) = (State::zeros([1, 0, 1, 1, 1]), 0.0, Dice(seed));
         let mut reference = 0.0;
         for _ in 0..100 {
             if dice.below(5) == 0 {
                 reference = 10.0 * anything::<f64>(&mut dice, 3);
             }
-            memory.step(&numbers, &[x], &[reference]);
-            let command = memory.commands[0];
-            let rounding = 1e-13 * (bound + (kx * x).abs() + (kr * memory.references[0]).abs());
+            state.step(&numbers, &[x], &[reference]);
+            let command = state.commands[0];
+            let rounding = 1e-13 * (bound + (kx * x).abs() + (kr * state.references[0]).abs());
             prop_assert!(command.abs() <= bound + rounding, "{} beyond {}", command, bound);
             x = a * x + b * command;
         }
@@ -860,13 +866,13 @@ proptest! {
     /// A reference that does not ask for too much passes as it is, whatever the others do; what is held back is held at a
     /// bound; no prediction gets worse than its bound or than it was; and what is no number never gets in.
     #[test]
-    fn references_are_held_back_only_where_they_must_be(seed in any::<u64>()) {
+    fn references_are_limited_only_where_necessary(seed in any::<u64>()) {
         let mut dice = Dice(seed);
         let (n, k, r, predictions) = (dice.below(4), dice.below(3), 1 + dice.below(2), dice.below(5));
         let mut governing = Governing::<f64>::random(&mut dice, predictions, [n, k, r], 1.0);
         let (state, model) = (list::<f64>(&mut dice, n, 1.0), list::<f64>(&mut dice, k, 1.0));
         // With all digits, so that a detour by differences would be rounded.
-        let (start, wish) = (list::<f64>(&mut dice, r, 0.9), list::<f64>(&mut dice, r, 3.1));
+        let (start, target) = (list::<f64>(&mut dice, r, 0.9), list::<f64>(&mut dice, r, 3.1));
         let predict = |row: usize, references: &[f64]| {
             let states = (0..n).map(|j| governing.on_state.at(row, j) * state[j]).sum::<f64>();
             let models = (0..k).map(|j| governing.on_model.at(row, j) * model[j]).sum::<f64>();
@@ -876,35 +882,35 @@ proptest! {
 
         // As random as the bounds are.
         let mut found = start.clone();
-        let held = governing.block().govern(&state, &model, &wish, &mut found);
+        let limited = governing.block().govern(&state, &model, &target, &mut found);
         for (row, bound) in governing.bounds.iter().enumerate() {
             let (before, after) = (predict(row, &start).abs(), predict(row, &found).abs());
             prop_assert!(after <= bound.max(before) + 1e-12, "{before} to {after} with {bound}");
         }
-        prop_assert_eq!(held, bits(&found) != bits(&wish));
+        prop_assert_eq!(limited, bits(&found) != bits(&target));
         for j in 0..r {
-            let (low, high) = (start[j].min(wish[j]), start[j].max(wish[j]));
+            let (low, high) = (start[j].min(target[j]), start[j].max(target[j]));
             prop_assert!(low - 1e-12 <= found[j] && found[j] <= high + 1e-12, "on the way from start to wish");
         }
         // The last reference was moved when all others stood where they are: it stopped at a bound.
-        if found[r - 1] != wish[r - 1] {
+        if found[r - 1] != target[r - 1] {
             let mut further = found.clone();
-            further[r - 1] += 1e-6 * (wish[r - 1] - start[r - 1]).signum();
+            further[r - 1] += 1e-6 * (target[r - 1] - start[r - 1]).signum();
             let worse = |row: usize| {
                 let after = predict(row, &further).abs();
                 after > governing.bounds[row] && after > predict(row, &found).abs()
             };
-            prop_assert!((0..predictions).any(worse), "it could have gone on from {found:?} to {wish:?}");
+            prop_assert!((0..predictions).any(worse), "it could have gone on from {found:?} to {target:?}");
         }
 
         // What is no number does not get in, and does not keep the others out.
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for j in 0..r {
-                let (mut reported, mut alone) = (wish.clone(), wish.clone());
-                (reported[j], alone[j]) = (bad, start[j]);
+                let (mut reported, mut valid) = (target.clone(), target.clone());
+                (reported[j], valid[j]) = (bad, start[j]);
                 let (mut found, mut expected) = (start.clone(), start.clone());
                 governing.block().govern(&state, &model, &reported, &mut found);
-                governing.block().govern(&state, &model, &alone, &mut expected);
+                governing.block().govern(&state, &model, &valid, &mut expected);
                 prop_assert_eq!(bits(&found), bits(&expected));
             }
         }
@@ -914,7 +920,7 @@ proptest! {
             let mut now = start.clone();
             let mut most = predict(row, &now).abs();
             for j in 0..r {
-                now[j] = wish[j];
+                now[j] = target[j];
                 most = most.max(predict(row, &now).abs());
             }
             most * (1.0 + 1e-12) + 1e-12
@@ -922,7 +928,7 @@ proptest! {
         let wide = (0..predictions).map(way).collect();
         governing.bounds = wide;
         let mut found = start;
-        prop_assert!(!governing.block().govern(&state, &model, &wish, &mut found));
-        prop_assert_eq!(bits(&found), bits(&wish));
+        prop_assert!(!governing.block().govern(&state, &model, &target, &mut found));
+        prop_assert_eq!(bits(&found), bits(&target));
     }
 }

@@ -71,12 +71,12 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
     let mechanism = data.block();
     let (dynamics, mut work) = Dynamics::new(reduced);
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
-    let (mut numbers, mut memory) = (Numbers(7), vec![f64::NAN; mechanism.memory()]);
+    let (mut numbers, mut scratch) = (Numbers(7), vec![f64::NAN; mechanism.memory()]);
     let mut kinematics = Kinematics::new(reduced);
     for _ in 0..200 {
         let (position, speed) = (numbers.list(r, 10.0), numbers.list(r, 30.0));
         assert!(dynamics.update(&position, &speed, &mut work));
-        let now = mechanism.evaluate(&position, &speed, &mut memory).expect("memory enough");
+        let now = mechanism.evaluate(&position, &speed, &mut scratch).expect("memory enough");
         // The shafts one after the other, and the terms along their directions.
         kinematics.update(&position, &speed);
         agree(now.angles, &kinematics.angles, 1e-13, what);
@@ -150,11 +150,11 @@ fn through_a_bent_joint_the_observer_is_exact() {
     };
     let joint =
         UniversalJointCurve { ratio: kardan_rt::functions::cos(60f64.to_radians()), phase_in: 0.0, phase_out: 0.0 };
-    let (mut memory, mut rates) = (vec![0.0; observer.memory()], [0.0; 3]);
+    let (mut scratch, mut rates) = (vec![0.0; observer.memory()], [0.0; 3]);
     for k in 0..20 {
         let (q, w, d, u) = (0.4 * f64::from(k), 2.0, -1.5, 0.75);
         let (value, (slope, curvature)) = (joint.value(q), joint.derivatives(q));
-        assert!(observer.rates(&[q, w, d], &[u], &[value - 0.25], &mut memory, &mut rates));
+        assert!(observer.rates(&[q, w, d], &[u], &[value - 0.25], &mut scratch, &mut rates));
         // (2 + 3 γ′²) q̈ = u + d − 0.5 w − 8 q − 3 γ′ γ″ w²
         let inertia = 2.0 + 3.0 * slope * slope;
         let force = u + d - 0.5 * w - 8.0 * q - 3.0 * slope * curvature * w * w;
@@ -197,9 +197,9 @@ fn mechanism_agrees_with_the_reference() {
         let data = MechanismData::new(&reduced);
         let mechanism = data.block();
         let expected = &golden["sia"]["nonlinear_evaluation"][format!("{degrees}")];
-        let mut memory = vec![0.0; mechanism.memory()];
+        let mut scratch = vec![0.0; mechanism.memory()];
         let now = mechanism
-            .evaluate(&list(&expected["q_rk_fs_cj"]), &list(&expected["v"]), &mut memory)
+            .evaluate(&list(&expected["q_rk_fs_cj"]), &list(&expected["v"]), &mut scratch)
             .expect("memory enough");
         agree(now.inertia, &rows(&expected["M"]).concat(), 1e-13, "M");
         let force: Vec<f64> = list(&expected["h_without_coulomb"]).iter().map(|x| -x).collect();
@@ -230,18 +230,18 @@ fn harmonic_drive_law_agrees_with_the_reference() {
     let tasks = [Task::Position { shaft: shaft(&reduced, "cs"), position_loop }, Task::ConstraintTorque { cut: 0 }];
     let inputs = ["wg_motor", "cs_motor"].map(|name| input(&reduced, name));
     let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: None };
-    let mut memory = vec![0.0; law.memory()];
-    let mut answer = |k: usize| {
+    let mut scratch = vec![0.0; law.memory()];
+    let mut response = |k: usize| {
         let mut unit = [0.0; 6];
         unit[k] = 1.0;
         let mut torques = [f64::NAN; 2];
         let now = Situation { position: &unit[..2], speed: &unit[2..4], references: &unit[4..], disturbances: &[] };
-        assert!(law.torques(now, &mut memory, &mut torques));
+        assert!(law.torques(now, &mut scratch, &mut torques));
         torques
     };
     let (on_state, on_references) = (rows(&golden["hd"]["feedback_Kx"]), rows(&golden["hd"]["feedback_Kr"]));
     for k in 0..6 {
-        for (motor, torque) in answer(k).into_iter().enumerate() {
+        for (motor, torque) in response(k).into_iter().enumerate() {
             let expected = if k < 4 { on_state[motor][k] } else { on_references[motor][k - 4] };
             close(torque, expected, 1e-12, &format!("motor {motor}, signal {k}"));
         }
@@ -268,7 +268,7 @@ fn constraint_torque(
 
 /// Any constraint torque follows its reference, on either end of a bent joint too, beside a position (4.18).
 #[test]
-fn constraint_torques_are_what_was_asked() {
+fn constraint_torques_follow_their_references() {
     for degrees in [0, 20, 30] {
         let reduced = steering(degrees, USUAL);
         let (dynamics, mut work) = Dynamics::new(&reduced);
@@ -279,13 +279,13 @@ fn constraint_torques_are_what_was_asked() {
             let tasks =
                 [Task::ConstraintTorque { cut: 0 }, Task::Position { shaft: shaft(&reduced, "rk"), position_loop }];
             let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: None };
-            let (mut memory, mut numbers) = (vec![0.0; law.memory()], Numbers(3));
+            let (mut scratch, mut numbers) = (vec![0.0; law.memory()], Numbers(3));
             for _ in 0..20 {
                 let (position, speed) = (numbers.list(3, 4.0), numbers.list(3, 6.0));
                 let references = [3.0 * numbers.next(), numbers.next()];
                 let mut found = [0.0; 2];
                 let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
-                assert!(law.torques(now, &mut memory, &mut found), "{element} {name}");
+                assert!(law.torques(now, &mut scratch, &mut found), "{element} {name}");
                 dynamics.update(&position, &speed, &mut work);
                 let mut torques = vec![0.0; dynamics.input_count()];
                 (torques[inputs[0]], torques[inputs[1]]) = (found[0], found[1]);
@@ -312,15 +312,15 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
     assert_eq!(linear.inputs(), ["rk_motor", "wg_motor"]);
     let mut linear = linear.run();
     let (dynamics, mut work) = Dynamics::new(reduced);
-    let (mut memory, mut numbers) = (vec![0.0; law.memory()], Numbers(11));
+    let (mut scratch, mut numbers) = (vec![0.0; law.memory()], Numbers(11));
     for _ in 0..50 {
         let (position, speed, references) = (numbers.list(3, 3.0), numbers.list(3, 9.0), numbers.list(2, 2.0));
         dynamics.update(&position, &speed, &mut work);
         let (mut found, mut expected) = ([0.0; 2], [0.0; 2]);
         let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
-        assert!(law.torques(now, &mut memory, &mut found));
+        assert!(law.torques(now, &mut scratch, &mut found));
         let (angles, speeds) = (&work.kinematics.angles, &work.kinematics.speeds);
-        let seen = Observation {
+        let observation = Observation {
             time: 0.0,
             angles,
             speeds,
@@ -329,7 +329,7 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
             readings: &[],
             states: &[],
         };
-        linear.command(seen, &mut expected);
+        linear.command(observation, &mut expected);
         agree(&found, &expected, 1e-11, "torques");
     }
 }
@@ -347,7 +347,7 @@ fn computed_torque_decouples_a_bent_joint() {
     let width = 0.05;
     let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: Some(width) };
     let (dynamics, mut work) = Dynamics::new(&reduced);
-    let (mut memory, mut numbers) = (vec![0.0; law.memory()], Numbers(5));
+    let (mut scratch, mut numbers) = (vec![0.0; law.memory()], Numbers(5));
     for _ in 0..50 {
         let (position, speed) = (numbers.list(3, 3.0), numbers.list(3, 9.0));
         let (u2, reference, driver, road) = (numbers.next(), numbers.next(), numbers.next(), 10.0 * numbers.next());
@@ -356,7 +356,7 @@ fn computed_torque_decouples_a_bent_joint() {
         let mut found = [0.0; 2];
         let now =
             Situation { position: &position, speed: &speed, references: &[u2, reference], disturbances: &disturbances };
-        assert!(law.torques(now, &mut memory, &mut found));
+        assert!(law.torques(now, &mut scratch, &mut found));
 
         dynamics.update(&position, &speed, &mut work);
         let mut torques = vec![0.0; dynamics.input_count()];
@@ -370,19 +370,19 @@ fn computed_torque_decouples_a_bent_joint() {
             })
             .collect();
         let shafts = explicit(&reduced, &dynamics, &work, &torques, &frictions).shafts;
-        let wish = position_loop.acceleration(reference, position[0], speed[0], 0.0).expect("numbers");
-        close(shafts[rk], wish, 1e-10, "φ̈_rk");
-        let mut answer = work.kinematics.row(fs).to_vec();
-        work.factor.solve(&mut answer);
-        let mobility = dot(&answer, work.kinematics.row(fs));
+        let expected = position_loop.acceleration(reference, position[0], speed[0], 0.0).expect("numbers");
+        close(shafts[rk], expected, 1e-10, "φ̈_rk");
+        let mut solution = work.kinematics.row(fs).to_vec();
+        work.factor.solve(&mut solution);
+        let mobility = dot(&solution, work.kinematics.row(fs));
         // Single shares of φ̈_fs are up to 1e4 rad/s² (50 · T_wg / J); block and plan sum them in other orders, some 1e-12 apart.
         close(shafts[fs], (u2 + driver) * mobility, 1e-8, "φ̈_fs");
     }
     // At a straight joint the inertia felt is (6.129).
     let straight = first(source("sia-steering"));
     let data = MechanismData::new(&straight.reduced);
-    let mut memory = vec![0.0; data.block().memory()];
-    let now = data.block().evaluate(&[0.0; 3], &[0.0; 3], &mut memory).expect("memory enough");
+    let mut scratch = vec![0.0; data.block().memory()];
+    let now = data.block().evaluate(&[0.0; 3], &[0.0; 3], &mut scratch).expect("memory enough");
     let matrix: Vec<Vec<f64>> = now.inertia.chunks(3).map(<[f64]>::to_vec).collect();
     let inertia = kardan::num::rational_to_f64(&effective_inertia(&straight.design_models[0].linear, fs));
     close(
@@ -405,10 +405,10 @@ fn bad_situations_are_reported() {
     let fs = shaft(&reduced, "fs");
     let inputs = ["wg_motor", "rk_motor"].map(|name| input(&reduced, name));
     let law = |tasks| ComputedTorque { mechanism: data.block(), tasks, inputs: &inputs, friction_width: None };
-    let try_it = |law: ComputedTorque<'_, f64>, position: &[f64], reference: f64, memory: usize| {
-        let (mut memory, mut torques) = (vec![0.0; memory], [1.0, 2.0]);
+    let try_it = |law: ComputedTorque<'_, f64>, position: &[f64], reference: f64, scratch_size: usize| {
+        let (mut scratch, mut torques) = (vec![0.0; scratch_size], [1.0, 2.0]);
         let now = Situation { position, speed: &[0.0; 3], references: &[reference, 0.0], disturbances: &[] };
-        let found = law.torques(now, &mut memory, &mut torques);
+        let found = law.torques(now, &mut scratch, &mut torques);
         assert!(found || torques == [1.0, 2.0]);
         assert!(torques.iter().all(|x| x.is_finite()));
         found
@@ -432,10 +432,10 @@ fn bad_situations_are_reported() {
     let still = ComputedTorque { friction_width: Some(0.0), ..law(&good) };
     assert!(try_it(still, &[0.1; 3], 1.0, enough), "the sign of a speed of zero is zero");
     // The same task twice, a cut and a shaft that are not there, one task less than inputs.
-    let twice = [Task::Torque { shaft: fs }, Task::Torque { shaft: fs }];
+    let duplicate_tasks = [Task::Torque { shaft: fs }, Task::Torque { shaft: fs }];
     let no_cut = [Task::ConstraintTorque { cut: 1 }, good[1]];
     let no_shaft = [Task::Torque { shaft: 99 }, good[1]];
-    for tasks in [&twice[..], &no_cut, &no_shaft, &good[..1]] {
+    for tasks in [&duplicate_tasks[..], &no_cut, &no_shaft, &good[..1]] {
         assert!(!try_it(law(tasks), &[0.1; 3], 1.0, 1000), "{tasks:?}");
     }
 }
@@ -444,7 +444,7 @@ fn bad_situations_are_reported() {
 struct Controller<'a, T> {
     law: ComputedTorque<'a, T>,
     observer: StateSpace<'a, T>,
-    memory: Vec<T>,
+    scratch: Vec<T>,
     state: [T; 6],
     next: [T; 6],
     torques: [T; 2],
@@ -453,14 +453,14 @@ struct Controller<'a, T> {
 impl<'a, T: kardan_rt::Real> Controller<'a, T> {
     fn new(law: ComputedTorque<'a, T>, [a, b]: &'a [Vec<T>; 2]) -> Self {
         let observer = StateSpace::new(a, b, &[], &[], 6, 3).expect("shapes");
-        let memory = vec![T::ZERO; law.memory()];
-        Self { law, observer, memory, state: [T::ZERO; 6], next: [T::ZERO; 6], torques: [T::ZERO; 2] }
+        let scratch = vec![T::ZERO; law.memory()];
+        Self { law, observer, scratch, state: [T::ZERO; 6], next: [T::ZERO; 6], torques: [T::ZERO; 2] }
     }
 
     fn step(&mut self, readings: &[T], references: &[T]) {
         let (position, speed) = self.state.split_at(3);
         let now = Situation { position, speed, references, disturbances: &[] };
-        assert!(self.law.torques(now, &mut self.memory, &mut self.torques));
+        assert!(self.law.torques(now, &mut self.scratch, &mut self.torques));
         assert!(self.observer.step(&mut self.state, readings, &mut self.next));
     }
 }
@@ -552,8 +552,8 @@ fn sampled_law_with_observer_in_the_loop() {
     // The plant with the driver, who holds the wheel by (6.138), and the road.
     let (a, b) = observer::continuous(model, &["wg_motor", "rk_motor", "driver", "T_dist"]);
     let hands = [400.0 * inertia[0], 28.0 * inertia[0]];
-    let held = Matrix::from_fn(6, 6, |i, j| a[(i, j)] - if j % 3 == 1 { b[(i, 2)] * hands[j / 3] } else { 0.0 });
-    let (phi, gamma) = observer::sampled(&held, &b, period);
+    let with_driver = Matrix::from_fn(6, 6, |i, j| a[(i, j)] - if j % 3 == 1 { b[(i, 2)] * hands[j / 3] } else { 0.0 });
+    let (phi, gamma) = observer::sampled(&with_driver, &b, period);
     let plant_b: Vec<f64> = (0..6).flat_map(|i| [gamma[(i, 0)], gamma[(i, 1)], gamma[(i, 3)]]).collect();
     let sensors: Vec<f64> = (0..3).flat_map(|i| predictor.sensors.row(i)[..6].to_vec()).collect();
     let plant = StateSpace::new(phi.as_slice(), &plant_b, &sensors, &[0.0; 9], 6, 3).expect("shapes");

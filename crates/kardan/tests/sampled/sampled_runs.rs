@@ -25,7 +25,7 @@ fn fault(keys: &str) -> String {
 
 /// An encoder that gives no number for 20 ms: the controller holds its last reading, counts it, and goes on.
 #[test]
-fn a_lost_encoder() {
+fn an_encoder_fault() {
     let run = variant(&fault("sensor = \"wg_encoder\"\nat = \"0.2 s\"\nuntil = \"0.22 s\""), "rack");
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
@@ -62,7 +62,7 @@ fn a_stuck_sensor() {
 
 /// An observer before a law of continuous time holds the last good reading too.
 #[test]
-fn an_observer_without_a_reading() {
+fn an_observer_with_a_missing_reading() {
     let source = "\
 [model]
 name = \"servo\"
@@ -109,7 +109,7 @@ until = \"0.155 s\"
 /// The steering wheel is held by the driver, whom the controller without observer does not know: 20 N m are well within the
 /// limits of the motors, and the governor lets them through.
 #[test]
-fn the_governor_knows_that_a_shaft_under_a_torque_is_held() {
+fn the_governor_passes_a_feasible_wheel_torque() {
     let text = ecu().replacen("step_force = \"0 N m\"", "step_force = \"20 N m\"", 1);
     let text = text.replacen("step_rack = \"0.4 rad\"", "step_rack = \"0 rad\"", 1);
     assert_ne!(text, ecu());
@@ -383,12 +383,12 @@ fn a_second_clock() {
         }
         (found.period, noise, largest, found.slowest().expect("eigenvalues"))
     };
-    let (alone, both) = (shown(1), shown(2));
+    let (single_clock, both) = (shown(1), shown(2));
     // The motion that decays least, with the turns that the longer period hides.
-    assert!((alone.3.growth - both.3.growth).abs() < 1e-9, "{alone:?} {both:?}");
-    assert!((alone.0 - 1e-3).abs() < 1e-15 && (both.0 - 5e-3).abs() < 1e-12);
-    assert!(alone.1 > 1e-4 && (both.1 / alone.1 - 1.0).abs() < 1e-6, "{alone:?} {both:?}");
-    assert!(alone.2 > 1e-2 && (both.2 / alone.2 - 1.0).abs() < 1e-9, "{alone:?} {both:?}");
+    assert!((single_clock.3.growth - both.3.growth).abs() < 1e-9, "{single_clock:?} {both:?}");
+    assert!((single_clock.0 - 1e-3).abs() < 1e-15 && (both.0 - 5e-3).abs() < 1e-12);
+    assert!(single_clock.1 > 1e-4 && (both.1 / single_clock.1 - 1.0).abs() < 1e-6, "{single_clock:?} {both:?}");
+    assert!(single_clock.2 > 1e-2 && (both.2 / single_clock.2 - 1.0).abs() < 1e-9, "{single_clock:?} {both:?}");
 }
 
 /// The noise that errors of readings make, against a run of the map with drawn errors.
@@ -546,7 +546,7 @@ fn limits_are_judged_where_the_loop_has_settled() {
 
 /// While the slowest rate is searched for, slow sensors keep step with the controller.
 #[test]
-fn slow_sensors_keep_step_in_the_search_for_the_rate() {
+fn slow_sensors_follow_the_period_in_the_search_for_the_rate() {
     let variant = common::first(&(TWO_BODIES.to_owned() + PLACED));
     let model = &variant.design_models[0];
     let laws = &variant.designed;

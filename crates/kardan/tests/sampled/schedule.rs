@@ -15,14 +15,14 @@ const LAW: &str = "[control.column]\nlaw = \"sampled_noninteracting\"\n";
 /// The built-in steering with these keys of the controller `column`, at two joint angles.
 fn source(keys: &str) -> String {
     let source = builtin("sia-steering-ecu").expect("built in").source;
-    let (head, rest) = source.split_once("[[variant]]").expect("variants");
-    let (_, rest) = rest.split_once("# ---- bodies").expect("bodies");
-    let (rest, _) = rest.split_once("[[requirement]]").expect("requirements");
-    assert!(rest.contains(LAW));
+    let (head, tail) = source.split_once("[[variant]]").expect("variants");
+    let (_, tail) = tail.split_once("# ---- bodies").expect("bodies");
+    let (tail, _) = tail.split_once("[[requirement]]").expect("requirements");
+    assert!(tail.contains(LAW));
     let variants = [("straight", 0), ("bent", 30)].map(|(name, angle)| {
         format!("[[variant]]\nname = \"{name}\"\nset = {{ beta = \"{angle} deg\" }}\ncontrols = [\"column\", \"driver_model\"]\n")
     });
-    format!("{head}{}# {}", variants.concat(), rest.replace(LAW, &format!("{LAW}{keys}\n")))
+    format!("{head}{}# {}", variants.concat(), tail.replace(LAW, &format!("{LAW}{keys}\n")))
 }
 
 /// The controller `column` of a variant with these keys, designed at a position of the column (rad), or as the file says.
@@ -76,7 +76,7 @@ fn apart(one: &Matrix<f64>, other: &Matrix<f64>) -> f64 {
 
 /// Every number of every point is that of the law designed there alone.
 #[test]
-fn at_every_point_it_is_the_law_designed_there() {
+fn at_every_point_it_is_the_point_law() {
     let scheduled = law("", "bent", None).0.describe().controller_data;
     assert_eq!(scheduled.block, "ScheduledRegulator");
     assert_eq!(table(&scheduled, "schedule").len(), 16);
@@ -91,12 +91,12 @@ fn at_every_point_it_is_the_law_designed_there() {
 fn from_a_design(scheduled: &ControllerData, k: usize, share: f64) -> f64 {
     let count = table(scheduled, "schedule").len();
     let angle = std::f64::consts::PI * (k as f64 + share) / count as f64;
-    let alone = law("schedule = 1", "bent", Some(angle)).0.describe().controller_data;
-    assert_eq!(alone.block, "Regulator");
+    let point_design = law("schedule = 1", "bent", Some(angle)).0.describe().controller_data;
+    assert_eq!(point_design.block, "Regulator");
     let (here, next) = (point(scheduled, k), point(scheduled, (k + 1) % count));
     let error = |name: &&str| {
         let of = |all: &[(String, Matrix<f64>)]| all.iter().find(|(other, _)| other == name).unwrap().1.clone();
-        apart(&of(&here).scale(&(1.0 - share)).plus(&of(&next).scale(&share)), &matrix(table(&alone, name)))
+        apart(&of(&here).scale(&(1.0 - share)).plus(&of(&next).scale(&share)), &matrix(table(&point_design, name)))
     };
     PARTS[..5].iter().map(error).fold(0.0, f64::max)
 }
@@ -119,7 +119,7 @@ fn sample(law: &dyn Law, single: bool, states: &[f64], readings: &[f64]) -> (Vec
     let mut block = law.block(Some(Clock { single, ..law.clock().expect("sampled") })).expect("finite");
     let (mut out, mut next) = (vec![0.0; 2], vec![0.0; states.len()]);
     let references = [0.3, 1.5];
-    let seen = Observation {
+    let observation = Observation {
         time: 0.0,
         angles: &[],
         speeds: &[],
@@ -128,24 +128,24 @@ fn sample(law: &dyn Law, single: bool, states: &[f64], readings: &[f64]) -> (Vec
         readings,
         states,
     };
-    assert!(block.command(seen, &mut out));
-    assert!(block.states(seen, &[], &mut next));
+    assert!(block.command(observation, &mut out));
+    assert!(block.states(observation, &[], &mut next));
     (out, next)
 }
 
 /// The block at a point, with readings that differ from what it expects by so much, does what the block of the law designed there
 /// does with the same difference; in single precision too. Speeds are zero, so that no force of theirs is in it.
 #[test]
-fn the_block_at_a_point_is_the_block_designed_there() {
+fn the_block_at_a_point_is_that_of_the_point_law() {
     let (scheduled, _) = law("", "bent", None);
     for k in [0, 3, 8, 13] {
         let angle = std::f64::consts::PI * k as f64 / 16.0;
-        let (alone, plant) = law("schedule = 1", "bent", Some(angle));
-        let data = alone.describe().controller_data;
+        let (point_law, plant) = law("schedule = 1", "bent", Some(angle));
+        let data = point_law.describe().controller_data;
         let offset =
             |name: &str| data.numbers.iter().find(|DataNumber { name: other, .. }| other == name).expect("told").value;
         let offsets = ["rk_encoder.phi", "wg_encoder.phi", "bar.tau"].map(|name| offset(&format!("{name} offset")));
-        let mut states = vec![0.0; alone.states().len()];
+        let mut states = vec![0.0; point_law.states().len()];
         let estimate = [angle + 0.01, -0.2, angle];
         states[..3].copy_from_slice(&estimate);
         (states[6], states[7], states[8], states[9]) = (0.2, -0.1, 0.3, -0.4);
@@ -160,7 +160,7 @@ fn the_block_at_a_point_is_the_block_designed_there() {
         let linear: Vec<f64> =
             (0..3).map(|i| (0..n).map(|j| c[(i, j)] * states[j]).sum::<f64>() + offsets[i] + error[i]).collect();
         let bent: Vec<f64> = (0..3).map(|i| exact[i] + error[i]).collect();
-        let expected = sample(&*alone, false, &states, &linear);
+        let expected = sample(&*point_law, false, &states, &linear);
         for (single, tolerance) in [(false, 1e-8), (true, 2e-3)] {
             let found = sample(&*scheduled, single, &states, &bent);
             // All but the last readings, which are kept as they are.
@@ -187,7 +187,7 @@ fn a_straight_joint_changes_no_bit() {
 
 /// Where the column stands at rest, and its reference with it, nothing is asked of the motors; as little as rounding leaves.
 #[test]
-fn a_turned_column_alone_asks_for_no_torque() {
+fn a_rotated_column_in_equilibrium_needs_no_torque() {
     let (scheduled, plant) = law("", "bent", None);
     let mut kinematics = kardan::reduce::Kinematics::new(&plant.reduced);
     for angle in [0.3, std::f64::consts::FRAC_PI_2, 2.9, -7.7, 40.0] {
@@ -196,7 +196,7 @@ fn a_turned_column_alone_asks_for_no_torque() {
         scheduled.start(&kinematics.angles, &kinematics.speeds, &mut states);
         let mut block = scheduled.block(scheduled.clock()).expect("finite");
         for _ in 0..50 {
-            let seen = Observation {
+            let observation = Observation {
                 time: 0.0,
                 angles: &kinematics.angles,
                 speeds: &kinematics.speeds,
@@ -206,8 +206,8 @@ fn a_turned_column_alone_asks_for_no_torque() {
                 states: &states,
             };
             let (mut out, mut next) = ([1.0; 2], states.clone());
-            assert!(block.command(seen, &mut out));
-            assert!(block.states(seen, &[], &mut next));
+            assert!(block.command(observation, &mut out));
+            assert!(block.states(observation, &[], &mut next));
             assert!(block.health() == kardan_rt::Health::default(), "{:?}", block.health());
             states = next;
             assert!(out.iter().all(|x| x.abs() < 1e-7 * angle.abs().max(1.0)), "{angle}: {out:?}");
@@ -218,21 +218,21 @@ fn a_turned_column_alone_asks_for_no_torque() {
 /// What is said of the loop at a position is the loop of the law designed there, at every point; and the loop that is looked at
 /// over half a turn is stable throughout.
 #[test]
-fn the_linear_part_at_a_point_is_that_of_the_law_designed_there() {
+fn the_linear_part_at_a_point_is_that_of_the_point_law() {
     let (scheduled, _) = law("", "bent", None);
     assert!(scheduled.is_nonlinear());
     for k in [0, 5, 8] {
         let angle = std::f64::consts::PI * f64::from(k) / 16.0;
-        let there = scheduled.linear_at(&[angle, 0.0, angle], scheduled.clock()).expect("finite");
+        let at_point = scheduled.linear_at(&[angle, 0.0, angle], scheduled.clock()).expect("finite");
         // As a law of its own it stands at zero, so the rows of its readings are those of the straight column.
-        let (alone, _) = law("schedule = 1", "bent", Some(angle));
-        let expected = alone.linear();
+        let (point_law, _) = law("schedule = 1", "bent", Some(angle));
+        let expected = point_law.linear();
         for (one, other) in [
-            (&there.states, &expected.states),
-            (&there.angles, &expected.angles),
-            (&there.on_states, &expected.on_states),
-            (&there.on_angles, &expected.on_angles),
-            (&there.on_references, &expected.on_references),
+            (&at_point.states, &expected.states),
+            (&at_point.angles, &expected.angles),
+            (&at_point.on_states, &expected.on_states),
+            (&at_point.on_angles, &expected.on_angles),
+            (&at_point.on_references, &expected.on_references),
         ] {
             assert!(apart(one, other) < 1e-7, "point {k}: {}", apart(one, other));
         }

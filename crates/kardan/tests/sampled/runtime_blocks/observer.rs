@@ -92,10 +92,10 @@ pub fn predictor(model: &LinearModel, [wg, cs, rk, cj]: [usize; 4], period: f64)
     let mut covariance = Matrix::identity(8);
     let mut gain = Matrix::zeros(8, 3);
     for _ in 0..20_000 {
-        let seen = sensors.multiply(&covariance);
-        let innovation = seen.multiply(&sensors.transpose()).plus(&noise);
+        let cross_covariance = sensors.multiply(&covariance);
+        let innovation = cross_covariance.multiply(&sensors.transpose()).plus(&noise);
         // L = Φ P Cᵀ (C P Cᵀ + R)⁻¹
-        gain = innovation.solve(&seen.multiply(&phi.transpose())).expect("regular").transpose();
+        gain = innovation.solve(&cross_covariance.multiply(&phi.transpose())).expect("regular").transpose();
         let closed = phi.plus(&gain.multiply(&sensors).scale(&-1.0));
         covariance = closed
             .multiply(&covariance)
