@@ -115,7 +115,7 @@ fn the_log_is_one_of_a_bench() {
 
 /// Hardly more torque than the friction: ramps become longer, points are left out, commands stay within.
 #[test]
-fn weak_motors_are_not_asked_for_more() {
+fn limits_of_weak_motors_are_respected() {
     let weak = short().replace("\"8 N m\"", "\"0.16 N m\"").replace("\"1.3 N m\"", "\"0.13 N m\"");
     let weak = weak.replace("torque_noise = \"0.02 N m\"", "");
     let (bench, log) = log(&weak);
@@ -170,11 +170,11 @@ fn constant_speeds_are_reached_and_obey_the_truth() {
         let (wg, cs, fs) = (speed("wg"), speed("cs"), speed("fs"));
         let of = |d: f64, c: f64, w: f64| d * w + c * w.signum();
         let loss = [of(251.0 / 510_000.0, 0.0361, wg), of(-0.0123, 0.1847, cs), of(1.0 / 51.0, 0.0091, fs)];
-        let rest = [
+        let imbalance = [
             torque("wg") - torque("fs") / 50.0 - (loss[0] - loss[2] / 50.0),
             torque("cs") + 1.02 * torque("fs") - (loss[1] + 1.02 * loss[2]),
         ];
-        assert!(rest.iter().all(|x| x.abs() < 0.008), "{rest:?} at {:?}", point.speeds);
+        assert!(imbalance.iter().all(|x| x.abs() < 0.008), "{imbalance:?} at {:?}", point.speeds);
         // What the model expected is something else.
         let expected = |motor: &str| point.torques[plan.motors.iter().position(|m| *m == motor).unwrap()];
         largest = largest
@@ -185,7 +185,7 @@ fn constant_speeds_are_reached_and_obey_the_truth() {
 
 /// The plan and the first commands come from the model alone: another truth changes the motion, not them.
 #[test]
-fn nobody_looks_into_the_plant() {
+fn plan_and_first_commands_do_not_depend_on_the_plant() {
     let other = "[bench.truth]\n\"wg.inertia\" = \"200 kg mm^2\"\n\"cs.friction\" = \"0.3 N m\"\n\
                  \"wg_motor.lag\" = \"0.4 ms\"\n\"cs_motor.lag\" = \"1 ms\"\n\"fs_motor.lag\" = \"1 ms\"\n";
     let settings = BenchSettings { truth: Some(truth(other)), ..Default::default() };
@@ -297,7 +297,7 @@ fn a_grid_is_played_as_it_is_written() {
 
 /// Sines and steps also tell inertias (of all three shafts, for the squares of two speeds and their product are three numbers).
 #[test]
-fn sines_and_steps_keep_the_limits() {
+fn sines_and_steps_respect_the_limits() {
     for plan in ["multisine", "random_steps"] {
         let source = short().replace("dwell = \"0.5 s\"", "dwell = \"2 s\"").replace("points = 6", "points = 3");
         let settings = BenchSettings { plan: Some(plan.into()), ..Default::default() };
@@ -317,7 +317,7 @@ fn sines_and_steps_keep_the_limits() {
 
 /// A file with true values is what the bench says they are, to the last bit; drawn ones lie within the spread.
 #[test]
-fn true_values_are_given_or_drawn() {
+fn true_values_are_explicit_or_drawn() {
     let bench = prepared(&short(), &BenchSettings::default());
     let settings = BenchSettings { truth: Some(truth(&truth_toml(bench.truth()))), ..Default::default() };
     let again = prepared(&short(), &settings);
@@ -515,7 +515,7 @@ fn simulation_and_bench_side_by_side() {
 /// Each run of the comparison is one that can be made otherwise: the simulation that of a file without friction and sample times, and a
 /// plant that is the model makes no difference but the controller's own.
 #[test]
-fn a_bench_like_the_model_differs_by_the_controller_alone() {
+fn a_bench_like_the_model_differs_only_by_the_controller() {
     let short = source().replace("duration = \"5 s\"", "duration = \"1.5 s\"");
     let settings = BenchSettings { truth: Some(truth("[bench.truth]\n")), ..Default::default() };
     let found = study::closed_loop(&Project::open(short.as_str()), &settings, &Silent).unwrap();

@@ -51,8 +51,8 @@ fn grid(dwell: f64) -> Vec<Row> {
             let area = |x: f64| x * x * x - 0.5 * x.powi(4);
             for j in 0..2 {
                 let moved = (area(next) - area(x)) * ramp as f64 * STEP;
-                let held = if next > x { from[j] * STEP } else { to[j] * STEP };
-                angle[j] += held + (to[j] - from[j]) * moved;
+                let advance = if next > x { from[j] * STEP } else { to[j] * STEP };
+                angle[j] += advance + (to[j] - from[j]) * moved;
             }
         }
         from = to;
@@ -228,7 +228,7 @@ fn intervals_cover() {
 
 /// Where nobody measured a torque it is eliminated, and what then cannot be told is said.
 #[test]
-fn a_torque_that_nobody_measured() {
+fn an_unmeasured_torque_is_eliminated() {
     let log = csv(&grid(0.6), 7, |_, _| 0.0);
     let blind: String = log.lines().map(|line| line.rsplit_once(',').expect("columns").0.to_string() + "\n").collect();
     // What acts along it alone is lost by structure; the flexspline's damping and friction are seen through the other torque.
@@ -268,12 +268,12 @@ fn combinations_by_structure() {
         let tau = (2.0 + 4.5 / 9.0) * a + 0.9 / 9.0 * w + 0.05 * normal(&mut random);
         let _ = writeln!(log, "{t},{w},{tau}");
     }
-    let asked = |method: &str| IdentifySettings {
+    let options = |method: &str| IdentifySettings {
         parameters: ["a.inertia", "b.inertia", "b.damping"].map(String::from).to_vec(),
         method: Some(method.into()),
         ..IdentifySettings::default()
     };
-    let whole = found(GEARS, vec![log.clone()], &asked("dynamic"));
+    let whole = found(GEARS, vec![log.clone()], &options("dynamic"));
     let a = one(&whole, "a.inertia");
     assert_eq!(a.combination, " + 0.111111 b.inertia");
     near(&whole, "a.inertia", 2.5, 4.0);
@@ -284,14 +284,14 @@ fn combinations_by_structure() {
         ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]
     );
     // Constant speeds only: nothing accelerates.
-    let held: String = "time,a.w,m.tau\n".to_string()
+    let constant_speeds: String = "time,a.w,m.tau\n".to_string()
         + &(0..4000)
             .map(|k| {
                 let w = f64::from(1 + k / 500);
                 format!("{},{w},{}\n", 0.001 * f64::from(k), 0.1 * w + 0.01 * normal(&mut random))
             })
             .collect::<String>();
-    let steady = found(GEARS, vec![held], &asked("steady"));
+    let steady = found(GEARS, vec![constant_speeds], &options("steady"));
     assert_eq!(steady.unidentifiable.structurally.len(), 2);
     assert!(one(&steady, "a.inertia").remark.contains("whichever signals are logged"));
     near(&steady, "b.damping", 0.9, 4.0);
@@ -358,18 +358,18 @@ fn extra_terms_and_their_choice() {
 /// A Stribeck speed that is given is no parameter of the fit, whatever the method; and one whose torque stands at its bound, zero, is not
 /// determined.
 #[test]
-fn a_stribeck_speed_that_is_given() {
+fn an_explicit_stribeck_speed_is_not_fitted() {
     let stribeck = |w: f64| 0.3 + 0.25 * (-(w / 1.7) * (w / 1.7)).exp();
     let log = shaft_log(14, |w, _| 0.02 * w + stribeck(w) * w.signum());
     let plain = SHAFT.split("[[identification.extra]]").next().expect("text");
     let term = "[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"s\"\n";
-    let given = format!("{plain}{term}speed = \"1.7 rad/s\"\n");
-    let asked = |method: &str| IdentifySettings {
+    let explicit_speed = format!("{plain}{term}speed = \"1.7 rad/s\"\n");
+    let options = |method: &str| IdentifySettings {
         variant: None,
         ..settings(&["s.damping", "s.friction", "s.stribeck"], method)
     };
     for method in ["steady", "dynamic"] {
-        let all = found(&given, vec![log.clone()], &asked(method));
+        let all = found(&explicit_speed, vec![log.clone()], &options(method));
         for (name, truth) in [("s.damping", 0.02), ("s.friction", 0.3), ("s.stribeck", 0.25)] {
             near(&all, name, truth, 4.0);
             assert!(one(&all, name).interval.is_some(), "{method}: {:?}", one(&all, name));
@@ -381,8 +381,8 @@ fn a_stribeck_speed_that_is_given() {
     }
     let none = shaft_log(15, |w, _| 0.02 * w + (0.3 - 0.2 * (-(w / 1.7) * (w / 1.7)).exp()) * w.signum());
     let bounded = format!("[identification]\nnonnegative = [\"s.stribeck\"]\n{plain}{term}");
-    let known_friction = IdentifySettings { variant: None, ..settings(&["s.damping", "s.stribeck"], "dynamic") };
-    let all = found(&bounded, vec![none], &known_friction);
+    let nonnegative_stribeck = IdentifySettings { variant: None, ..settings(&["s.damping", "s.stribeck"], "dynamic") };
+    let all = found(&bounded, vec![none], &nonnegative_stribeck);
     assert_eq!(one(&all, "s.stribeck").value, Some(0.0));
     assert_eq!(one(&all, "s.stribeck_speed").standard_error, Some(f64::INFINITY));
     assert!(all.for_file.iter().all(|one| one.name != "s.stribeck_speed"), "{:?}", all.for_file);
@@ -391,16 +391,16 @@ fn a_stribeck_speed_that_is_given() {
 /// Candidates are compared on one scale and on the same windows, whatever the file guesses: an inertia that the log does not have, a
 /// breakaway torque, a clock that jumps back; a bound on a parameter concerns the models that have it.
 #[test]
-fn candidates_are_compared_alike() {
+fn candidates_are_compared_on_equal_terms() {
     let log = shaft_log(31, |w, _| 0.02 * w + 0.3 * w.signum());
     let compared = |source: &str, logs: &[String]| {
-        let asked = IdentifySettings {
+        let options = IdentifySettings {
             parameters: vec!["s.inertia".into(), "s.damping".into(), "s.friction".into()],
             method: Some("dynamic".into()),
             compare: true,
             ..IdentifySettings::default()
         };
-        found(source, logs.to_vec(), &asked).candidates
+        found(source, logs.to_vec(), &options).candidates
     };
     let plain = SHAFT.split("[[identification.extra]]").next().expect("text").to_string();
     let error = |all: &[kardan::results::Candidate], name: &str| {
@@ -427,9 +427,9 @@ fn candidates_are_compared_alike() {
     assert!((stuck / bare - 1.0).abs() < 0.05, "{stuck} {bare}");
     // The same recording twice, the clock beginning anew, is compared as two files are.
     let rows: String = log.lines().skip(2).map(|line| format!("{line}\n")).collect();
-    let twice = compared(&plain, &[format!("{log}{rows}")]);
+    let repeated = compared(&plain, &[format!("{log}{rows}")]);
     let both = compared(&plain, &[log.clone(), log.clone()]);
-    for (one, other) in twice.iter().zip(&both) {
+    for (one, other) in repeated.iter().zip(&both) {
         assert!((one.error.unwrap().mean / other.error.unwrap().mean - 1.0).abs() < 1e-9, "{one:?} {other:?}");
         assert!((one.error.unwrap().spread / other.error.unwrap().spread - 1.0).abs() < 1e-6, "{one:?} {other:?}");
     }
@@ -458,13 +458,13 @@ fn a_guess_does_not_choose_the_model() {
              [[identification.candidate]]\nname = \"without\"\nparameters = [\"s.damping\", \"s.friction\"]\n",
             plain.replace("0.01 kg m^2", guess)
         );
-        let asked = IdentifySettings {
+        let options = IdentifySettings {
             parameters: vec!["s.inertia".into(), "s.damping".into(), "s.friction".into()],
             method: Some("dynamic".into()),
             compare: true,
             ..IdentifySettings::default()
         };
-        let all = found(&source, vec![log.clone()], &asked).candidates;
+        let all = found(&source, vec![log.clone()], &options).candidates;
         assert!(all.len() == 2 && all[1].chosen, "{all:?}");
         all[0].error.unwrap().mean / all[1].error.unwrap().mean
     });
@@ -481,8 +481,8 @@ fn a_parameter_at_its_bound_is_written() {
     );
     let found = found(&bounded, vec![log], &IdentifySettings::default());
     assert_eq!((one(&found, "s.damping").value.unwrap(), found.parameters.len()), (0.0, 2));
-    let (text, left) = study::write_values(&bounded, &found).expect("a file");
-    assert!(left.is_empty() && text.contains("damping = \"0 N m s/rad\""), "{text}");
+    let (text, unwritten) = study::write_values(&bounded, &found).expect("a file");
+    assert!(unwritten.is_empty() && text.contains("damping = \"0 N m s/rad\""), "{text}");
 }
 
 /// Numbers that no sensor gives are refused, not computed with; a sensor that hardly sees what a parameter acts on is told.
@@ -523,12 +523,12 @@ fn numbers_out_of_reach() {
         }
         out
     };
-    let asked = IdentifySettings {
+    let options = IdentifySettings {
         parameters: vec!["k.stiffness".into()],
         method: Some("dynamic".into()),
         ..IdentifySettings::default()
     };
-    let (loud, quiet) = (found(spring, vec![stiff(1e-3)], &asked), found(spring, vec![stiff(1e-6)], &asked));
+    let (loud, quiet) = (found(spring, vec![stiff(1e-3)], &options), found(spring, vec![stiff(1e-6)], &options));
     assert!(loud.warnings.iter().any(|one| one.contains("k.stiffness acts on is sensor noise")), "{:?}", loud.warnings);
     assert!(quiet.warnings.is_empty(), "{:?}", quiet.warnings);
     near(&quiet, "k.stiffness", 5000.0, 4.0);
@@ -541,13 +541,15 @@ fn the_time_is_found() {
     let log = shaft_log(34, |w, _| 0.02 * w + 0.3 * w.signum());
     let rows = || log.lines().skip(2).map(|line| line.split_once(';').expect("columns"));
     let in_ms: String = "time_ms;s.w;m.tau;load.tau\n".to_string()
-        + &rows().map(|(t, rest)| format!("{};{rest}\n", t.parse::<f64>().expect("a time") * 1e3)).collect::<String>();
+        + &rows()
+            .map(|(t, cells)| format!("{};{cells}\n", t.parse::<f64>().expect("a time") * 1e3))
+            .collect::<String>();
     let found_ms = found(plain, vec![in_ms], &IdentifySettings::default());
     near(&found_ms, "s.damping", 0.02, 4.0);
     assert!((found_ms.logs[0].span.unwrap().end - 19.999).abs() < 1e-6);
     let two: String = "Clock;t;s.w;m.tau;load.tau\n".to_string()
         + &rows()
-            .map(|(t, rest)| format!("{t};{};{rest}\n", 7.0 * t.parse::<f64>().expect("a time")))
+            .map(|(t, cells)| format!("{t};{};{cells}\n", 7.0 * t.parse::<f64>().expect("a time")))
             .collect::<String>();
     let named = format!("[log.bench]\ntime = \"clock\"\n{plain}");
     let found_two = found(&named, vec![two], &IdentifySettings::default());
@@ -572,19 +574,19 @@ fn outliers() {
             }
         })
         .collect();
-    let asked = |loss: &str| IdentifySettings {
+    let options = |loss: &str| IdentifySettings {
         parameters: vec!["s.friction".into(), "s.damping".into()],
         loss: Some(loss.into()),
         method: Some("dynamic".into()),
         ..IdentifySettings::default()
     };
-    let squares = found(SHAFT, vec![spoiled.clone()], &asked("squares"));
-    let robust = found(SHAFT, vec![spoiled], &asked("bisquare"));
+    let squares = found(SHAFT, vec![spoiled.clone()], &options("squares"));
+    let robust = found(SHAFT, vec![spoiled], &options("bisquare"));
     assert!((one(&squares, "s.friction").value.unwrap() - 0.3).abs() > 0.1, "{:?}", one(&squares, "s.friction"));
     near(&robust, "s.friction", 0.3, 4.0);
     near(&robust, "s.damping", 0.02, 4.0);
     assert!(one(&robust, "s.friction").standard_error.unwrap() < 0.003 && robust.outliers > 20);
-    let huber = found(SHAFT, vec![shaft_log(22, |w, _| 0.02 * w + 0.3 * w.signum())], &asked("huber"));
+    let huber = found(SHAFT, vec![shaft_log(22, |w, _| 0.02 * w + 0.3 * w.signum())], &options("huber"));
     near(&huber, "s.friction", 0.3, 4.0);
 }
 
@@ -592,28 +594,28 @@ fn outliers() {
 #[test]
 fn bounds() {
     let log = shaft_log(31, |w, _| -0.01 * w + 0.3 * w.signum());
-    let asked = |parameters: &[&str]| IdentifySettings {
+    let options = |parameters: &[&str]| IdentifySettings {
         parameters: parameters.iter().map(|name| name.to_string()).collect(),
         method: Some("dynamic".into()),
         ..IdentifySettings::default()
     };
-    let free = found(SHAFT, vec![log.clone()], &asked(&["s.damping", "s.friction"]));
+    let free = found(SHAFT, vec![log.clone()], &options(&["s.damping", "s.friction"]));
     near(&free, "s.damping", -0.01, 4.0);
     let bounded = SHAFT.to_string() + "[identification]\nnonnegative = [\"s.damping\"]\n";
-    let held = found(&bounded, vec![log.clone()], &asked(&["s.damping", "s.friction"]));
+    let bounded_fit = found(&bounded, vec![log.clone()], &options(&["s.damping", "s.friction"]));
     assert_eq!(
-        (one(&held, "s.damping").value.unwrap(), one(&held, "s.damping").remark.as_str()),
+        (one(&bounded_fit, "s.damping").value.unwrap(), one(&bounded_fit, "s.damping").remark.as_str()),
         (0.0, "at its bound, zero")
     );
-    let without = SHAFT.replace("damping = \"0.02 N m s/rad\"", "damping = \"0 N m s/rad\"");
-    let alone = found(&without, vec![log], &asked(&["s.friction"]));
-    let (a, b) = (one(&held, "s.friction").value.unwrap(), one(&alone, "s.friction").value.unwrap());
+    let undamped = SHAFT.replace("damping = \"0.02 N m s/rad\"", "damping = \"0 N m s/rad\"");
+    let friction_only = found(&undamped, vec![log], &options(&["s.friction"]));
+    let (a, b) = (one(&bounded_fit, "s.friction").value.unwrap(), one(&friction_only, "s.friction").value.unwrap());
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
 }
 
 /// A key that the model file does not give is found all the same; the sense of a sensor, its unit, its zero and its clock are put right.
 #[test]
-fn what_a_log_holds_is_reported_in_the_file() {
+fn log_channels_are_described_in_the_file() {
     let source = "[shaft.s]\ninertia = \"0.01 kg m^2\"\n[motor.m]\nshaft = \"s\"\n\
         [identification]\nparameters = [\"s.damping\", \"s.friction\"]\nmethod = \"dynamic\"\n\
         [log.speed]\nfile = \"*speed*\"\n[[log.speed.channel]]\nsignal = \"s.w\"\ncolumn = \"Drehzahl\"\nunit = \"rpm\"\nfactor = -1\n\
@@ -665,13 +667,13 @@ fn gaps_and_jumps() {
     let repeated = log.lines().last().expect("rows").to_string() + "\n";
     log += &repeated;
     add(1.0, 3000, &mut log);
-    let asked = IdentifySettings {
+    let options = IdentifySettings {
         parameters: vec!["s.damping".into(), "s.friction".into()],
         method: Some("dynamic".into()),
         window: Some(0.1),
         ..IdentifySettings::default()
     };
-    let found = found(SHAFT, vec![log], &asked);
+    let found = found(SHAFT, vec![log], &options);
     near(&found, "s.damping", 0.02, 4.0);
     near(&found, "s.friction", 0.3, 4.0);
     let remarks = found.logs[0].remarks.join("; ");
@@ -684,9 +686,9 @@ fn gaps_and_jumps() {
 #[test]
 fn written_and_read_again() {
     let found = found(drive(), vec![csv(&grid(0.6), 13, |_, _| 0.0)], &settings(&SIX, "steady"));
-    let (text, left) =
+    let (text, unwritten) =
         study::write_values(drive(), &found).unwrap_or_else(|wrong| panic!("{}", plain(drive(), &wrong)));
-    assert_eq!(left, Vec::<String>::new());
+    assert_eq!(unwritten, Vec::<String>::new());
     let lines = |text: &str| text.lines().filter(|line| line.trim_start().starts_with('#')).count();
     assert_eq!(lines(&text), lines(drive()), "comments stay");
     let (document, diagnostics) = read(&text);
@@ -698,11 +700,11 @@ fn written_and_read_again() {
     for name in SIX {
         let one = one(&found, name);
         // A friction is an entry of [parameters] there.
-        let there = match name.split_once('.') {
+        let entry = match name.split_once('.') {
             Some((shaft, "friction")) => format!("friction_{shaft}"),
             _ => name.to_string(),
         };
-        let tolerance = tolerances.iter().find(|other| other.parameter == there);
+        let tolerance = tolerances.iter().find(|other| other.parameter == entry);
         let Some(tolerance) = tolerance else {
             // It is varied in the file, so that the key itself was written.
             assert!(tolerances.iter().any(|other| other.parameter == name), "{name}");
@@ -720,9 +722,9 @@ fn written_and_read_again() {
 fn nonsense_is_refused() {
     let good = shaft_log(41, |w, _| 0.02 * w);
     let plain_settings = IdentifySettings::default();
-    let says = |source: &str, log: &str, settings: &IdentifySettings, words: &[&str]| {
+    let says = |source: &str, log: &str, settings: &IdentifySettings, fragments: &[&str]| {
         let text = refused(source, vec![("my.csv", log.to_string())], settings);
-        words.iter().for_each(|word| assert!(text.contains(word), "{word}: {text}"));
+        fragments.iter().for_each(|word| assert!(text.contains(word), "{word}: {text}"));
     };
     says(SHAFT, "", &plain_settings, &["my.csv", "empty"]);
     says(SHAFT, "time,speed\n0,1\n1,2\n", &plain_settings, &["no channel", "speed", "s.w"]);
@@ -731,16 +733,16 @@ fn nonsense_is_refused() {
     says(SHAFT, "time,s.w\n0,1\n1,2\n", &plain_settings, &["no torque"]);
     says(SHAFT, "time,s.w,m.tau,load.tau\ns,N m,N m,N m\n0,1,1,1\n1,2,2,2\n", &plain_settings, &["unit", "s.w"]);
     says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too few", "window"]);
-    let ask = |names: &[&str]| IdentifySettings {
+    let options = |names: &[&str]| IdentifySettings {
         parameters: names.iter().map(|name| name.to_string()).collect(),
         ..IdentifySettings::default()
     };
-    says(SHAFT, &good, &ask(&["s.dampin"]), &["s.dampin", "did you mean `s.damping`"]);
-    says(SHAFT, &good, &ask(&["m.tau"]), &["m.tau"]);
-    says(SHAFT, &good, &ask(&["s.damping", "s.damping"]), &["same coefficient"]);
-    says(GEARS, "time,a.w,m.tau\n0,1,1\n", &ask(&["g.ratio"]), &["g.ratio"]);
+    says(SHAFT, &good, &options(&["s.dampin"]), &["s.dampin", "did you mean `s.damping`"]);
+    says(SHAFT, &good, &options(&["m.tau"]), &["m.tau"]);
+    says(SHAFT, &good, &options(&["s.damping", "s.damping"]), &["same coefficient"]);
+    says(GEARS, "time,a.w,m.tau\n0,1,1\n", &options(&["g.ratio"]), &["g.ratio"]);
     let ratio = GEARS.replace("ratio = 3", "ratio = \"r\"") + "[parameters]\nr = 3\n";
-    says(&ratio, "time,a.w,m.tau\n0,1,1\n", &ask(&["r"]), &["linearly"]);
+    says(&ratio, "time,a.w,m.tau\n0,1,1\n", &options(&["r"]), &["linearly"]);
     let no_variant = IdentifySettings { variant: Some("x".into()), ..IdentifySettings::default() };
     says(SHAFT, &good, &no_variant, &["no variant `x`"]);
     let width = IdentifySettings { window: Some(f64::NAN), ..IdentifySettings::default() };
@@ -754,8 +756,8 @@ fn nonsense_is_refused() {
     assert!(unpaired.contains("2 of `a`, 1 of `b`"), "{unpaired}");
     let unknown = refused(&two, vec![("c.csv", good.clone())], &plain_settings);
     assert!(unknown.contains("describes `c.csv`"), "{unknown}");
-    let twice = refused(&two, vec![("a.csv", good.clone()), ("b.csv", good.clone())], &plain_settings);
-    assert!(twice.contains("in two channels"), "{twice}");
+    let ambiguous = refused(&two, vec![("a.csv", good.clone()), ("b.csv", good.clone())], &plain_settings);
+    assert!(ambiguous.contains("in two channels"), "{ambiguous}");
     let differ = refused(
         SHAFT,
         vec![("a.csv", good.clone()), ("b.csv", "time,s.w,m.tau\n0,1,1\n1,2,1\n".into())],
@@ -772,7 +774,7 @@ fn nonsense_is_refused() {
     says(&channel("column = \"s.w\"\nscale = \"2 N m\""), &good, &plain_settings, &["expected an angular velocity"]);
     // A log that breaks off: what is before counts, and it is said.
     let broken = good[..good.len() - 10].to_string();
-    let found = found(SHAFT, vec![broken], &ask(&["s.damping"]));
+    let found = found(SHAFT, vec![broken], &options(&["s.damping"]));
     assert!(!found.logs[0].remarks.is_empty(), "{:?}", found.logs[0]);
 }
 
@@ -781,13 +783,13 @@ fn nonsense_is_refused() {
 fn many_at_once() {
     use rayon::prelude::*;
     let log = shaft_log(51, |w, _| 0.02 * w + 0.3 * w.signum());
-    let asked = IdentifySettings { parameters: vec!["s.friction".into()], ..IdentifySettings::default() };
-    let alone = one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value.unwrap();
+    let options = IdentifySettings { parameters: vec!["s.friction".into()], ..IdentifySettings::default() };
+    let single_run = one(&found(SHAFT, vec![log.clone()], &options), "s.friction").value.unwrap();
     let all: Vec<f64> = (0..16)
         .into_par_iter()
-        .map(|_| one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value.unwrap())
+        .map(|_| one(&found(SHAFT, vec![log.clone()], &options), "s.friction").value.unwrap())
         .collect();
-    assert!(all.iter().all(|value| *value == alone), "{alone} {all:?}");
+    assert!(all.iter().all(|value| *value == single_run), "{single_run} {all:?}");
 }
 
 /// A recording that was stopped: logs of a few windows, sound and cut in the middle of a row, end with an interval or with a word.
@@ -797,15 +799,15 @@ fn logs_cut_at_every_length() {
     let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
     let whole = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let lines: Vec<&str> = whole.split_inclusive('\n').take(1000).collect();
-    let (mut reported, mut without) = (0, 0);
+    let (mut reported, mut no_interval) = (0, 0);
     for parameters in [&["wg.damping"][..], &[]] {
         for window in [0.4, 0.05] {
-            let asked = IdentifySettings { window: Some(window), variant: None, ..self::settings(parameters, "") };
+            let options = IdentifySettings { window: Some(window), variant: None, ..self::settings(parameters, "") };
             for count in (1..lines.len()).step_by(7).chain([500]) {
                 let mut log = lines[..count].concat();
                 // Every other one ends in the middle of a number.
                 log.truncate(log.len() - if count % 2 == 0 { 0 } else { 9 });
-                let Ok(found) = identify(source, vec![file("log.csv", log)], &asked, &Silent) else { continue };
+                let Ok(found) = identify(source, vec![file("log.csv", log)], &options, &Silent) else { continue };
                 for one in &found.parameters {
                     let inside = one.interval.is_none_or(|it| (it.lower..=it.upper).contains(&one.value.unwrap()));
                     assert!(
@@ -815,14 +817,14 @@ fn logs_cut_at_every_length() {
                     assert!(inside, "{count}: {one:?}");
                     assert!(one.interval.is_some() || !one.remark.is_empty(), "{count}: {one:?}");
                     reported += usize::from(one.interval.is_some());
-                    without += usize::from(one.interval.is_none());
+                    no_interval += usize::from(one.interval.is_none());
                 }
                 let Verdict { sound, text: verdict } = found.verdict();
                 assert!(!sound || found.parameters.iter().all(|one| one.interval.is_some()), "{verdict}");
             }
         }
     }
-    assert!(reported > 20 && without > 20, "{reported} intervals, {without} parameters without");
+    assert!(reported > 20 && no_interval > 20, "{reported} intervals, {no_interval} parameters without");
 }
 
 /// What stands against a result stands in its first sentence.
@@ -853,13 +855,13 @@ fn the_verdict_names_damage_and_warnings() {
     let mut still = rows(4000);
     let again = still[1000].clone();
     still.insert(1000, again);
-    for (rows, said) in [
+    for (rows, message) in [
         (cut, "from a log that is damaged (log-0.csv"),
         (odd, "1 row is left out"),
         (back, "the clock of log-0.csv jumps back once"),
         (still, "does not advance or is missing in 1 rows"),
     ] {
         let (sound, verdict) = verdict(rows);
-        assert!(!sound && verdict.contains(said), "{said}: {verdict}");
+        assert!(!sound && verdict.contains(message), "{message}: {verdict}");
     }
 }

@@ -35,10 +35,10 @@ fn the_regressor_is_the_torque_balance() {
         let (dynamics, mut work) = Dynamics::new(&model);
         let all = coefficients(&model);
         let (r, inputs) = (model.degrees_of_freedom(), model.equations.inputs.len());
-        for ask in 0..12 {
-            let wanted: Vec<Coefficient> = all.iter().filter(|_| ask == 0 || dice.below(2) == 1).cloned().collect();
-            let p = wanted.len();
-            let mut regressor = Regressor::new(&model, &wanted, &[], 1e-9);
+        for trial in 0..12 {
+            let selected: Vec<Coefficient> = all.iter().filter(|_| trial == 0 || dice.below(2) == 1).cloned().collect();
+            let p = selected.len();
+            let mut regressor = Regressor::new(&model, &selected, &[], 1e-9);
             assert_eq!((regressor.rows(), regressor.columns()), (r, p));
             let position: Vec<f64> = (0..r).map(|_| unit(&mut dice)).collect();
             let speed: Vec<f64> = (0..r).map(|_| 3.0 * unit(&mut dice)).collect();
@@ -53,20 +53,24 @@ fn the_regressor_is_the_torque_balance() {
             assert!(regressor.fill(motion, &torques, &mut x, &mut y), "all directions move");
             let size = found.reduced.iter().fold(1.0f64, |max, x| max.max(x.abs()));
             for i in 0..r {
-                let left: f64 = (0..p).map(|k| x[i * p + k] * wanted[k].value).sum();
-                assert!((left - y[i]).abs() < 1e-10 * size, "{name} {variant}: row {i}: {left} {}", y[i]);
+                let predicted: f64 = (0..p).map(|k| x[i * p + k] * selected[k].value).sum();
+                assert!((predicted - y[i]).abs() < 1e-10 * size, "{name} {variant}: row {i}: {predicted} {}", y[i]);
             }
             // A torque that nobody measured may be anything: a row less, and the balance holds.
             let hidden = dice.below(inputs);
-            let mut blind = Regressor::new(&model, &wanted, &[hidden], 1e-9);
+            let mut blind = Regressor::new(&model, &selected, &[hidden], 1e-9);
             assert_eq!(blind.rows(), r - 1);
             let mut wrong = torques.clone();
             wrong[hidden] = 1e3 * unit(&mut dice);
             let (mut x, mut y) = (vec![0.0; (r - 1) * p], vec![0.0; r - 1]);
             assert!(blind.fill(motion, &wrong, &mut x, &mut y));
             for i in 0..r - 1 {
-                let left: f64 = (0..p).map(|k| x[i * p + k] * wanted[k].value).sum();
-                assert!((left - y[i]).abs() < 1e-10 * size, "{name} {variant}: {hidden} unknown: {left} {}", y[i]);
+                let predicted: f64 = (0..p).map(|k| x[i * p + k] * selected[k].value).sum();
+                assert!(
+                    (predicted - y[i]).abs() < 1e-10 * size,
+                    "{name} {variant}: {hidden} unknown: {predicted} {}",
+                    y[i]
+                );
             }
         }
     }
@@ -78,11 +82,11 @@ fn columns_of_the_source() {
     let model = built_in("harmonic-drive", 2);
     let wg = model.coordinate_names().iter().position(|name| name == "wg").expect("a coordinate");
     assert_eq!(model.degrees_of_freedom(), 2);
-    let wanted = named(
+    let selected = named(
         &coefficients(&model),
         &["wg.damping", "cs.damping", "fs.damping", "wg.friction", "cs.friction", "fs.friction"],
     );
-    let mut regressor = Regressor::new(&model, &wanted, &[], 1e-6);
+    let mut regressor = Regressor::new(&model, &selected, &[], 1e-6);
     for (w_wg, w_cs) in [(30.0, 0.4), (-20.0, 1.3), (50.0, 2.0), (-70.0, -0.1)] {
         let mut speed = [w_cs; 2];
         speed[wg] = w_wg;
@@ -121,10 +125,10 @@ fn table_6_1_from_constant_speeds() {
     let model = built_in("harmonic-drive", 2);
     let all = coefficients(&model);
     let names = ["wg.damping", "cs.damping", "fs.damping", "wg.friction", "cs.friction", "fs.friction"];
-    let wanted = named(&all, &names);
-    assert_eq!(undetermined(&model, &wanted, &[], Excitation::Steady), Vec::<Vec<Rational>>::new());
+    let selected = named(&all, &names);
+    assert_eq!(undetermined(&model, &selected, &[], Excitation::Steady), Vec::<Vec<Rational>>::new());
     let (dynamics, mut work) = Dynamics::new(&model);
-    let mut regressor = Regressor::new(&model, &wanted, &[], 1e-6);
+    let mut regressor = Regressor::new(&model, &selected, &[], 1e-6);
     let mut problem = LeastSquares::new(6);
     let inputs = model.equations.inputs.len();
     let (mut x, mut y) = ([0.0; 12], [0.0; 2]);
@@ -153,7 +157,7 @@ fn table_6_1_from_constant_speeds() {
     let found = problem.solve().expect("rows");
     assert_eq!((found.rank, found.rows), (6, 32));
     let d = |name: &str| found.values[names.iter().position(|other| *other == name).expect("asked for")];
-    for (one, value) in wanted.iter().zip(&found.values) {
+    for (one, value) in selected.iter().zip(&found.values) {
         assert!((one.value - value).abs() < 1e-10, "{}: {value} {}", one.name, one.value);
     }
     // (6.34) with i = 50, and the remark below it.
@@ -198,9 +202,9 @@ shaft = \"a\"
 ";
     let model = reduced(source, 0);
     let all = coefficients(&model);
-    let left = undetermined(&model, &all, &[], Excitation::Free);
+    let dependencies = undetermined(&model, &all, &[], Excitation::Free);
     // Inertias, dampings and frictions of the two geared shafts.
-    assert_eq!(left.len(), 3, "{left:?}");
+    assert_eq!(dependencies.len(), 3, "{dependencies:?}");
     let mut regressor = Regressor::new(&model, &all, &[], 1e-9);
     let p = all.len();
     let mut dice = Dice(9);
@@ -210,7 +214,7 @@ shaft = \"a\"
         let motion = Motion { position: &position, speed: &speed, acceleration: &acceleration };
         let (mut x, mut y) = (vec![0.0; 2 * p], vec![0.0; 2]);
         assert!(regressor.fill(motion, &[0.7], &mut x, &mut y));
-        for combination in &left {
+        for combination in &dependencies {
             for i in 0..2 {
                 let sum: f64 = (0..p).map(|k| x[i * p + k] * kardan::num::rational_to_f64(&combination[k])).sum();
                 assert!(sum.abs() < 1e-12, "{combination:?}");
@@ -219,14 +223,14 @@ shaft = \"a\"
     }
     // At constant speeds neither the inertias nor the damping of the spring show, and the geared shafts stay tied.
     let steady = undetermined(&model, &all, &[], Excitation::Steady);
-    let lost = |name: &str| {
+    let unidentifiable = |name: &str| {
         let column = all.iter().position(|one| one.name == name).expect("a coefficient");
         steady.iter().any(|combination| (0..p).all(|k| (k == column) != (combination[k] == Rational::ZERO)))
     };
     for name in ["a.inertia", "b.inertia", "c.inertia", "s.damping"] {
-        assert!(lost(name), "{name}: {steady:?}");
+        assert!(unidentifiable(name), "{name}: {steady:?}");
     }
-    assert!(!lost("s.stiffness") && !lost("c.friction") && steady.len() == 6, "{}", steady.len());
+    assert!(!unidentifiable("s.stiffness") && !unidentifiable("c.friction") && steady.len() == 6, "{}", steady.len());
     // A bent joint parts what an in-line one ties together.
     let names = ["cs.inertia", "cj.inertia"];
     let straight = built_in("sia-steering", 0);
@@ -261,11 +265,11 @@ fn least_squares() {
         let inverse = normal.to_f64().solve(&Matrix::identity(p)).expect("regular");
         for found in [whole.solve().expect("rows"), first.solve().expect("rows")] {
             assert_eq!((found.rank, found.rows, found.undetermined.len()), (p, rows, 0));
-            let rest = (0..rows).map(|i| {
+            let squares = (0..rows).map(|i| {
                 let fit: f64 = (0..p).map(|j| xf[(i, j)] * exact.to_f64()[(j, 0)]).sum();
                 (weights[i] as f64 * (fit - yf[(i, 0)])).powi(2)
             });
-            let residual = (rest.sum::<f64>() / (rows - p) as f64).sqrt();
+            let residual = (squares.sum::<f64>() / (rows - p) as f64).sqrt();
             assert!((found.residual / residual - 1.0).abs() < 1e-11, "{} {residual}", found.residual);
             for j in 0..p {
                 let expected = kardan::num::rational_to_f64(&exact[(j, 0)]);
@@ -297,8 +301,11 @@ fn columns_that_depend_on_each_other() {
         (found.values[0] + found.values[2] - 2.0).abs() < 1e-6
             && (found.values[1] + found.values[2] + 3.0).abs() < 1e-9
     );
-    let lost = &found.undetermined[0];
-    assert!((lost[0] / lost[2] + 1.0).abs() < 1e-6 && (lost[1] / lost[2] + 1.0).abs() < 1e-6, "{lost:?}");
+    let dependency = &found.undetermined[0];
+    assert!(
+        (dependency[0] / dependency[2] + 1.0).abs() < 1e-6 && (dependency[1] / dependency[2] + 1.0).abs() < 1e-6,
+        "{dependency:?}"
+    );
     assert!(found.standard_errors.iter().all(|error| error.is_infinite()));
     assert!(LeastSquares::new(2).solve().is_none());
     problem.add(&[f64::NAN, 0.0, 0.0], 1.0, 1.0);
@@ -397,8 +404,8 @@ over = \"1 s\"
         });
         assert_eq!(allocated.count_total, 0);
         for i in 0..2 {
-            let left: f64 = (0..p).map(|k| x[i * p + k] * all[k].value).sum();
-            largest = largest.max((left - y[i]).abs());
+            let predicted: f64 = (0..p).map(|k| x[i * p + k] * all[k].value).sum();
+            largest = largest.max((predicted - y[i]).abs());
         }
         checked += 1;
     }
@@ -472,19 +479,19 @@ fn trajectory(speeds: &[(f64, bool)]) -> Samples {
 
 /// A set point is one segment though it wobbles; two set points are two, and a return is not the same visit.
 #[test]
-fn a_wobble_does_not_part_a_set_point() {
-    let held = |speed: f64, windows: usize| vec![(speed, false); windows];
+fn a_wobble_does_not_split_a_set_point() {
+    let constant = |speed: f64, windows: usize| vec![(speed, false); windows];
     let segments = |parts: &[Vec<(f64, bool)>]| {
         let samples = trajectory(&parts.concat());
         steady_segments(&samples, &[0.0], Steadiness::default())
     };
     // Two percent of 10 rad/s count as still: a hop of 0.5 rad/s does not.
     let hop = vec![(2.3, true), (2.5, true), (2.3, true)];
-    assert_eq!(segments(&[held(10.0, 8), held(2.0, 7), hop.clone(), held(2.05, 9)]), [1..7, 9..26]);
+    assert_eq!(segments(&[constant(10.0, 8), constant(2.0, 7), hop.clone(), constant(2.05, 9)]), [1..7, 9..26]);
     // Nor do two pieces make one that are each too short alone and unlike.
-    let short = segments(&[held(10.0, 8), held(2.0, 4), hop, held(4.0, 4)]);
+    let short = segments(&[constant(10.0, 8), constant(2.0, 4), hop, constant(4.0, 4)]);
     assert!(short.len() == 1 && short[0] == (1..7), "{short:?}");
     let away = vec![(6.0, true); 3];
-    assert_eq!(segments(&[held(10.0, 8), away.clone(), held(10.0, 8)]), [1..7, 12..18]);
-    assert_eq!(segments(&[held(2.0, 8), held(10.0, 8), held(2.0, 8)]), [1..7, 9..15, 17..23]);
+    assert_eq!(segments(&[constant(10.0, 8), away.clone(), constant(10.0, 8)]), [1..7, 12..18]);
+    assert_eq!(segments(&[constant(2.0, 8), constant(10.0, 8), constant(2.0, 8)]), [1..7, 9..15, 17..23]);
 }

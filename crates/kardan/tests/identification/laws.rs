@@ -110,17 +110,17 @@ fn what_is_not_linear_is_refused() {
 }
 
 /// A motor, a gear 5:1 that rubs, and a load; power goes both ways.
-fn lossy(teeth: &str, more: &str) -> String {
+fn lossy(gear_loss: &str, more: &str) -> String {
     format!(
         "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
-         [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 5\n{teeth}[motor.m]\nshaft = \"a\"\n{more}\
+         [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 5\n{gear_loss}[motor.m]\nshaft = \"a\"\n{more}\
          [scenario]\nduration = \"20 s\"\noutput_step = \"1 ms\"\n\
          signals = {{ \"m.tau\" = \"2 N m * sin(1.3 * t / 1 s) + 1 N m * sin(3.1 * t / 1 s)\" }}\n"
     )
 }
 
 #[test]
-fn what_teeth_lose() {
+fn gear_losses_are_identified() {
     let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
     let extra = "[[identification.extra]]\nkind = \"gear_loss\"\ngear = \"g\"\n";
     // Cut where nothing is sought: on the side of the motor, or of the load.
@@ -129,16 +129,16 @@ fn what_teeth_lose() {
         near(&found, sought, truth, 5e-3);
         near(&found, "g.efficiency", 0.8, 5e-3);
         near(&found, "g.efficiency_back", 0.7, 1e-2);
-        let [lost, back] =
+        let [loss, back] =
             ["g.tooth_loss", "g.tooth_loss_back"].map(|name| one(&found.parameters, name).value.unwrap());
         // Of the torque of the motor 1 − η, of that of the load the inverse less one.
         let expected = if sought == "b.damping" { [0.2, 3.0 / 7.0] } else { [0.25, 0.3] };
-        assert!((lost - expected[0]).abs() < 5e-3 && (back - expected[1]).abs() < 1e-2, "{lost} {back} {expected:?}");
+        assert!((loss - expected[0]).abs() < 5e-3 && (back - expected[1]).abs() < 1e-2, "{loss} {back} {expected:?}");
         assert!(found.notes.iter().all(|note| !note.contains("first order")), "{:?}", found.notes);
     }
     // What the file says is known.
-    let known = lossy("efficiency = 0.8\nefficiency_back = 0.7\n", "");
-    let found = self::found(&known, &log, &["b.damping", "a.inertia"]);
+    let explicit_loss = lossy("efficiency = 0.8\nefficiency_back = 0.7\n", "");
+    let found = self::found(&explicit_loss, &log, &["b.damping", "a.inertia"]);
     near(&found, "b.damping", 0.5, 1e-2);
     near(&found, "a.inertia", 0.01, 1e-1);
     assert!(found.notes.iter().any(|note| note.contains("first order")), "{:?}", found.notes);
@@ -159,7 +159,7 @@ fn a_loss_that_would_explain_itself_is_refused() {
 
 /// Teeth with play between two shafts whose angles are measured.
 #[test]
-fn the_width_of_a_play() {
+fn the_width_of_a_backlash() {
     let model = |backlash: &str, offset: &str| {
         format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
@@ -174,13 +174,13 @@ fn the_width_of_a_play() {
     near(&found, "b.damping", 0.5, 2e-2);
     assert_eq!(one(&found.parameters, "g.backlash").model_value, Some(0.001));
     assert_eq!(found.eliminated, ["g"]);
-    let (text, left) = study::write_values(&model("1 mrad", "0 mrad"), &found).unwrap();
-    assert!(left.is_empty() && text.contains("backlash = \"0.0"), "{left:?}\n{text}");
+    let (text, unwritten) = study::write_values(&model("1 mrad", "0 mrad"), &found).unwrap();
+    assert!(unwritten.is_empty() && text.contains("backlash = \"0.0"), "{unwritten:?}\n{text}");
 }
 
 /// Which way the teeth are pressed follows from what was found, not from what the file says of it.
 #[test]
-fn the_width_of_a_play_with_what_is_sought() {
+fn the_width_of_a_backlash_with_other_parameters() {
     let model = |damping: &str, friction: &str| {
         let turns: String = [-0.3, 0.4, -0.5, 0.6, -0.7, 0.3, -0.4, 0.5]
             .iter()
@@ -207,17 +207,17 @@ fn the_width_of_a_play_with_what_is_sought() {
         width_found
     };
     // What the file says of what is sought does not matter at all.
-    let known = width_of("0.05", "0.02", &["a.damping", "b.damping"]);
+    let reference = width_of("0.05", "0.02", &["a.damping", "b.damping"]);
     for wrong in ["0.005", "0.5", "0"] {
         let other = width_of(wrong, "0.02", &["a.damping", "b.damping"]);
-        assert!((other - known).abs() < 1e-9, "{wrong}: {other} instead of {known}");
+        assert!((other - reference).abs() < 1e-9, "{wrong}: {other} instead of {reference}");
     }
     width_of("0.005", "0.2", &["a.damping", "b.damping", "b.friction"]);
 }
 
 /// Teeth that rub are suggested where the load is known, and `--write` makes efficiencies of them, with which the file predicts the same.
 #[test]
-fn losses_of_teeth_are_suggested() {
+fn gear_losses_are_suggested() {
     let log = log(&lossy("efficiency = 0.8\nefficiency_back = 0.7\n", ""));
     let settings = IdentifySettings {
         parameters: vec!["a.inertia".into()],
@@ -256,7 +256,7 @@ fn noisy(log: &str, columns: &[&str], size: f64, seed: u64) -> String {
 }
 
 /// A gear with play between a motor and a load; the time that it runs, and what drives it.
-fn with_play(backlash: &str, more: &str, [duration, torque]: [&str; 2]) -> String {
+fn with_backlash(backlash: &str, more: &str, [duration, torque]: [&str; 2]) -> String {
     format!(
         "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
          [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\nbacklash = \"{backlash}\"\n[motor.m]\nshaft = \"a\"\n{more}\
@@ -270,8 +270,8 @@ const TURNS: [&str; 2] = ["10 s", "2 N m * sin(3 * t / 1 s)"];
 /// errors: of 50 intervals 44 to 50 do so with a probability of 99 %; a standard deviation from 50 errors is within 30 % with one of 99.7 %.
 #[test]
 fn the_interval_of_a_width_covers_it() {
-    let clean = log(&with_play("20 mrad", "", TURNS));
-    let model = with_play("1 mrad", "", TURNS);
+    let clean = log(&with_backlash("20 mrad", "", TURNS));
+    let model = with_backlash("1 mrad", "", TURNS);
     let (mut covered, mut errors, mut reported) = ([0, 0], 0.0, 0.0);
     for seed in 0..50 {
         let found = found(&model, &noisy(&clean, &["a.phi", "b.phi"], 2e-4, seed), &["b.damping", "g.backlash"]);
@@ -292,10 +292,10 @@ fn the_interval_of_a_width_covers_it() {
 /// side.
 #[test]
 fn steps_of_a_sensor_bound_the_error_of_a_width() {
-    let clean = log(&with_play("20 mrad", "", TURNS));
+    let clean = log(&with_backlash("20 mrad", "", TURNS));
     let sensor = "[sensor.e]\nmeasures = \"angle\"\nshaft = \"a\"\nresolution = \"2 mrad\"\n";
     let error = |more: &str| {
-        let found = found(&with_play("1 mrad", more, TURNS), &clean, &["b.damping", "g.backlash"]);
+        let found = found(&with_backlash("1 mrad", more, TURNS), &clean, &["b.damping", "g.backlash"]);
         near(&found, "g.backlash", 0.02, 1e-3);
         one(&found.parameters, "g.backlash").standard_error.unwrap()
     };
@@ -319,19 +319,19 @@ fn a_width_that_is_not_determined() {
         assert!(found.not_for_file.iter().any(|one| one.starts_with("g.backlash: ")), "{:?}", found.not_for_file);
         width
     };
-    let one_way = with_play("20 mrad", "", ["4 s", "1 N m + 0.2 N m * sin(9 * t / 1 s)"]);
+    let one_way = with_backlash("20 mrad", "", ["4 s", "1 N m + 0.2 N m * sin(9 * t / 1 s)"]);
     let width = reported(&one_way, &log(&one_way), &["b.damping", "g.backlash"]);
     assert_eq!(width.remark, "in these logs it rarely has contact on both sides");
     assert!(width.value.is_none() && width.standard_error == Some(f64::INFINITY), "{width:?}");
     // Once to and fro.
-    let once = with_play("20 mrad", "", ["2 s", "2 N m * sin(pi * t / 1 s)"]);
+    let once = with_backlash("20 mrad", "", ["2 s", "2 N m * sin(pi * t / 1 s)"]);
     let width = reported(&once, &log(&once), &["b.damping", "g.backlash"]);
     assert!(width.remark.starts_with("no interval: it has one contact on each side"), "{}", width.remark);
     assert!((width.value.unwrap() - 0.02).abs() < 1e-4 && width.standard_error.is_none(), "{width:?}");
     // Friction in Stribeck's curve on either side: how large it is at a speed the fit alone knows.
     let rubs = |shaft: &str| format!("[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"{shaft}\"\n");
-    let model =
-        with_play("20 mrad", &(rubs("a") + &rubs("b")), TURNS).replace("inertia", "friction = \"0.01 N m\"\ninertia");
+    let model = with_backlash("20 mrad", &(rubs("a") + &rubs("b")), TURNS)
+        .replace("inertia", "friction = \"0.01 N m\"\ninertia");
     let width = reported(&model, &log(&model), &["b.damping", "a.stribeck", "b.stribeck", "g.backlash"]);
     let start = "its contact side depends on `";
     assert!(width.remark.starts_with(start) && width.remark.contains(".stribeck`, which"), "{}", width.remark);

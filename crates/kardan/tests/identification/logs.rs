@@ -41,9 +41,9 @@ fn signs_commas_and_units_change_nothing() {
     let plain_cell = |cell: String| cell;
     let expected = damping(SOURCE, table("t,a.w,m.tau", [1.0; 3], ",", plain_cell));
     assert!((expected - 2.0).abs() < 0.1, "{expected}");
-    let same = |name: &str, log: String, within: f64| {
+    let same = |name: &str, log: String, tolerance: f64| {
         let value = damping(SOURCE, log);
-        assert!((value - expected).abs() <= within, "{name}: {value} and not {expected}");
+        assert!((value - expected).abs() <= tolerance, "{name}: {value} and not {expected}");
     };
     same("minus", table("t,a.w,m.tau", [1.0; 3], ",", |cell| cell.replace('-', "\u{2212}")), 0.0);
     same("quotes", table("t,a.w,m.tau", [1.0; 3], ",", |cell| format!("\"{}\"", cell.replace('.', ","))), 0.0);
@@ -74,7 +74,7 @@ fn signs_commas_and_units_change_nothing() {
 fn missing_numbers_count_as_damage_from_one_percent_on() {
     let lines: Vec<String> =
         table("t,a.w,m.tau", [1.0; 3], ",", |cell| cell).lines().map(|line| format!("{line}\n")).collect();
-    let without = |gone: &dyn Fn(usize) -> bool, word: &str| {
+    let with_gaps = |gone: &dyn Fn(usize) -> bool, word: &str| {
         let line = |(k, line): (usize, &String)| match k > 0 && gone(k) {
             true => format!("{},{word}\n", line.trim_end().rsplit_once(',').unwrap().0),
             false => line.clone(),
@@ -83,15 +83,15 @@ fn missing_numbers_count_as_damage_from_one_percent_on() {
             identified(SOURCE, lines.iter().enumerate().map(line).collect::<String>()).unwrap().verdict();
         (sound, text)
     };
-    assert!(without(&|k| k % 134 == 0, "").0, "29 of 4000");
-    assert!(without(&|k| k % 3 != 0, "").0, "a channel that is slower");
+    assert!(with_gaps(&|k| k % 134 == 0, "").0, "29 of 4000");
+    assert!(with_gaps(&|k| k % 3 != 0, "").0, "a channel that is slower");
     for (gone, word, count) in [
         (&(|k: usize| k.is_multiple_of(90)) as &dyn Fn(usize) -> bool, "", 44),
         (&|k| k.is_multiple_of(90), "inf", 44),
         (&|k| k.is_multiple_of(90), "n/a", 44),
         (&|k| k > 1500, "", 2500),
     ] {
-        let (sound, text) = without(gone, word);
+        let (sound, text) = with_gaps(gone, word);
         assert!(
             !sound && text.contains("damaged") && text.contains(&format!("{count} of 4000 rows")),
             "{word}: {text}"
@@ -105,5 +105,5 @@ fn channels_that_are_not_equally_long_are_named() {
     let columns = [("t", column(0, 4000)), ("a_w", column(1, 4000)), ("m_tau", column(2, 3999))];
     let all = columns.map(|(name, values)| Values { name, rows: values.len(), columns: 1, values });
     let why = identified(SOURCE, mat_matrices(&all, &[]).unwrap()).unwrap_err();
-    assert!(["`t` has 4000 rows", "3999 rows have `m_tau`"].iter().all(|words| why.contains(words)), "{why}");
+    assert!(["`t` has 4000 rows", "3999 rows have `m_tau`"].iter().all(|fragment| why.contains(fragment)), "{why}");
 }

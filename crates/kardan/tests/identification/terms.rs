@@ -146,12 +146,12 @@ fn friction_of_each_log() {
     near(&found, "s.friction_recordings_2", 0.04);
     assert!(one(&found.parameters, "s.friction_recordings_1").remark.contains("log-1.csv"));
     // Of one log there is nothing to compare: that is said, and the rest is found.
-    let alone = self::found(&source, &logs[..1], false);
-    near(&alone, "s.friction", 0.25);
+    let single = self::found(&source, &logs[..1], false);
+    near(&single, "s.friction", 0.25);
     assert!(
-        alone.notes.iter().any(|note| note.contains("no two logs have the same direction of rotation")),
+        single.notes.iter().any(|note| note.contains("no two logs have the same direction of rotation")),
         "{:?}",
-        alone.notes
+        single.notes
     );
 }
 
@@ -225,7 +225,7 @@ fn nothing_is_suggested_where_nothing_is_missing() {
 /// Each term alone is found among all that are tried, and nothing else; after it the tests hold, and the model file that is told gives
 /// the same.
 #[test]
-fn what_is_there_is_suggested() {
+fn existing_effects_are_suggested() {
     let sine = |at: &At, order: f64| 0.02 * (order * at.angle + 0.7).sin();
     let logs_of = |torque: &dyn Fn(&At, u64) -> f64, seeds: &[u64]| -> Vec<String> {
         seeds.iter().map(|&seed| log(seed, |at| torque(at, seed))).collect()
@@ -281,7 +281,7 @@ fn the_ripple_of_the_bench() {
 
 /// A sense that friction differs by and an offset of the sensor are the same here: one is taken, the other told to be the same.
 #[test]
-fn terms_that_look_the_same_are_reported() {
+fn indistinguishable_terms_are_reported() {
     let (_, suggestions) = suggested(SHAFT, &[log(31, |at| plain_torque(at) + 0.05)]);
     assert_eq!(suggestions.selected_terms, ["s.friction_asymmetry"]);
     let other = suggestions.tested_terms.iter().find(|one| one.term == "m.offset").expect("it was tried");
@@ -290,7 +290,7 @@ fn terms_that_look_the_same_are_reported() {
 
 /// What is held out does not enter: whatever stands in a fold, the predictions of that fold stay the same to the last bit.
 #[test]
-fn what_is_held_out_is_not_seen() {
+fn held_out_samples_do_not_affect_the_fit() {
     let samples = |spoilt: bool| {
         let mut out = Samples::new(1, 2, 1, 1, 1);
         let mut random = Random::new(3);
@@ -355,7 +355,7 @@ fn terms_that_cannot_be_are_refused() {
         }
     };
     let whole = log(40, plain_torque);
-    for (keys, words) in [
+    for (keys, fragments) in [
         ("kind = \"friction_asymmetry\"", &["needs `friction`"][..]),
         ("kind = \"offset\"", &["needs `torque`", "whose torque was measured"]),
         ("kind = \"offset\"; torque = \"m\"; friction = \"s\"", &["has no `friction`", "has no effect here"]),
@@ -371,18 +371,18 @@ fn terms_that_cannot_be_are_refused() {
         ("kind = \"sensor\"; friction = \"s\"", &["sensor"]),
     ] {
         let text = refused(&extra(keys), &whole);
-        words.iter().for_each(|word| assert!(text.contains(word), "{keys}: {word}: {text}"));
+        fragments.iter().for_each(|word| assert!(text.contains(word), "{keys}: {word}: {text}"));
     }
-    let twice = extra("kind = \"friction_asymmetry\"; friction = \"s\"")
+    let repeated = extra("kind = \"friction_asymmetry\"; friction = \"s\"")
         + "[[identification.extra]]\nkind = \"friction_asymmetry\"\nfriction = \"s\"\n";
-    assert!(refused(&twice, &whole).contains("two terms `s.friction_asymmetry`"));
+    assert!(refused(&repeated, &whole).contains("two terms `s.friction_asymmetry`"));
     // Without the angle nothing goes with it.
     let speeds = "time,s.w,m.tau\ns,rad/s,N m\n0,1,1\n0.001,1,1\n";
     let text = refused(&extra("kind = \"cogging\"; friction = \"s\"; order = 6"), speeds);
     assert!(text.contains("depends on the angle of `s`") && text.contains("no angle is in the logs"), "{text}");
     // Whoever asks for a parameter of such a term without it is told which one.
-    let asked = format!("[identification]\nparameters = [\"s.friction_asymmetry\"]\n{SHAFT}");
-    assert!(refused(&asked, &whole).contains("kind = \"friction_asymmetry\""));
+    let request = format!("[identification]\nparameters = [\"s.friction_asymmetry\"]\n{SHAFT}");
+    assert!(refused(&request, &whole).contains("kind = \"friction_asymmetry\""));
 }
 
 /// What a term found is, written as a law of a torque, is the same again: its coefficient where it is asked for, and the prediction; and a run
@@ -407,9 +407,9 @@ fn written_terms_are_read_again() {
         let source =
             format!("{SHAFT}{list}{entries}[scenario]\nduration = \"1 s\"\nsignals = {{ \"m.tau\" = \"1 N m\" }}\n");
         let before = found(&source, &logs, false);
-        let (text, left) =
+        let (text, unwritten) =
             study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
-        assert!(left.is_empty(), "{left:?}");
+        assert!(unwritten.is_empty(), "{unwritten:?}");
         assert!(!text.contains("identification.extra") && text.matches("[torque.").count() == 4, "{text}");
         assert!(text.contains("law = \"-s_quadratic_damping * s.w * abs(s.w)\""), "{text}");
         let after = found(&text, &logs, false);
@@ -448,12 +448,12 @@ fn written_terms_are_read_again() {
 
 /// `--write` takes the entry of a term out of the file, and no other line: not the keys behind a list in one line, not the next entry, no comment.
 #[test]
-fn the_rest_of_the_file_stays() {
+fn other_parts_of_the_file_stay() {
     let torque = |at: &At| plain_torque(at) + 0.05 + 0.0004 * at.speed * at.speed.abs();
     let logs = [log(43, torque)];
     let names =
         |last: &str| format!("\"s.inertia\", \"s.damping\", \"s.friction\", \"s.friction_asymmetry\", \"{last}\"");
-    let rest = "# the run\n[scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m\" }\n";
+    let scenario = "# the run\n[scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m\" }\n";
     let table = |kind: &str, by: &str| {
         format!("{by}[[identification.extra]] # a term\n{by}kind = \"{kind}\"\n{by}friction = \"s\" # of it\n\n")
     };
@@ -482,13 +482,13 @@ fn the_rest_of_the_file_stays() {
             format!("{keys}{}", table("drift", "  ")),
         ),
     ];
-    for (last, given, kept) in cases {
-        let source = format!("{SHAFT}[identification]\nparameters = [{}]\n{given}{rest}", names(last));
+    for (last, input, expected) in cases {
+        let source = format!("{SHAFT}[identification]\nparameters = [{}]\n{input}{scenario}", names(last));
         let before = found(&source, &logs, false);
-        let (text, left) =
+        let (text, unwritten) =
             study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
-        assert!(left.iter().all(|note| last == drift && note.starts_with(drift)), "{left:?}");
-        assert!(text.contains(&format!("]\n{kept}{rest}")), "{given}: {text}");
+        assert!(unwritten.iter().all(|note| last == drift && note.starts_with(drift)), "{unwritten:?}");
+        assert!(text.contains(&format!("]\n{expected}{scenario}")), "{input}: {text}");
         let laws = if last == drift { 1 } else { 2 };
         assert_eq!(text.matches("[torque.").count(), laws, "{text}");
         found(&text, &logs, false);
@@ -515,9 +515,9 @@ fn a_file_that_would_be_wrong_is_not_written() {
     let source = format!("{SHAFT}{names}");
     let before = found(&source, &[log(45, |at| 0.02 * at.speed - 0.05 * at.speed.signum())], false);
     near(&before, "s.friction", -0.05);
-    let (text, left) =
+    let (text, unwritten) =
         study::write_values(&source, &before).unwrap_or_else(|reported| panic!("{}", plain(&source, &reported)));
-    assert_eq!(left, ["s.friction: the identified value is below zero, which the file cannot represent"]);
+    assert_eq!(unwritten, ["s.friction: the identified value is below zero, which the file cannot represent"]);
     assert!(text.contains("friction = \"0.3 N m\""), "{text}");
     // Mistakes that were there before are told at their places.
     let wrong = format!("{source}[motor.other]\nshaft = \"t\"\n");

@@ -118,7 +118,7 @@ fn intervals_of_a_far_body_cover() {
     let source = two(GUESS, TORQUES[0]);
     let truths =
         ["a.inertia", "a.damping", "a.friction", "b.inertia", "b.damping", "b.friction", "k.stiffness", "k.damping"];
-    let (mut held, mut farthest) = (0, 0.0_f64);
+    let (mut covered, mut farthest) = (0, 0.0_f64);
     for seed in 0..10 {
         let logs: Vec<String> =
             runs.iter().enumerate().map(|(k, run)| log(run, &SENSORS, 100 + 10 * seed + k as u64)).collect();
@@ -126,12 +126,12 @@ fn intervals_of_a_far_body_cover() {
         for (name, truth) in truths.iter().zip(TRUE) {
             let (own, truth) = (one(&found, name), truth.parse::<f64>().unwrap());
             let interval = own.interval.expect("an interval");
-            held += usize::from(interval.lower <= truth && truth <= interval.upper);
+            covered += usize::from(interval.lower <= truth && truth <= interval.upper);
             farthest = farthest.max(((own.value.unwrap() - truth) / own.standard_error.unwrap()).abs());
         }
         assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     }
-    assert!(held >= 66 && farthest < 4.5, "{held} of 80, farthest {farthest}");
+    assert!(covered >= 66 && farthest < 4.5, "{covered} of 80, farthest {farthest}");
 }
 
 /// A motor, a gear and a load, and the same by a file with another ratio.
@@ -146,7 +146,7 @@ fn geared(ratio: &str, more: &str) -> String {
 
 /// Ratio, sign and unit that two measured angles contradict are told, with the ratio that they have; what agrees is not.
 #[test]
-fn what_was_measured_twice_is_compared() {
+fn redundant_measurements_are_compared() {
     let run = run(&geared("10", ""));
     let angles = |factor: f64| [("m.phi", 0.0, 3e-4, 1.0), ("l.phi", 0.0, 3e-4, factor), ("d.tau", 2e-3, 0.0, 1.0)];
     let warned = |ratio: &str, factor: f64| {
@@ -168,11 +168,11 @@ fn what_was_measured_twice_is_compared() {
 
 /// Play between two measured angles that the file knows nothing of is told, with its width.
 #[test]
-fn play_that_the_file_does_not_know_is_reported() {
-    let model = |play: &str| {
+fn backlash_missing_in_the_file_is_reported() {
+    let model = |backlash: &str| {
         format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n\
-             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\n{play}[motor.m]\nshaft = \"a\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\n{backlash}[motor.m]\nshaft = \"a\"\n\
              [scenario]\nduration = \"10 s\"\noutput_step = \"1 ms\"\nsignals = {{ \"m.tau\" = \"2 N m * sin(3 * t / 1 s)\" }}\n"
         )
     };
@@ -181,7 +181,7 @@ fn play_that_the_file_does_not_know_is_reported() {
     let found = found(&model(""), &[log(&run, &channels, 5)], &["b.inertia", "b.damping"]);
     let warned = found.warnings.join("; ");
     assert!(warned.contains(": backlash;") && warned.contains("--parameters g.backlash"), "{warned} {:?}", found.notes);
-    let width = warned.split("backlash = \"").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let width = warned.split("backlash = \"").nth(1).and_then(|tail| tail.split(' ').next()).unwrap();
     assert!((width.parse::<f64>().unwrap() / 0.1 - 1.0).abs() < 0.1, "{width}");
 }
 
@@ -212,10 +212,10 @@ fn masses_have_units_of_their_own() {
     let channels: Vec<_> = found.logs[0].channels.iter().map(|one| (one.signal.as_str(), one.si)).collect();
     assert_eq!(channels, [("rotor.s", "m"), ("d.f", "N")]);
     assert_eq!(found.validation[0].unit, "N");
-    let (write_values, left) = study::write_values(&model("1", more), &found).unwrap();
+    let (write_values, unwritten) = study::write_values(&model("1", more), &found).unwrap();
     assert!(
-        write_values.contains("mass = \"") && !write_values.contains("mass = \"1 kg\"") && left.is_empty(),
-        "{left:?} {write_values}"
+        write_values.contains("mass = \"") && !write_values.contains("mass = \"1 kg\"") && unwritten.is_empty(),
+        "{unwritten:?} {write_values}"
     );
     // Masses are found unasked, and speeds of a bench are those of a mass.
     let all =

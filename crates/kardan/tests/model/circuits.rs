@@ -41,8 +41,8 @@ fn transformer(name: &str, [from_1, to_1, from_2, to_2]: [&str; 4], ratio: &str)
     )
 }
 
-fn scenario(duration: &str, step: &str, rest: &str) -> String {
-    format!("[scenario]\nduration = \"{duration}\"\noutput_step = \"{step}\"\n{rest}\n")
+fn scenario(duration: &str, step: &str, extra: &str) -> String {
+    format!("[scenario]\nduration = \"{duration}\"\noutput_step = \"{step}\"\n{extra}\n")
 }
 
 fn event(at: &str, signal: &str, to: &str) -> String {
@@ -189,7 +189,7 @@ fn a_charged_capacitor_rings() {
         inductor("L", "a", "ground", "1 mH")
             + &element("capacitor", "C", "a", "ground", &format!("capacitance = \"1 uF\"\n{voltage}"))
     };
-    let time = |rest: &str| scenario("1 ms", "2 us", rest);
+    let time = |extra: &str| scenario("1 ms", "2 us", extra);
     let omega = (1.0f64 / 1e-9).sqrt();
     let by_voltage = run(&(loop_of("initial_voltage = \"5 V\"") + &time("")));
     let by_charge = run(&("[model]\ncoordinates = [\"C\"]\n".to_string()
@@ -247,11 +247,11 @@ fn a_drivetrain_and_a_circuit_in_one_file() {
     let both = run(&(circuit.to_string() + drive + &time + &volts + &torque));
     let circuit = run(&(circuit.to_string() + &time + &volts));
     let drive = run(&(drive.to_string() + &time + &torque));
-    for (alone, name) in [(&circuit, "C4.v"), (&circuit, "supply.i"), (&drive, "a.phi"), (&drive, "a.friction")] {
+    for (separate, name) in [(&circuit, "C4.v"), (&circuit, "supply.i"), (&drive, "a.phi"), (&drive, "a.friction")] {
         let mut compared = 0;
         for (time, value) in both.series.time.iter().zip(signal(&both, name)) {
-            let Some(row) = alone.series.time.iter().position(|t| t == time) else { continue };
-            let other = signal(alone, name)[row];
+            let Some(row) = separate.series.time.iter().position(|t| t == time) else { continue };
+            let other = signal(separate, name)[row];
             assert!((value - other).abs() <= ACCURATE * 1.3, "{name} at {time} s: {value} and {other}");
             compared += 1;
         }

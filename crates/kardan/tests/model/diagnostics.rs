@@ -74,7 +74,7 @@ fn every_error_has_a_place_and_a_hint() {
 
 /// Unrelated mistakes of several tables are told in one go: the codes in file order.
 #[test]
-fn unrelated_errors_are_reported_together() {
+fn unrelated_errors_are_all_reported() {
     for (name, codes) in [
         (
             "many-1",
@@ -313,7 +313,7 @@ enum Mutation {
     DeleteCharacter(usize),
     InsertCharacter(usize, char),
     ReplaceWord(usize, usize),
-    SwapWords(usize, usize),
+    SwapTokens(usize, usize),
     ReplaceValue(usize, usize),
     AddTable(usize),
 }
@@ -327,7 +327,7 @@ fn mutation() -> impl Strategy<Value = Mutation> {
         n.clone().prop_map(Mutation::DeleteCharacter),
         (n.clone(), any::<char>()).prop_map(|(a, c)| Mutation::InsertCharacter(a, c)),
         (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceWord(a, b)),
-        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::SwapWords(a, b)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::SwapTokens(a, b)),
         (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceValue(a, b)),
         (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceValue(a, b)),
         n.prop_map(Mutation::AddTable),
@@ -337,19 +337,19 @@ fn mutation() -> impl Strategy<Value = Mutation> {
 /// Byte ranges of the words of a text.
 fn word_ranges(text: &str) -> Vec<std::ops::Range<usize>> {
     let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
-    let words = text.split(|c| !is_word(c)).filter(|word| !word.is_empty());
+    let tokens = text.split(|c| !is_word(c)).filter(|word| !word.is_empty());
     let start = |word: &str| word.as_ptr() as usize - text.as_ptr() as usize;
-    words.map(|word| start(word)..start(word) + word.len()).collect()
+    tokens.map(|word| start(word)..start(word) + word.len()).collect()
 }
 
 fn mutate(text: &str, mutation: &Mutation) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
     let mut characters: Vec<char> = text.chars().collect();
-    let words = word_ranges(text);
-    if lines.is_empty() || words.is_empty() {
+    let tokens = word_ranges(text);
+    if lines.is_empty() || tokens.is_empty() {
         return text.to_string();
     }
-    let (n, m, w) = (lines.len(), characters.len(), words.len());
+    let (n, m, w) = (lines.len(), characters.len(), tokens.len());
     match *mutation {
         Mutation::DeleteLine(a) => drop(lines.remove(a % n)),
         Mutation::DuplicateLine(a, b) => lines.insert(b % n, lines[a % n].clone()),
@@ -363,11 +363,11 @@ fn mutate(text: &str, mutation: &Mutation) -> String {
             return characters.into_iter().collect();
         }
         Mutation::ReplaceWord(a, b) => {
-            let range = words[a % w].clone();
+            let range = tokens[a % w].clone();
             return format!("{}{}{}", &text[..range.start], NAMES[b % NAMES.len()], &text[range.end..]);
         }
-        Mutation::SwapWords(a, b) => {
-            let (a, b) = (words[(a % w).min(b % w)].clone(), words[(a % w).max(b % w)].clone());
+        Mutation::SwapTokens(a, b) => {
+            let (a, b) = (tokens[(a % w).min(b % w)].clone(), tokens[(a % w).max(b % w)].clone());
             if a != b {
                 let (first, second) = (&text[a.clone()], &text[b.clone()]);
                 return format!("{}{second}{}{first}{}", &text[..a.start], &text[a.end..b.start], &text[b.end..]);
@@ -410,11 +410,11 @@ fn a_block_with_errors_is_reported_once() {
     let source = model::builtin("afs-steering").unwrap().source;
     let (before, block) = source.split_once("[block.stabilise]").unwrap();
     let mistaken = format!("{before}[block.stabilise]{}", block.replacen("unit = \"rad\"", "input = \"0 rad\"", 1));
-    let lost = source.replacen("kind = \"sine_with_dwell\"\n", "", 1);
-    for (source, code, named) in [(mistaken, "key::unknown", "`stabilise`"), (lost, "key::missing", "`dwell`")] {
+    let incomplete = source.replacen("kind = \"sine_with_dwell\"\n", "", 1);
+    for (source, code, named) in [(mistaken, "key::unknown", "`stabilise`"), (incomplete, "key::missing", "`dwell`")] {
         let found = study::check(&source);
-        let others = found.iter().filter(|one| one.code != "requirement::window");
-        assert_eq!(others.map(|one| one.code).collect::<Vec<_>>(), [code], "{found:?}");
+        let remaining = found.iter().filter(|one| one.code != "requirement::window");
+        assert_eq!(remaining.map(|one| one.code).collect::<Vec<_>>(), [code], "{found:?}");
         assert!(found[0].message.contains(named), "{found:?}");
     }
 }
@@ -503,7 +503,7 @@ fn order_of_tables_does_not_matter() {
 #[test]
 fn names_of_shafts_do_not_matter() {
     let with_friction = short_steering().concat();
-    let without: String =
+    let frictionless: String =
         with_friction.lines().filter(|line| !line.starts_with("friction")).map(|line| format!("{line}\n")).collect();
     let rename = |source: &str, names: [(&str, &str); 5]| {
         let mut text = source.to_string();
@@ -520,10 +520,10 @@ fn names_of_shafts_do_not_matter() {
     // 3000 rad/s of the zero dynamics is that of a speed. It shrinks with the tolerance (speeds 4e-6 at 1e-8, 4e-10 at
     // 1e-13); without friction nothing damps it and the speeds keep 5e-8.
     let fine = with_friction.replace("[scenario]\n", "[scenario]\nrelative_tolerance = 1e-13\n");
-    for (source, names, for_angles, for_others) in [
-        (&without, same_order, 0.0, 0.0),
+    for (source, names, for_angles, for_other) in [
+        (&frictionless, same_order, 0.0, 0.0),
         (&with_friction, same_order, 0.0, 0.0),
-        (&without, other_order, 1e-9, 1e-6),
+        (&frictionless, other_order, 1e-9, 1e-6),
         (&with_friction, other_order, 1e-8, 3e-5),
         (&fine, other_order, 1e-9, 1e-9),
     ] {
@@ -537,7 +537,7 @@ fn names_of_shafts_do_not_matter() {
             }
             let other = b.runs[0].series.signal(&parts.join(".")).unwrap_or_else(|| panic!("no {}", signal.name));
             let size = signal.values.iter().fold(1.0f64, |max, x| max.max(x.abs()));
-            let tolerance = size * if signal.physical == Physical::Angle { for_angles } else { for_others };
+            let tolerance = size * if signal.physical == Physical::Angle { for_angles } else { for_other };
             for (k, (x, y)) in signal.values.iter().zip(&other.values).enumerate() {
                 assert!((x - y).abs() <= tolerance, "{} at row {k}: {x} and {y}", signal.name);
             }

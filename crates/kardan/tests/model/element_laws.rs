@@ -54,7 +54,7 @@ fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
 ///
 /// Every shaft keeps a freedom of its own but those that the example ties. Each node of the example is reached by a source
 /// through a resistor and a coil, and a coil and a capacitor lead from there to ground.
-fn around(kind: &element::Element) -> Vec<String> {
+fn tables_with(kind: &element::Element) -> Vec<String> {
     let (document, diagnostics) = model::read(kind.example);
     // The example alone may lack a shaft; all else is right.
     assert!(
@@ -209,7 +209,7 @@ fn every_element_keeps_the_laws() {
     let mut exercised = BTreeSet::new();
     let mut constraints = 0;
     for kind in element::REGISTRY {
-        let mut tables = around(kind);
+        let mut tables = tables_with(kind);
         if kind.keyword == "prescribed_motion" {
             // Friction along a prescribed motion is refused.
             tables.iter_mut().for_each(|table| {
@@ -296,11 +296,11 @@ fn every_law_equals_its_gains() {
         assert_eq!((on_angles.rows(), on_angles.columns()), (m, n));
         let states = vec![0.0; law.states().len()];
         let mut base = vec![0.0; m];
-        let rest = vec![0.0; n];
+        let zeros = vec![0.0; n];
         let nothing = Observation {
             time: 0.0,
-            angles: &rest,
-            speeds: &rest,
+            angles: &zeros,
+            speeds: &zeros,
             references: &references,
             disturbances: &[],
             readings: &[],
@@ -332,9 +332,9 @@ fn every_law_equals_its_gains() {
                 let mut unit = vec![0.0; n];
                 unit[shaft] = 1.0;
                 let (mut command, mut next) = (vec![0.0; m], vec![0.0; states.len()]);
-                let seen = Observation { angles: &unit, ..nothing };
-                runtime.command(seen, &mut command);
-                runtime.next(seen, &base, &mut next);
+                let observation = Observation { angles: &unit, ..nothing };
+                runtime.command(observation, &mut command);
+                runtime.next(observation, &base, &mut next);
                 for (found, expected) in next.iter().zip(states_of(&linear.angles, shaft)) {
                     close(*found, expected, 1e-9, &format!("{} next state after shaft {shaft}", kind.keyword));
                 }
@@ -344,9 +344,9 @@ fn every_law_equals_its_gains() {
             let parts = [synthesis::SampledPart::of(law, &plant)];
             let found = synthesis::SampledLoop::new(&plant, &parts).expect("a loop");
             assert_eq!(found.period, clock.period);
-            let held =
+            let controlled =
                 found.multipliers().expect("eigenvalues").into_iter().filter(|(re, im)| (re - 1.0).hypot(*im) > 1e-5);
-            held.for_each(|(re, im)| assert!(re.hypot(im) < 1.0, "{}: {re} {im}", kind.keyword));
+            controlled.for_each(|(re, im)| assert!(re.hypot(im) < 1.0, "{}: {re} {im}", kind.keyword));
             exercised.insert(kind.keyword);
             continue;
         }
@@ -384,11 +384,11 @@ fn noninteracting_decouples_exactly() {
                     let reached = weighted.multiply(&f).multiply(&design.acceleration_gain);
                     assert_eq!(reached, Matrix::identity(2));
                     let fed_back = f.multiply(&design.state_gain);
-                    let left = Matrix::from_fn(3, 6, |i, j| {
+                    let remainder = Matrix::from_fn(3, 6, |i, j| {
                         let passive = if j < 3 { &model.stiffness[(i, j)] } else { &model.damping[(i, j - 3)] };
                         &fed_back[(i, j)] - passive
                     });
-                    assert!(weighted.multiply(&left).as_slice().iter().all(|x| *x == Rational::ZERO));
+                    assert!(weighted.multiply(&remainder).as_slice().iter().all(|x| *x == Rational::ZERO));
                     designed += 1;
                 }
                 Err(_) => {
@@ -412,12 +412,12 @@ fn pairs(n: usize) -> Vec<(usize, usize)> {
 
 const ACCURATE: f64 = 1e-8;
 
-fn body(name: &str, inertia: f64, rest: &str) -> String {
-    format!("[shaft.{name}]\ninertia = \"{inertia} kg m^2\"\n{rest}\n")
+fn body(name: &str, inertia: f64, keys: &str) -> String {
+    format!("[shaft.{name}]\ninertia = \"{inertia} kg m^2\"\n{keys}\n")
 }
 
-fn motor(name: &str, shaft: &str, rest: &str) -> String {
-    format!("[motor.{name}]\nshaft = \"{shaft}\"\n{rest}\n")
+fn motor(name: &str, shaft: &str, keys: &str) -> String {
+    format!("[motor.{name}]\nshaft = \"{shaft}\"\n{keys}\n")
 }
 
 fn event(at: f64, signal: &str, to: f64, over: f64) -> String {
@@ -467,8 +467,8 @@ fn damped_oscillator() {
         + &scenario(3.0, 0.01, "\"a.phi\" = \"1 rad\"");
     let run = run(&model);
     follows(&run, "a.phi", ACCURATE, |t| (-t).exp() * ((4.0 * t).cos() + 0.25 * (4.0 * t).sin()));
-    let left = (-6.0_f64).exp() * 4.25; // no more than this is left after 3 s
-    close(run.energy.dissipated, 4.25, left, "the energy goes into the damper");
+    let remaining = (-6.0_f64).exp() * 4.25; // no more than this is left after 3 s
+    close(run.energy.dissipated, 4.25, remaining, "the energy goes into the damper");
 }
 
 /// ```text
@@ -498,7 +498,7 @@ fn gear_with_reflected_inertia() {
 ///   sun   ======[     ]                    w_ring = 0: carrier at 0.3 of the sun
 /// ```
 #[test]
-fn planetary_with_a_held_ring() {
+fn planetary_with_a_fixed_ring() {
     let model = body("sun", 0.1, "")
         + &body("carrier", 2.0, "")
         + &body("ring", 3.0, "")
@@ -524,7 +524,7 @@ fn planetary_with_a_held_ring() {
 ///   wg ====( wave gen.    )
 /// ```
 #[test]
-fn harmonic_drive_with_a_held_spline() {
+fn harmonic_drive_with_a_fixed_spline() {
     let model = body("wg", 0.001, "")
         + &body("fs", 5.0, "")
         + &body("cs", 1.0, "")
@@ -548,24 +548,24 @@ fn harmonic_drive_with_a_held_spline() {
 ///    30°       \\ b, at 2π rad/s
 /// ```
 #[test]
-fn universal_joint_over_a_turn() {
+fn universal_joint_over_one_revolution() {
     let c = 30.0_f64.to_radians().cos();
     let model = body("b", 1.0, "")
         + "[shaft.a]\n[universal_joint.j]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"30 deg\"\n"
         + &scenario(1.0, 0.0025, "\"b.w\" = \"360 deg/s\"");
     // The only inertia is on b, which then turns evenly.
     let run = run(&model);
-    let turn = std::f64::consts::TAU;
-    follows(&run, "b.phi", ACCURATE, |t| turn * t);
+    let revolution = std::f64::consts::TAU;
+    follows(&run, "b.phi", ACCURATE, |t| revolution * t);
     follows(&run, "a.w", ACCURATE, |t| {
-        let (sin, cos) = (turn * t).sin_cos();
-        turn * c / (cos * cos + c * c * sin * sin)
+        let (sin, cos) = (revolution * t).sin_cos();
+        revolution * c / (cos * cos + c * c * sin * sin)
     });
     let speeds = signal(&run, "a.w");
     let (least, most) = speeds.iter().fold((f64::MAX, 0.0f64), |(low, high), w| (low.min(*w), high.max(*w)));
-    close(least, turn * c, ACCURATE, "slowest");
-    close(most, turn / c, ACCURATE, "fastest");
-    close(at(&run, "a.phi", 1.0), turn, ACCURATE, "a whole turn is a whole turn");
+    close(least, revolution * c, ACCURATE, "slowest");
+    close(most, revolution / c, ACCURATE, "fastest");
+    close(at(&run, "a.phi", 1.0), revolution, ACCURATE, "a whole turn is a whole turn");
     assert!(signal(&run, "j.tau").iter().all(|torque| torque.abs() < ACCURATE), "a carries no load");
 }
 
@@ -575,7 +575,7 @@ fn universal_joint_over_a_turn() {
 ///      -------
 /// ```
 #[test]
-fn coulomb_block_stops_and_holds() {
+fn coulomb_block_stops_and_sticks() {
     let model = body("a", 0.5, "friction = \"2 N m\"") + &scenario(2.0, 0.01, "\"a.w\" = \"3 rad/s\"");
     let run = run(&model);
     let stop = 0.5 * 3.0 / 2.0;
@@ -599,7 +599,7 @@ fn coulomb_block_stops_and_holds() {
 ///               -------
 /// ```
 #[test]
-fn stiction_holds_for_1000_s() {
+fn stiction_lasts_1000_s() {
     let model = body("a", 0.5, "friction = \"2 N m\"")
         + &motor("m", "a", "")
         + &scenario(1000.0, 1.0, "")
@@ -674,9 +674,9 @@ fn ramp_breaks_away() {
 /// A step of 5 N m: cut to 3 N m, reached in 0.2 s at 15 N m/s, and behind it the lag with T = 0.1 s.
 #[test]
 fn motor_limit_rate_and_lag() {
-    let with = |rest: &str| {
+    let with = |keys: &str| {
         run(&(body("a", 1.0, "")
-            + &motor("m", "a", rest)
+            + &motor("m", "a", keys)
             + &scenario(1.0, 0.005, "")
             + &event(0.1, "m.tau", 5.0, 0.0)
             + &event(0.7, "m.tau", 1.0, 0.0)))
@@ -736,7 +736,7 @@ fn motor_limit_rate_and_lag() {
 ///   φ -->[ floor to 2π/4N ]-->[ hold 10 ms ]--> reading
 /// ```
 #[test]
-fn encoder_rounds_and_holds() {
+fn encoder_quantises_and_samples() {
     let model = body("a", 1.0, "")
         + "[sensor.fine]\nmeasures = \"angle\"\nshaft = \"a\"\nresolution = \"0.125 rad\"\n\
            [sensor.lines]\nmeasures = \"angle\"\nshaft = \"a\"\nlines = 4\nsample_time = \"10 ms\"\n\
@@ -776,7 +776,7 @@ fn a_short_pulse_between_rows_is_not_missed() {
 ///   τ → [ J ]===|hold|        friction on a shaft that cannot move takes no part
 /// ```
 #[test]
-fn friction_on_a_held_shaft() {
+fn friction_on_a_locked_shaft() {
     let model = body("a", 0.5, "friction = \"1 N m\"")
         + &body("b", 0.5, "friction = \"2 N m\"")
         + "[constraint.hold]\ncoefficients = { a = 1 }\n[spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\

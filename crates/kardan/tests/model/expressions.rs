@@ -52,13 +52,13 @@ impl Kinds {
 fn random(seed: u64, operations: usize, kinds: Kinds) -> (Graph, [Symbol; 3], Expr) {
     let (mut graph, mut draw) = (Graph::default(), Draw(seed));
     let symbols = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE));
-    let mut known: Vec<Expr> = symbols.to_vec();
-    known.push(graph.pi());
+    let mut pool: Vec<Expr> = symbols.to_vec();
+    pool.push(graph.pi());
     if kinds == Kinds::Rational {
-        known.pop();
+        pool.pop();
     }
     for _ in 0..operations {
-        let [a, b, c, d] = [(); 4].map(|()| known[draw.below(known.len())]);
+        let [a, b, c, d] = [(); 4].map(|()| pool[draw.below(pool.len())]);
         let new = match kinds.draw(&mut draw) {
             0 => graph.add(a, b),
             1 => graph.subtract(a, b),
@@ -84,14 +84,14 @@ fn random(seed: u64, operations: usize, kinds: Kinds) -> (Graph, [Symbol; 3], Ex
             14 => {
                 let square = graph.power(a, 2);
                 let above = graph.sum(Rational::ONE, &[(square, Rational::ONE)]);
-                let within = graph.divide(a, above);
+                let bounded = graph.divide(a, above);
                 let (function, of) = [
                     (Function::Sqrt, above),
                     (Function::Ln, above),
                     (Function::Exp, a),
                     (Function::Tan, a),
-                    (Function::Asin, within),
-                    (Function::Acos, within),
+                    (Function::Asin, bounded),
+                    (Function::Acos, bounded),
                 ][draw.below(6)];
                 graph.apply(function, of)
             }
@@ -102,10 +102,10 @@ fn random(seed: u64, operations: usize, kinds: Kinds) -> (Graph, [Symbol; 3], Ex
                 graph.apply(function, sum)
             }
         };
-        known.push(new);
+        pool.push(new);
     }
     let symbols = symbols.map(|symbol| graph.symbol_of(symbol).unwrap());
-    (graph, symbols, *known.last().unwrap())
+    (graph, symbols, *pool.last().unwrap())
 }
 
 fn at(symbols: [Symbol; 3], values: [f64; 3]) -> impl Fn(Symbol) -> f64 {
@@ -113,10 +113,10 @@ fn at(symbols: [Symbol; 3], values: [f64; 3]) -> impl Fn(Symbol) -> f64 {
 }
 
 fn evaluated(plan: &Plan, inputs: &[f64]) -> f64 {
-    let mut memory = plan.memory();
-    memory[..inputs.len()].copy_from_slice(inputs);
-    let _ = plan.block().evaluate(&mut memory);
-    plan.block().output(0, &memory).unwrap_or(f64::NAN)
+    let mut storage = plan.memory();
+    storage[..inputs.len()].copy_from_slice(inputs);
+    let _ = plan.block().evaluate(&mut storage);
+    plan.block().output(0, &storage).unwrap_or(f64::NAN)
 }
 
 proptest! {
@@ -125,24 +125,24 @@ proptest! {
     /// A plan, one lane or many, has the bits of the graph evaluated directly; its text is the plan.
     #[test]
     fn a_plan_is_its_graph_bit_for_bit(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0)) {
-        let (graph, symbols, wanted) = random(seed, 30, Kinds::Any);
-        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
-        let direct = lower(&graph, &[wanted], &mut Floating::<f64>::default(), at(symbols, x))[0];
+        let (graph, symbols, target) = random(seed, 30, Kinds::Any);
+        let plan = compile(&graph, &symbols, &[("f".into(), target)]).unwrap();
+        let direct = lower(&graph, &[target], &mut Floating::<f64>::default(), at(symbols, x))[0];
         let found = evaluated(&plan, &x);
         prop_assert!(found.to_bits() == direct.to_bits() || !direct.is_finite(), "{found} {direct}");
         prop_assert_eq!(&parse(&plan.to_string()).unwrap(), &plan);
-        let again = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        let again = compile(&graph, &symbols, &[("f".into(), target)]).unwrap();
         prop_assert_eq!(again, plan.clone());
         // Four lanes: each another point.
         let points: [[f64; 3]; 4] = std::array::from_fn(|lane| x.map(|x| x * (1.0 + 0.125 * lane as f64)));
-        let mut memory: Vec<Lanes<f64, 4>> = vec![Lanes([0.0; 4]); plan.memory().len()];
+        let mut storage: Vec<Lanes<f64, 4>> = vec![Lanes([0.0; 4]); plan.memory().len()];
         let block = plan.block();
-        block.begin(&mut memory);
-        for (k, input) in memory[..3].iter_mut().enumerate() {
+        block.begin(&mut storage);
+        for (k, input) in storage[..3].iter_mut().enumerate() {
             *input = Lanes(points.map(|point| point[k]));
         }
-        let _ = block.evaluate(&mut memory);
-        if let Some(lanes) = block.output(0, &memory) {
+        let _ = block.evaluate(&mut storage);
+        if let Some(lanes) = block.output(0, &storage) {
             for (point, lane) in points.iter().zip(lanes.0) {
                 prop_assert_eq!(evaluated(&plan, point).to_bits(), lane.to_bits());
             }
@@ -152,10 +152,10 @@ proptest! {
     /// Intervals hold the values at all points in them: 300 times 350 points.
     #[test]
     fn intervals_hold_every_value(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0), width in 0.0f64..1.0) {
-        let (graph, symbols, wanted) = random(seed, 14, Kinds::Any);
+        let (graph, symbols, target) = random(seed, 14, Kinds::Any);
         let range = |symbol| { let low = at(symbols, x)(symbol); Interval { low, high: low + width } };
-        let found = lower(&graph, &[wanted], &mut Intervals, range)[0];
-        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        let found = lower(&graph, &[target], &mut Intervals, range)[0];
+        let plan = compile(&graph, &symbols, &[("f".into(), target)]).unwrap();
         let mut draw = Draw(seed ^ 5);
         for _ in 0..350 {
             let point = x.map(|x| (x + width * draw.below(1001) as f64 / 1000.0).min(x + width));
@@ -167,10 +167,10 @@ proptest! {
     /// Over the rationals the derivative is what difference quotients tend to: with a tenth of the step a hundredth of the error.
     #[test]
     fn derivatives_are_limits_of_exact_quotients(seed in any::<u64>(), x in prop::array::uniform3(-2.0f64..2.0)) {
-        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Rational);
+        let (mut graph, symbols, target) = random(seed, 8, Kinds::Rational);
         let x = x.map(|x| rational_from_f64((x * 64.0).round() / 64.0).unwrap());
         for by in 0..3 {
-            let slope = graph.derivative(wanted, symbols[by]);
+            let slope = graph.derivative(target, symbols[by]);
             let value = |expr: Expr, step: &Rational| {
                 let at = |symbol| {
                     let k = symbols.iter().position(|other| *other == symbol).unwrap();
@@ -181,7 +181,7 @@ proptest! {
             let slope = value(slope, &Rational::ZERO);
             let error = |power: usize| {
                 let step = Rational::ONE / Rational::from(10u8).pow(power as isize);
-                let quotient = (value(wanted, &step) - value(wanted, &-step.clone())) / (step * Rational::from(2));
+                let quotient = (value(target, &step) - value(target, &-step.clone())) / (step * Rational::from(2));
                 rational_to_f64(&(quotient - &slope)).abs()
             };
             let (coarse, fine) = (error(12), error(13));
@@ -193,22 +193,22 @@ proptest! {
     #[test]
     fn slopes_in_one_pass_are_derivatives(seed in any::<u64>(), x in prop::array::uniform3(-2.0f64..2.0)) {
         let place = |symbols: &[Symbol], symbol| symbols.iter().position(|other| *other == symbol).unwrap();
-        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Rational);
+        let (mut graph, symbols, target) = random(seed, 8, Kinds::Rational);
         let at = |k: usize| rational_from_f64((x[k] * 64.0).round() / 64.0);
-        let seen = |symbol| (at(place(&symbols, symbol)), Some(place(&symbols, symbol)));
-        let found = forward(&graph, &[wanted], Rationals, seen).swap_remove(0).slopes;
+        let argument = |symbol| (at(place(&symbols, symbol)), Some(place(&symbols, symbol)));
+        let found = forward(&graph, &[target], Rationals, argument).swap_remove(0).slopes;
         for by in 0..3 {
-            let derivative = graph.derivative(wanted, symbols[by]);
-            let slope = lower(&graph, &[derivative], &mut Rationals, |symbol| seen(symbol).0)[0].clone().unwrap();
+            let derivative = graph.derivative(target, symbols[by]);
+            let slope = lower(&graph, &[derivative], &mut Rationals, |symbol| argument(symbol).0)[0].clone().unwrap();
             let own = found.iter().find(|(place, _)| *place == by);
             prop_assert_eq!(own.map_or(Rational::ZERO, |(_, slope)| slope.clone().unwrap()), slope);
         }
-        let (mut graph, symbols, wanted) = random(seed, 8, Kinds::Smooth);
-        let seen = |symbol| (Interval::point(x[place(&symbols, symbol)]), Some(place(&symbols, symbol)));
-        let found = forward(&graph, &[wanted], Intervals, seen).swap_remove(0).slopes;
+        let (mut graph, symbols, target) = random(seed, 8, Kinds::Smooth);
+        let argument = |symbol| (Interval::point(x[place(&symbols, symbol)]), Some(place(&symbols, symbol)));
+        let found = forward(&graph, &[target], Intervals, argument).swap_remove(0).slopes;
         for by in 0..3 {
-            let derivative = graph.derivative(wanted, symbols[by]);
-            let slope = lower(&graph, &[derivative], &mut Intervals, |symbol| seen(symbol).0)[0];
+            let derivative = graph.derivative(target, symbols[by]);
+            let slope = lower(&graph, &[derivative], &mut Intervals, |symbol| argument(symbol).0)[0];
             let own = found.iter().find(|(place, _)| *place == by).map_or(Interval::point(0.0), |(_, slope)| *slope);
             prop_assert!(!(own.low > slope.high || own.high < slope.low), "{own:?} {slope:?}");
         }
@@ -217,14 +217,14 @@ proptest! {
     /// What is substituted by itself is the same node, and the value of one with numbers put in is that of the other.
     #[test]
     fn substitution_is_evaluation(seed in any::<u64>(), x in prop::array::uniform3(-2i64..3)) {
-        let (mut graph, symbols, wanted) = random(seed, 10, Kinds::Rational);
+        let (mut graph, symbols, target) = random(seed, 10, Kinds::Rational);
         let own: Vec<_> = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE)).to_vec();
         let itself: Vec<_> = symbols.into_iter().zip(own).collect();
-        prop_assert_eq!(graph.substitute(&[wanted], &itself), vec![wanted]);
+        prop_assert_eq!(graph.substitute(&[target], &itself), vec![target]);
         let numbers: Vec<_> = symbols.into_iter().zip(x.map(|x| graph.integer(x))).collect();
-        let put = graph.substitute(&[wanted], &numbers)[0];
+        let put = graph.substitute(&[target], &numbers)[0];
         let at = |symbol| Some(Rational::from(x[symbols.iter().position(|other| *other == symbol).unwrap()]));
-        let value = lower(&graph, &[wanted], &mut Rationals, at)[0].clone().unwrap();
+        let value = lower(&graph, &[target], &mut Rationals, at)[0].clone().unwrap();
         prop_assert_eq!(graph.number_of(put), Some(&value));
     }
 }
@@ -310,12 +310,12 @@ fn kinks_are_named() {
     let all = graph.add(least, bent);
     let written = |graph: &Graph, expr| printed(graph, expr, Style::Text, &str::to_owned);
     let kinks = graph.kinks(all);
-    let words: Vec<String> = kinks.iter().map(|kink| written(&graph, *kink)).collect();
+    let texts: Vec<String> = kinks.iter().map(|kink| written(&graph, *kink)).collect();
     for expected in ["x", "abs(x) - y", "y", "2 + y", "-1 + y", "-4 + y"] {
-        let turned = if expected == "abs(x) - y" { "-y + abs(x)" } else { expected };
-        assert!(words.iter().any(|word| word == expected || word == turned), "{expected} is not in {words:?}");
+        let reordered = if expected == "abs(x) - y" { "-y + abs(x)" } else { expected };
+        assert!(texts.iter().any(|word| word == expected || word == reordered), "{expected} is not in {texts:?}");
     }
-    assert_eq!(words.len(), 6, "{words:?}");
+    assert_eq!(texts.len(), 6, "{texts:?}");
     // Where it is smooth nothing is named.
     let smooth = graph.apply(Function::Sin, x);
     assert!(graph.kinks(smooth).is_empty());
@@ -325,17 +325,17 @@ fn kinks_are_named() {
 fn what_vanishes_vanishes_exactly() {
     let mut graph = Graph::default();
     let x = graph.symbol("x", Dimension::ANGLE);
-    let (turned, pi) = (graph.negate(x), graph.pi());
+    let (negated, pi) = (graph.negate(x), graph.pi());
     let zero = graph.integer(0);
     let pair = |graph: &mut Graph, function, a, b, sign| {
         let (a, b) = (graph.apply(function, a), graph.apply(function, b));
         graph.sum(Rational::ZERO, &[(a, Rational::ONE), (b, Rational::from(sign))])
     };
-    assert_eq!(pair(&mut graph, Function::Sin, x, turned, 1), zero);
-    assert_eq!(pair(&mut graph, Function::Cos, x, turned, -1), zero);
-    let (there, back) = (graph.multiply(pi, x), graph.divide(x, pi));
+    assert_eq!(pair(&mut graph, Function::Sin, x, negated, 1), zero);
+    assert_eq!(pair(&mut graph, Function::Cos, x, negated, -1), zero);
+    let (multiplied, divided) = (graph.multiply(pi, x), graph.divide(x, pi));
     let square = graph.power(x, 2);
-    let product = graph.multiply(there, back);
+    let product = graph.multiply(multiplied, divided);
     assert_eq!(graph.subtract(product, square), zero);
     let four = graph.number(Rational::from_parts(9.into(), 4u8.into()));
     let root = graph.apply(Function::Sqrt, four);
@@ -395,7 +395,7 @@ fn texts_that_are_no_plans_are_refused_with_their_line() {
 
 /// Sums of symbols times constants are affine; products of symbols, powers and functions of them are not.
 #[test]
-fn affine_is_distinguished_from_the_rest() {
+fn affine_is_distinguished_from_nonlinear() {
     let mut g = Graph::default();
     let (x, y, pi) = (g.symbol("x", Dimension::NONE), g.symbol("y", Dimension::NONE), g.pi());
     let scaled = g.multiply(pi, y);
@@ -416,7 +416,7 @@ fn polynomial(coefficients: &[f64], t: f64) -> f64 {
 
 /// Along a polynomial path of the inputs, the series of an expression is its value: every rule, alone and in combination.
 #[test]
-fn series_are_the_values_along_a_path() {
+fn series_equal_the_values_on_a_path() {
     const ORDER: usize = 12;
     let (mut graph, names) = (Graph::default(), ["x", "y", "s"]);
     let [x, y, s] = names.map(|name| graph.symbol(name, Dimension::NONE));
@@ -425,30 +425,30 @@ fn series_are_the_values_along_a_path() {
     let above = graph.sum(Rational::from(2), &[(x, one.clone())]);
     let quotient = graph.divide(y, above);
     let functions = [Function::Sin, Function::Cos, Function::Tan, Function::Asin, Function::Acos, Function::Atan];
-    let mut wanted: Vec<Expr> = functions.map(|function| graph.apply(function, third)).to_vec();
-    wanted.extend([Function::Sqrt, Function::Exp, Function::Ln].map(|function| graph.apply(function, above)));
-    wanted.push(graph.atan2(y, above));
-    wanted.push(quotient);
+    let mut targets: Vec<Expr> = functions.map(|function| graph.apply(function, third)).to_vec();
+    targets.extend([Function::Sqrt, Function::Exp, Function::Ln].map(|function| graph.apply(function, above)));
+    targets.push(graph.atan2(y, above));
+    targets.push(quotient);
     let products = [graph.multiply(x, y), graph.multiply(s, y), graph.power(x, 3), graph.divide(x, s)];
-    let all = [wanted.clone(), products.to_vec()].concat();
+    let all = [targets.clone(), products.to_vec()].concat();
     let terms: Vec<(Expr, Rational)> = all.iter().map(|expr| (*expr, Rational::from(2))).collect();
     let sum = graph.sum(Rational::from(1), &terms);
     let bent = graph.apply(Function::Sin, sum);
-    wanted.extend(products);
-    wanted.extend([sum, bent]);
-    let outputs: Vec<(String, Expr)> = wanted.iter().enumerate().map(|(k, expr)| (k.to_string(), *expr)).collect();
+    targets.extend(products);
+    targets.extend([sum, bent]);
+    let outputs: Vec<(String, Expr)> = targets.iter().enumerate().map(|(k, expr)| (k.to_string(), *expr)).collect();
     let symbols = [x, y, s].map(|symbol| graph.symbol_of(symbol).unwrap());
     let plan = compile(&graph, &symbols, &outputs).unwrap();
     let path = [vec![0.4, 0.7, -0.3, 0.1], vec![-0.8, 0.5, 0.2], vec![1.7]];
-    let places: Vec<usize> = (0..wanted.len()).map(|k| plan.place(k)).collect();
+    let places: Vec<usize> = (0..targets.len()).map(|k| plan.place(k)).collect();
     let mut series = Series::new(&plan, ORDER, &places, |input| input == 2).unwrap();
-    let mut memory = plan.memory();
-    let evaluate = |memory: &mut [f64], t: f64| {
-        path.iter().enumerate().for_each(|(input, coefficients)| memory[input] = polynomial(coefficients, t));
-        assert!(plan.block().evaluate(memory));
+    let mut storage = plan.memory();
+    let evaluate = |storage: &mut [f64], t: f64| {
+        path.iter().enumerate().for_each(|(input, coefficients)| storage[input] = polynomial(coefficients, t));
+        assert!(plan.block().evaluate(storage));
     };
-    evaluate(&mut memory, 0.0);
-    series.begin(&memory);
+    evaluate(&mut storage, 0.0);
+    series.begin(&storage);
     for order in 1..=ORDER {
         for (input, coefficients) in path.iter().enumerate() {
             series.set(input, order, &[coefficients.get(order).copied().unwrap_or(0.0)]);
@@ -456,13 +456,13 @@ fn series_are_the_values_along_a_path() {
         series.advance(order);
     }
     for t in [0.01, -0.02, 0.05] {
-        evaluate(&mut memory, t);
+        evaluate(&mut storage, t);
         for (name, place) in outputs.iter().zip(&places) {
             let coefficients: Vec<f64> = series.of(*place).collect();
             // What the series leaves out: its last terms go down by the distance of the nearest pole, here more than 0.3.
-            let left_out = coefficients[ORDER].abs() * f64::abs(t).powi(ORDER as i32) * (t / 0.3).abs();
-            let error = (polynomial(&coefficients, t) - memory[*place]).abs();
-            assert!(error <= 4e-15 * (1.0 + memory[*place].abs()) + left_out, "{} at {t}: {error:e}", name.0);
+            let truncation = coefficients[ORDER].abs() * f64::abs(t).powi(ORDER as i32) * (t / 0.3).abs();
+            let error = (polynomial(&coefficients, t) - storage[*place]).abs();
+            assert!(error <= 4e-15 * (1.0 + storage[*place].abs()) + truncation, "{} at {t}: {error:e}", name.0);
         }
     }
 }
@@ -474,17 +474,17 @@ fn coefficients<N: Value>(plan: &Plan, path: &[[N; 3]; 3], interpreted: bool) ->
     if interpreted {
         series = series.interpreted();
     }
-    let mut memory = vec![N::all(0.0); plan.memory().len()];
-    plan.block().begin(&mut memory);
-    memory[..3].copy_from_slice(&path[0]);
-    let _ = plan.block().evaluate(&mut memory);
-    series.begin(&memory);
+    let mut storage = vec![N::all(0.0); plan.memory().len()];
+    plan.block().begin(&mut storage);
+    storage[..3].copy_from_slice(&path[0]);
+    let _ = plan.block().evaluate(&mut storage);
+    series.begin(&storage);
     for order in 1..=ORDER {
         let [x, y, _] = path.get(order).copied().unwrap_or([N::all(0.0); 3]);
         series.set(0, order, &[x, y]);
         series.advance(order);
     }
-    let places = 0..memory.len();
+    let places = 0..storage.len();
     places.flat_map(|place| series.of(place).collect::<Vec<N>>()).collect()
 }
 
@@ -507,14 +507,14 @@ where
             _ => draw.below(4001) as f64 / 1000.0 - 2.0,
         }));
     }
-    let together = [false, true].map(|interpreted| coefficients(plan, &path, interpreted));
+    let combined = [false, true].map(|interpreted| coefficients(plan, &path, interpreted));
     for lane in 0..N {
-        let alone = path.map(|row| row.map(|x| x.0[lane]));
-        let interpreted = coefficients(plan, &alone, true);
-        let native = coefficients(plan, &alone, false);
+        let single = path.map(|row| row.map(|x| x.0[lane]));
+        let interpreted = coefficients(plan, &single, true);
+        let native = coefficients(plan, &single, false);
         assert!(native.iter().zip(&interpreted).all(|(a, b)| same(*a, *b)), "alone: {plan}");
-        for together in &together {
-            let different = together.iter().zip(&interpreted).position(|(a, b)| !same(a.0[lane], *b));
+        for combined in &combined {
+            let different = combined.iter().zip(&interpreted).position(|(a, b)| !same(a.0[lane], *b));
             assert_eq!(different, None, "lane {lane} of {N}: {plan}");
         }
     }
@@ -525,8 +525,8 @@ where
 fn series_in_lanes_have_the_bits_of_each() {
     let mut draw = Draw(7);
     for seed in 0..200 {
-        let (graph, symbols, wanted) = random(seed, 24, Kinds::Smooth);
-        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        let (graph, symbols, target) = random(seed, 24, Kinds::Smooth);
+        let plan = compile(&graph, &symbols, &[("f".into(), target)]).unwrap();
         lanes_have_the_bits::<4>(&plan, &mut draw);
         lanes_have_the_bits::<8>(&plan, &mut draw);
     }

@@ -12,9 +12,9 @@ use kardan::tables::read::in_memory;
 use crate::common::grown::{CHAINS, CIRCLES, COUPLED, Kind, NESTED, REFUSED, WIDE};
 
 /// Stops runs after few steps.
-struct FewSteps;
+struct StepLimit;
 
-impl Progress for FewSteps {
+impl Progress for StepLimit {
     fn advance(&self, _: usize, _: &str, _: f64) {}
 
     fn most_steps(&self) -> usize {
@@ -22,7 +22,7 @@ impl Progress for FewSteps {
     }
 }
 
-fn asked(otherwise: usize) -> usize {
+fn model_size(otherwise: usize) -> usize {
     std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(otherwise)
 }
 
@@ -44,42 +44,42 @@ fn errors(source: &str) -> Vec<String> {
 /// What every command is asked for; what speaks against it is told.
 fn commands(source: &str) {
     drop(study::check(source));
-    let tell = |out: Vec<Diagnostic>| assert!(!plain(source, &out).is_empty());
+    let assert_rendered = |out: Vec<Diagnostic>| assert!(!plain(source, &out).is_empty());
     if let Err(out) = study::equations(source, EquationsForm::Text) {
-        tell(out);
+        assert_rendered(out);
     }
     let settings = AnalyzeSettings::default();
     if let Err(out) = study::analyze(source, &settings, &Silent) {
-        tell(out);
+        assert_rendered(out);
     }
     if let Err(out) = study::linearise(source, &settings, false) {
-        tell(out);
+        assert_rendered(out);
     }
     if let Err(out) = study::design(source, &DesignSettings::default(), &Silent) {
-        tell(out);
+        assert_rendered(out);
     }
-    if let Err(out) = study::run(source, &Settings::default(), &FewSteps) {
-        tell(out);
+    if let Err(out) = study::run(source, &Settings::default(), &StepLimit) {
+        assert_rendered(out);
     }
     if let Err(out) = Project::open(source).sweep_plan(&SweepSettings::default()) {
-        tell(out);
+        assert_rendered(out);
     }
     let log = LogFile { name: "log.csv".into(), bytes: in_memory(&b"t,a.phi,m.tau\n0,0,1\n0.1,0,1\n0.2,0.1,1\n"[..]) };
     if let Err(out) = study::identify(source, vec![log], &IdentifySettings::default(), &Silent) {
-        tell(out);
+        assert_rendered(out);
     }
 }
 
-fn each(kinds: &[Kind], count: usize, look: impl Fn(&str, &str) + Sync) {
+fn each(kinds: &[Kind], count: usize, check: impl Fn(&str, &str) + Sync) {
     for (name, model) in kinds {
-        on_usual_stack(|| look(name, &model(count)));
+        on_usual_stack(|| check(name, &model(count)));
     }
 }
 
 /// What stands beside each other or in a chain has no mistakes, and no command ends in an abort.
 #[test]
 fn wide_and_deep_models_come_to_an_end() {
-    let count = asked(6);
+    let count = model_size(6);
     // The matrices of coupled bodies grow with the square of their number.
     for (kinds, count) in [(WIDE, count), (CHAINS, count), (COUPLED, count.min(60))] {
         each(kinds, count, |name, source| {
@@ -92,7 +92,7 @@ fn wide_and_deep_models_come_to_an_end() {
 /// As many messages as entries that have a mistake, each of a few lines.
 #[test]
 fn what_is_refused_is_reported_briefly() {
-    let count = asked(300);
+    let count = model_size(300);
     each(REFUSED, count, |name, source| {
         let reported = errors(source);
         assert!(reported.len() + 1 >= count && reported.len() <= count, "{name}: {}", reported.len());
@@ -103,7 +103,7 @@ fn what_is_refused_is_reported_briefly() {
 /// Chains of names are as deep as anybody likes: they are checked on a small stack.
 #[test]
 fn deep_chains_are_checked() {
-    each(CHAINS, asked(1500), |name, source| {
+    each(CHAINS, model_size(1500), |name, source| {
         let reported = errors(source);
         assert!(reported.is_empty(), "{name}: {}", reported[0]);
     });
@@ -130,7 +130,7 @@ fn formulas_of_the_two_before_follow_their_recurrence() {
 /// A circle is told once, however long it is, in a message of a few lines.
 #[test]
 fn circles_are_reported_once() {
-    for count in [2, 3, asked(1500)] {
+    for count in [2, 3, model_size(1500)] {
         each(CIRCLES, count, |name, source| {
             let reported = errors(source);
             assert_eq!(reported.len(), 1, "{name} of {count}: {:?}", reported.get(1));
@@ -143,14 +143,14 @@ fn circles_are_reported_once() {
 /// What is nested deeper than anybody writes is refused with a word, not with an abort.
 #[test]
 fn nested_texts_come_to_an_end() {
-    for count in [10, 60, 900, asked(10_000)] {
+    for count in [10, 60, 900, model_size(10_000)] {
         each(NESTED, count, |_, source| commands(source));
     }
 }
 
 /// Bodies whose matrices would not fit into memory are refused at once.
 #[test]
-fn models_too_large_for_memory_are_refused() {
+fn too_large_models_are_refused() {
     let shafts = |n: usize| {
         let shaft = |k: usize| format!("[shaft.x{k}]\ninertia = \"1 kg m^2\"\n");
         (0..n).map(shaft).collect::<String>()

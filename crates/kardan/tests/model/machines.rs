@@ -16,11 +16,11 @@ const ACCURATE: f64 = 1e-8;
 /// All rows of a signal against a closed form over time, relative to its largest value.
 #[track_caller]
 fn follows(run: &Run, name: &str, closed: impl Fn(f64) -> f64) {
-    follows_within(ACCURATE, run, name, closed);
+    follows_with_accuracy(ACCURATE, run, name, closed);
 }
 
 #[track_caller]
-fn follows_within(share: f64, run: &Run, name: &str, closed: impl Fn(f64) -> f64) {
+fn follows_with_accuracy(share: f64, run: &Run, name: &str, closed: impl Fn(f64) -> f64) {
     let expected: Vec<f64> = run.series.time.iter().map(|t| closed(*t)).collect();
     let size = expected.iter().fold(0.0f64, |max, x| max.max(x.abs()));
     assert!(expected.len() > 50 && size > 0.0);
@@ -29,8 +29,8 @@ fn follows_within(share: f64, run: &Run, name: &str, closed: impl Fn(f64) -> f64
     }
 }
 
-fn scenario(duration: &str, step: &str, rest: &str) -> String {
-    format!("[scenario]\nduration = \"{duration}\"\noutput_step = \"{step}\"\n{rest}\n")
+fn scenario(duration: &str, step: &str, extra: &str) -> String {
+    format!("[scenario]\nduration = \"{duration}\"\noutput_step = \"{step}\"\n{extra}\n")
 }
 
 const TWELVE_VOLTS: &str = "[[scenario.event]]\nat = \"0 s\"\nsignal = \"V.v\"\nto = \"12 V\"\n";
@@ -60,7 +60,7 @@ fn exchanges(run: &Run, name: &str, speed: impl Fn(usize) -> f64) {
 
 /// Without inductance: i = V/R e^(−t/T), ω = V/k (1 − e^(−t/T)), T = J R/k². At once it draws what it draws while it stands, V/R.
 #[test]
-fn a_motor_without_inductance_runs_up_in_its_time_constant() {
+fn a_motor_of_zero_inductance_runs_up_in_its_time_constant() {
     let source = motor("") + &scenario("0.2 s", "1 ms", TWELVE_VOLTS);
     let time = 1e-4 * 0.8 / (0.05 * 0.05);
     let falls = |t: f64| (-t / time).exp();
@@ -91,10 +91,10 @@ fn a_motor_with_inductance_has_two_poles() {
         let run = run_by(&source, method, None);
         // Between its steps DOP853 is less accurate.
         let share = if method == Method::Dop853 { 1e-7 } else { ACCURATE };
-        follows_within(share, &run, "rotor.w", |t| {
+        follows_with_accuracy(share, &run, "rotor.w", |t| {
             240.0 * (1.0 + (slow * (fast * t).exp() - fast * (slow * t).exp()) / (fast - slow))
         });
-        follows_within(share, &run, "M.i", |t| 12.0 / l * ((fast * t).exp() - (slow * t).exp()) / (fast - slow));
+        follows_with_accuracy(share, &run, "M.i", |t| 12.0 / l * ((fast * t).exp() - (slow * t).exp()) / (fast - slow));
         exchanges(&run, "M", |row| signal(&run, "rotor.w")[row]);
     }
 }
@@ -102,10 +102,10 @@ fn a_motor_with_inductance_has_two_poles() {
 /// Held still it is a coil: i = V/R (1 − e^(−Rt/L)), and the constraint takes k i. What the motor does to its stator is the opposite of what it
 /// does to its rotor, against a car that rolls freely.
 #[test]
-fn a_motor_that_stands_and_one_on_a_car() {
-    let held = motor("inductance = \"4 mH\"")
+fn a_locked_motor_and_one_on_a_car() {
+    let locked = motor("inductance = \"4 mH\"")
         + "[constraint.hold]\ncoefficients = { rotor = 1 }\n[shaft.free]\ninertia = \"1 kg m^2\"\n";
-    let run = run(&(held + &scenario("50 ms", "0.5 ms", TWELVE_VOLTS)));
+    let run = run(&(locked + &scenario("50 ms", "0.5 ms", TWELVE_VOLTS)));
     let current = |t: f64| 15.0 * (1.0 - (-t * 200.0f64).exp());
     follows(&run, "M.i", current);
     follows(&run, "hold.tau", |t| -0.05 * current(t));
@@ -233,7 +233,7 @@ fn a_circuit_connects_shafts() {
 
 /// Laws that bend act beside motions without inertia where these do not feel them; where they do they are refused by name.
 #[test]
-fn what_a_motion_without_inertia_does_not_feel_may_bend() {
+fn nonlinear_laws_may_act_beside_massless_motions() {
     let weight = "[torque.weight]\nshaft = \"rotor\"\nlaw = \"-0.4 N m * sin(rotor.phi)\"\n";
     let source = motor("") + weight + &scenario("2 s", "1 ms", TWELVE_VOLTS.replace("12 V", "0.4 V").as_str());
     for method in METHODS {
@@ -268,8 +268,8 @@ fn a_current_into_a_resistor_and_a_capacitor() {
         follows(&run, "R.i", |t| 2.0 * (1.0 - (-t / time).exp()));
         follows(&run, "C.i", |t| 2.0 * (-t / time).exp());
         follows(&run, "I.q", |t| 2.0 * t);
-        let given = 40.0 * (5e-3 - time * (1.0 - (-5.0f64).exp()));
-        close(run.energy.input / given, 1.0, ACCURATE, "v i is what the source gives");
+        let supplied = 40.0 * (5e-3 - time * (1.0 - (-5.0f64).exp()));
+        close(run.energy.input / supplied, 1.0, ACCURATE, "v i is what the source gives");
         let source = feed("2 A * sin(2 pi * 50 Hz * t)") + CAPACITOR + &scenario("40 ms", "0.5 ms", "");
         let run = run_by(&source, method, None);
         let size = 20.0 / (1.0 + omega * omega * time * time);
@@ -282,7 +282,7 @@ fn a_current_into_a_resistor_and_a_capacitor() {
 
 /// What no integral is known of is kept: a current t sin ωt through a coil takes L di/dt and R i.
 #[test]
-fn a_current_without_a_known_integral_is_kept() {
+fn a_current_of_unknown_integral_is_enforced_by_a_multiplier() {
     let source = "[current_source.I]\nfrom = \"ground\"\nto = \"n\"\ncurrent = \"2 A/s * t * sin(100 rad/s * t)\"\n[resistor.R]\n\
                   from = \"n\"\nto = \"m\"\nresistance = \"10 Ohm\"\n[inductor.L]\nfrom = \"m\"\nto = \"ground\"\ninductance = \"50 mH\"\n\
                   [inductor.L2]\nfrom = \"m\"\nto = \"ground\"\ninductance = \"50 mH\"\n"
@@ -298,7 +298,7 @@ fn a_current_without_a_known_integral_is_kept() {
 
 /// A damper behind a prescribed motion, and a spring: d (v − ẋ) = s x.
 #[test]
-fn a_motion_without_inertia_follows_a_prescribed_one() {
+fn a_massless_motion_follows_a_prescribed_one() {
     let source =
         "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[prescribed_motion.p]\nshaft = \"a\"\nangle = \"3 rad/s * t\"\n\
                   [spring_damper.d]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\ndamping = \"2 N m s/rad\"\n\

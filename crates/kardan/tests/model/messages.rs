@@ -9,8 +9,8 @@ use crate::common::{at, close, run};
 fn reported(source: &str, one: &Diagnostic) -> [String; 5] {
     let label = one.labels.first();
     let under = label.map_or(String::new(), |label| source[label.place.span()].to_string());
-    let words = label.map_or(String::new(), |label| label.text.clone());
-    [one.code.to_string(), one.message.clone(), under, words, one.help.clone().unwrap_or_default()]
+    let annotation = label.map_or(String::new(), |label| label.text.clone());
+    [one.code.to_string(), one.message.clone(), under, annotation, one.help.clone().unwrap_or_default()]
 }
 
 fn only(source: &str) -> [String; 5] {
@@ -43,7 +43,7 @@ fn kinks_are_named_where_they_stand() {
             "{SHAFT}[shaft.b]\ninertia = \"1 kg m^2\"\n[constraint.c]\ncoefficients = {{ a = 1, b = -2 }}\noffset = \"{text}\"\n"
         )
     };
-    for (source, under, words) in [
+    for (source, under, annotation) in [
         (
             surface("car.s - abs(50 mm * cos(a.phi)) - 15 cm"),
             "abs(50 mm * cos(a.phi))",
@@ -62,7 +62,7 @@ fn kinks_are_named_where_they_stand() {
         ),
     ] {
         let [code, _, found, beneath, _] = only(&source);
-        assert_eq!([code.as_str(), &found, &beneath], ["motion::not-smooth", under, words], "{source}");
+        assert_eq!([code.as_str(), &found, &beneath], ["motion::not-smooth", under, annotation], "{source}");
     }
     right(&surface("car.s - 50 mm * cos(a.phi) - abs(-15 cm)"));
     right(&offset("1 deg * sin(2 pi t / 1 s) + abs(-1 deg)"));
@@ -99,8 +99,8 @@ fn both_sides_of_a_kink_are_analysed() {
             let value = modes.last().expect("a mode").eigenvalue;
             value.re * value.re + value.im * value.im
         };
-        let there = found.opposite_side.expect("a kink");
-        ([there.reference_side, there.side], [squared(&found.modes), squared(&there.modes)])
+        let opposite = found.opposite_side.expect("a kink");
+        ([opposite.reference_side, opposite.side], [squared(&found.modes), squared(&opposite.modes)])
     };
     // abs(w) sign(w) is smooth; -phi and phi are one place.
     let one =
@@ -147,7 +147,7 @@ fn a_relation_may_be_of_any_unit() {
 
 /// The ground stands still: in rows it has no share, in expressions its motion is zero, and what names it alone acts on nothing.
 #[test]
-fn the_ground_stands_still_everywhere() {
+fn the_ground_never_moves() {
     let pair = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n";
     let rolls = |more: &str| format!("{pair}[constraint.c]\nrates = {{ a = 1, b = \"cos(a.phi)\"{more} }}\n");
     right(&rolls(", ground = -3"));
@@ -243,7 +243,7 @@ fn what_rubs_is_not_negative() {
 
 /// A stop that an operating point lies beyond is open in an analysis, and that is told; within it nothing is.
 #[test]
-fn a_point_beyond_a_stop_is_reported() {
+fn a_point_past_a_stop_is_reported() {
     let noted = |angle: &str| {
         let source = format!(
             "{SHAFT}[end_stop.s]\nshaft_1 = \"a\"\nupper = \"10 deg\"\n[motor.m]\nshaft = \"a\"\n[analysis]\nat = {{ \"a.phi\" = \"{angle}\" }}\n"

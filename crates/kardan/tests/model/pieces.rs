@@ -60,7 +60,7 @@ fn expression(draw: &mut Draw) -> (Graph, Vec<Symbol>, Expr) {
 #[test]
 fn series_are_the_values_until_a_margin_vanishes() {
     let mut draw = Draw(7);
-    let (order, mut reported, mut seen) = (12, [0usize; 3], 0);
+    let (order, mut reported, mut visible) = (12, [0usize; 3], 0);
     for case in 0..6000 {
         let (graph, symbols, value) = expression(&mut draw);
         let plan = compile(&graph, &symbols, &[("z".into(), value)]).unwrap();
@@ -69,13 +69,13 @@ fn series_are_the_values_until_a_margin_vanishes() {
         inputs.iter_mut().for_each(|[begin, ..]| *begin += (draw.below(5) as f64 - 2.0) / 1024.0);
         let at = |t: f64| inputs.map(|[a, b, c]| a + t * (b + t * c));
         let evaluated = |t: f64| {
-            let mut memory = plan.memory();
-            memory[..2].copy_from_slice(&at(t));
-            assert!(plan.block().evaluate(&mut memory));
-            (memory[plan.place(0)], memory)
+            let mut storage = plan.memory();
+            storage[..2].copy_from_slice(&at(t));
+            assert!(plan.block().evaluate(&mut storage));
+            (storage[plan.place(0)], storage)
         };
-        let (begin, memory) = evaluated(0.0);
-        series.begin(&memory);
+        let (begin, storage) = evaluated(0.0);
+        series.begin(&storage);
         for k in 1..=order {
             let now = |input: [f64; 3]| input.get(k).copied().unwrap_or(0.0);
             series.set(0, k, &inputs.map(now));
@@ -86,7 +86,7 @@ fn series_are_the_values_until_a_margin_vanishes() {
         if series.jump() {
             reported[0] += 1;
             // It may be of what the value does not feel.
-            seen += usize::from((evaluated(1e-12).0 - begin).abs() > 1e-6);
+            visible += usize::from((evaluated(1e-12).0 - begin).abs() > 1e-6);
             continue;
         }
         // Beyond, the terms that are left out count.
@@ -108,7 +108,7 @@ fn series_are_the_values_until_a_margin_vanishes() {
         }
     }
     assert!(
-        reported[0] > 30 && 2 * seen > reported[0] && reported[1] > 200 && reported[2] > 10_000,
-        "{reported:?}, {seen}"
+        reported[0] > 30 && 2 * visible > reported[0] && reported[1] > 200 && reported[2] > 10_000,
+        "{reported:?}, {visible}"
     );
 }

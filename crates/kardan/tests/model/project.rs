@@ -145,7 +145,7 @@ fn typed_structs_hold_every_key() {
 /// What is wrong with a file is wrong with the same model of a program: the same codes, words and help, and a path instead of a line.
 #[test]
 fn a_program_gets_the_same_errors() {
-    let mut seen = 0;
+    let mut checked = 0;
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bad");
     for file in std::fs::read_dir(folder).expect("the folder is there") {
         let path = file.expect("it can be read").path();
@@ -170,9 +170,9 @@ fn a_program_gets_the_same_errors() {
                 assert!(leads_somewhere(built.entries(), path), "{path} of {diagnostic:?}");
             }
         }
-        seen += 1;
+        checked += 1;
     }
-    assert!(seen > 50, "{seen} files");
+    assert!(checked > 50, "{checked} files");
 }
 
 /// Whether an entry stands at the path.
@@ -273,7 +273,7 @@ fn the_manual_says_what_keys_hold() {
 /// Equations have nothing of the controllers, so none is designed for them: where a design fails they are written all the same, and where it does not they
 /// are the same as those of a project that has designed all.
 #[test]
-fn equations_are_written_without_designing_controllers() {
+fn equations_need_no_controller_design() {
     let source = model::builtin("harmonic-drive").expect("it is built in").source;
     let (fresh, designed) = (Project::open(source), Project::open(source));
     assert!(designed.diagnostics().iter().all(|diagnostic| diagnostic.severity != Severity::Error));

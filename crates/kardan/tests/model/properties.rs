@@ -289,13 +289,13 @@ fn largest(values: &[f64]) -> f64 {
 fn multipliers_of_expressions(reduced: &Reduced, tree: &Tree, result: &Explicit) -> Vec<f64> {
     let mut motion = Motion::new(reduced);
     let r = reduced.degrees_of_freedom();
-    let mut given: Vec<f64> = tree.position[..r].iter().chain(&tree.speed[..r]).copied().collect();
+    let mut arguments: Vec<f64> = tree.position[..r].iter().chain(&tree.speed[..r]).copied().collect();
     let mut symbols = motion.symbols.clone();
     let mut more = |name: &str, values: &[f64]| -> Vec<Expr> {
         let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
         let new: Vec<Expr> = (0..values.len()).map(new).collect();
         symbols.extend(new.iter().filter_map(|expr| motion.graph.symbol_of(*expr)));
-        given.extend(values);
+        arguments.extend(values);
         new
     };
     let (accelerations, inputs) =
@@ -303,7 +303,7 @@ fn multipliers_of_expressions(reduced: &Reduced, tree: &Tree, result: &Explicit)
     let acting = Acting { accelerations: &accelerations, inputs: &inputs, frictions: &[] };
     let exprs = motion.multipliers(reduced, acting);
     lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), |symbol| {
-        given[symbols.iter().position(|other| *other == symbol).expect("given")]
+        arguments[symbols.iter().position(|other| *other == symbol).expect("given")]
     })
 }
 
@@ -472,7 +472,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, max_shrink_iters: 200, ..ProptestConfig::default() })]
 
     #[test]
-    fn energy_balance_without_friction(tree in tree(5, false)) {
+    fn frictionless_energy_balance(tree in tree(5, false)) {
         balanced(&run(&(tree.text(false, false, true) + &tree.scenario(true))))?;
     }
 

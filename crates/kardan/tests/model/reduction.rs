@@ -589,15 +589,15 @@ fn check_modes(system: &ConstrainedSystem, found: &[Mode], tolerance: f64) -> Re
         let scale = value.norm_sqr() * largest(&h) + value.norm() * largest(&d) + largest(&s);
         for i in 0..v.len() {
             let pencil = |j: usize| value * value * h[i][j] + value * d[i][j] + s[i][j];
-            let left: c64 = (0..v.len()).map(|j| pencil(j) * v[j]).sum();
-            prop_assert!(left.norm() <= tolerance * scale, "residual {left} of {value} in {scale}");
+            let residual: c64 = (0..v.len()).map(|j| pencil(j) * v[j]).sum();
+            prop_assert!(residual.norm() <= tolerance * scale, "residual {residual} of {value} in {scale}");
         }
         let stored: f64 = mode.stored.iter().map(|StoredShare { share, .. }| share).sum();
         prop_assert!(mode.stored.is_empty() || (stored - 1.0).abs() < 1e-13, "stored {stored}");
         let negative = system.springs.iter().any(|spring| spring.value < Rational::ZERO);
         prop_assert!(negative || !mode.stored.is_empty(), "no energy");
-        let lost: f64 = mode.dissipated.iter().map(|ElementShare { share, .. }| share).sum();
-        prop_assert!(mode.dissipated.is_empty() || (lost - 1.0).abs() < 1e-13, "lost {lost}");
+        let dissipated: f64 = mode.dissipated.iter().map(|ElementShare { share, .. }| share).sum();
+        prop_assert!(mode.dissipated.is_empty() || (dissipated - 1.0).abs() < 1e-13, "lost {dissipated}");
     }
     prop_assert!(found.is_sorted_by(|a, b| a.natural_frequency <= b.natural_frequency));
     // The sum of all roots is −tr H⁻¹D.
@@ -647,9 +647,9 @@ proptest! {
             let value = c64::new(mode.eigenvalue.re, mode.eigenvalue.im);
             let v: Vec<c64> = mode.shape.iter().map(|ShapePart { name: _, value: Complex { re, im } }| c64::new(*re, *im)).collect();
             for i in 0..n {
-                let left: c64 = (0..n).map(|j| v[j] * a[(i, j)]).sum::<c64>() - value * v[i];
+                let residual: c64 = (0..n).map(|j| v[j] * a[(i, j)]).sum::<c64>() - value * v[i];
                 // Relative to the size of A; balancing bounds the error of each entry in its own scale, up to 1e4 apart.
-                prop_assert!(left.norm() < 1e-9 * (1.0 + a.norm_max()), "residual {left} of {value}");
+                prop_assert!(residual.norm() < 1e-9 * (1.0 + a.norm_max()), "residual {residual} of {value}");
             }
         }
         let sum: f64 = found.iter().map(|m| if m.eigenvalue.im > 0.0 { 2.0 * m.eigenvalue.re } else { m.eigenvalue.re }).sum();
@@ -713,7 +713,7 @@ fn close_eigenvalues_have_right_shapes() {
 
 /// A free motion is a double root 0 with one eigenvector; rounding would move it by the root of the rounding unit.
 #[test]
-fn free_motions_are_double_roots_without_spreading() {
+fn free_motions_are_exact_double_roots() {
     let system = chain(40); // no damper on the first spring
     let found = modes(&system, &reduction(&system, &[])).expect("regular");
     check_modes(&system, &found, 1e-10).expect("the chain");
@@ -840,16 +840,16 @@ proptest! {
         // Simpson: h⁴/180 times the fourth derivative, (2‖A‖)⁴ W ≤ 16⁴ W: 2e-11 · 16⁴/180 · … below 1e-7 of W.
         near(&matrix, &expected, 1e-7 * largest(&expected), "W");
         let half = times(&a, &matrix);
-        let left = sum(&sum(&half, &flipped(&half), 1.0), &times(&b, &flipped(&b)), 1.0);
+        let lyapunov = sum(&sum(&half, &flipped(&half), 1.0), &times(&b, &flipped(&b)), 1.0);
         let end = times(&state, &flipped(&state)); // e^{AT} B B' e^{A'T}, 400 steps of rounding
-        near(&left, &end, 1e-11 * (1.0 + largest(&matrix) + largest(&end)), "identity");
+        near(&lyapunov, &end, 1e-11 * (1.0 + largest(&matrix) + largest(&end)), "identity");
         prop_assert!(w.residual < 1e-14, "{}", w.residual);
     }
 }
 
 /// Fast and slow at once: `W_ij = b_i b_j (e^{(λi + λj) T} − 1) / (λi + λj)`.
 #[test]
-fn stiff_and_unstable_together() {
+fn both_stiff_and_unstable() {
     let rates = [-1e5, -1.0, 3.0];
     let a: Rows = (0..3).map(|i| (0..3).map(|j| if i == j { rates[i] } else { 0.0 }).collect()).collect();
     let w = the_gramian(&a, &vec![vec![1.0], vec![2.0], vec![3.0]], 2.0);
@@ -905,7 +905,10 @@ fn gramian_of_the_harmonic_drive() {
 proptest! {
     /// A 5 × 5 matrix of rank 3 has two null vectors, orthonormal.
     #[test]
-    fn null_vectors_of_a_known_defect(left in prop::collection::vec(-1.0f64..1.0, 30), right in prop::collection::vec(-1.0f64..1.0, 30)) {
+    fn null_vectors_of_rank_3_matrices(
+        left in prop::collection::vec(-1.0f64..1.0, 30),
+        right in prop::collection::vec(-1.0f64..1.0, 30)
+    ) {
         let matrix = Mat::from_fn(5, 5, |i, j| {
             (0..3)
                 .map(|k| c64::new(left[6 * i + 2 * k], left[6 * i + 2 * k + 1]) * c64::new(right[6 * j + 2 * k], right[6 * j + 2 * k + 1]))
@@ -958,7 +961,7 @@ fn machine_code_has_the_bits_of_the_plan() {
                     (one[input], other[input]) = (number(k), number(k));
                 }
                 assert!(plan.block().evaluate(&mut one) && native.evaluate(&mut other));
-                let bits = |memory: &[f64]| memory.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+                let bits = |storage: &[f64]| storage.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
                 assert_eq!(bits(&one), bits(&other), "{} {}", builtin.name, variant.name);
             }
         }
@@ -969,7 +972,7 @@ fn machine_code_has_the_bits_of_the_plan() {
 #[test]
 fn plans_of_motion_agree_with_other_ways() {
     use kardan::reduce::{Dynamics, Kinematics, MechanismData};
-    let mut seen = 0;
+    let mut compared = 0;
     for builtin in kardan::model::BUILTIN {
         let (prepared, _) = kardan::study::prepare(builtin.source);
         for variant in &prepared.variants {
@@ -1014,15 +1017,15 @@ fn plans_of_motion_agree_with_other_ways() {
                     reduced.equations.inputs.iter().flat_map(|term| row_dot(&term.row_f64())).collect();
                 near("input", &work.input_rows, &inputs);
                 let data = MechanismData::new(reduced);
-                let mut memory = vec![0.0; data.block().memory()];
-                let now = data.block().evaluate(&position, &speed, &mut memory).unwrap();
+                let mut storage = vec![0.0; data.block().memory()];
+                let now = data.block().evaluate(&position, &speed, &mut storage).unwrap();
                 near("inertia", &work.inertia, now.inertia);
                 near("passive", &work.passive, now.passive);
-                seen += 1;
+                compared += 1;
             }
         }
     }
-    assert!(seen > 60, "{seen}");
+    assert!(compared > 60, "{compared}");
 }
 
 /// The exact linear model is the derivative of the equations of motion, with damping −∂f/∂q̇ and, where no spring is twisted, stiffness −∂f/∂q:
@@ -1038,16 +1041,16 @@ fn the_linear_model_is_the_derivative_of_the_motion() {
         for variant in &prepared.variants {
             let reduced = &variant.reduced;
             let r = reduced.degrees_of_freedom();
-            for turn in [0.0, 0.375] {
-                let position = vec![turn; r];
+            for angle in [0.0, 0.375] {
+                let position = vec![angle; r];
                 let linear = linearise(reduced, &position);
                 let mut motion = Motion::new(reduced);
-                let mut wanted = Vec::new();
+                let mut expected = Vec::new();
                 for (&(i, j), entry) in &motion.inertia.clone() {
-                    wanted.push(("inertia", linear.inertia[(i, j)].clone(), *entry));
+                    expected.push(("inertia", linear.inertia[(i, j)].clone(), *entry));
                 }
                 for (k, row) in motion.inputs.clone().iter().enumerate() {
-                    wanted.extend(row.iter().map(|(i, entry)| ("input", linear.input[(*i, k)].clone(), *entry)));
+                    expected.extend(row.iter().map(|(i, entry)| ("input", linear.input[(*i, k)].clone(), *entry)));
                 }
                 for (j, what) in (0..2 * r).map(|j| (j, if j < r { "stiffness" } else { "damping" })) {
                     let slopes = motion.graph.derivatives(&motion.passive.clone(), motion.symbols[j]);
@@ -1055,24 +1058,24 @@ fn the_linear_model_is_the_derivative_of_the_motion() {
                         let slope = motion.graph.negate(slope);
                         match what {
                             // Springs count as relaxed; those that are twisted at a turned joint pull by its curve too.
-                            "stiffness" if turn != 0.0 => {}
-                            "stiffness" => wanted.push((what, linear.stiffness[(i, j)].clone(), slope)),
-                            _ => wanted.push((what, linear.damping[(i, j - r)].clone(), slope)),
+                            "stiffness" if angle != 0.0 => {}
+                            "stiffness" => expected.push((what, linear.stiffness[(i, j)].clone(), slope)),
+                            _ => expected.push((what, linear.damping[(i, j - r)].clone(), slope)),
                         }
                     }
                 }
-                let exprs: Vec<_> = wanted.iter().map(|(.., expr)| *expr).collect();
+                let exprs: Vec<_> = expected.iter().map(|(.., expr)| *expr).collect();
                 let place = |symbol| motion.symbols.iter().position(|other| *other == symbol);
-                let number = |symbol| place(symbol).filter(|k| *k < r).map_or(0.0, |_| turn);
+                let number = |symbol| place(symbol).filter(|k| *k < r).map_or(0.0, |_| angle);
                 let fractions =
                     lower(&motion.graph, &exprs, &mut Rationals, |symbol| rational_from_f64(number(symbol)));
                 let numbers = lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), number);
                 let size = |what: &str| {
-                    let of = wanted.iter().filter(|(other, ..)| *other == what);
+                    let of = expected.iter().filter(|(other, ..)| *other == what);
                     of.fold(0.0f64, |size, (_, value, _)| size.max(value.to_f64().value().abs()))
                 };
-                for ((what, value, _), (fraction, number)) in wanted.iter().zip(fractions.iter().zip(&numbers)) {
-                    let place = || format!("{} {} at {turn}: {what}", builtin.name, variant.name);
+                for ((what, value, _), (fraction, number)) in expected.iter().zip(fractions.iter().zip(&numbers)) {
+                    let place = || format!("{} {} at {angle}: {what}", builtin.name, variant.name);
                     match fraction {
                         Some(fraction) => {
                             exact += 1;

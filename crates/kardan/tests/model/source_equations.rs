@@ -546,7 +546,7 @@ fn eq_4_19_implicit_and_4_23_explicit_agree() {
 
 /// (4.26): the block system of reduced accelerations and constraint torques, built from the library's reduced form.
 #[test]
-fn eq_4_26_accelerations_and_constraint_torques_together() {
+fn eq_4_26_accelerations_with_constraint_torques() {
     let sia = Sia::skew();
     let reduced = sia.bent(35.0);
     let (dynamics, mut work) = Dynamics::new(&reduced);
@@ -886,13 +886,13 @@ fn erratum_6_60_a_torque_accelerates_forward() {
 /// Poles in any order. A double pole at zero splits by the square root of the rounding of the matrix, √(1e-16 · 1e4)
 /// = 1e-6, which is the tolerance (relative to the largest pole for the others, absolute).
 fn compare_poles(poles: &[Pole], expected: &serde_json::Value, what: &str) {
-    let mut left = rows(expected);
-    assert_eq!(poles.len(), left.len(), "{what}");
+    let mut unmatched = rows(expected);
+    assert_eq!(poles.len(), unmatched.len(), "{what}");
     for Pole { re, im } in poles {
-        let error = |k: usize| (left[k][0] - re).hypot(left[k][1] - im);
-        let nearest = (0..left.len()).min_by(|&a, &b| error(a).total_cmp(&error(b))).expect("as many poles");
-        assert!(error(nearest) < 1e-6, "{what}: pole {re} + {im}j is none of {left:?}");
-        left.remove(nearest);
+        let error = |k: usize| (unmatched[k][0] - re).hypot(unmatched[k][1] - im);
+        let nearest = (0..unmatched.len()).min_by(|&a, &b| error(a).total_cmp(&error(b))).expect("as many poles");
+        assert!(error(nearest) < 1e-6, "{what}: pole {re} + {im}j is none of {unmatched:?}");
+        unmatched.remove(nearest);
     }
 }
 
@@ -1104,11 +1104,11 @@ fn eq_6_120_forces() {
         let [cwg, ccs, cfs, ccj, crk] = [sia.cwg, sia.ccs, sia.cfs, sia.ccj, sia.crk].map(Q::f64);
         let (ssp, dsp) = (sia.ssp.f64(), sia.dsp.f64());
         let ([rk, _, cj], [wrk, wfs, wcj]) = POINT;
-        let turn = c * (c * c - 1.0) * (2.0 * cj).sin();
+        let slope = c * (c * c - 1.0) * (2.0 * cj).sin();
         let smooth = [
             drk * wrk + dsp * (wrk - wcj) + ssp * (rk - cj),
-            -turn / (r * r) * i * j * jwg * wcj * wcj - c / r * i * j * dwg * wcj + (dfs + i * i * dwg) * wfs,
-            c * turn / (r * r * r) * (jcs + j * j * jwg) * wcj * wcj
+            -slope / (r * r) * i * j * jwg * wcj * wcj - c / r * i * j * dwg * wcj + (dfs + i * i * dwg) * wfs,
+            c * slope / (r * r * r) * (jcs + j * j * jwg) * wcj * wcj
                 + (dcj + c * c / (r * r) * (dcs + j * j * dwg)) * wcj
                 - c / r * i * j * dwg * wfs
                 + dsp * (wcj - wrk)
@@ -1350,7 +1350,7 @@ fn shafts_at(sia: &Sia, position: [f64; 3], speed: [f64; 3]) -> (Vec<f64>, Vec<f
 }
 
 /// What a law without states sees.
-fn seen<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Observation<'a> {
+fn observation<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Observation<'a> {
     Observation { time: 0.0, angles, speeds, references, disturbances: &[], readings: &[], states: &[] }
 }
 
@@ -1367,7 +1367,7 @@ fn eq_6_137() {
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load, u2) = (2.5, 0.75, -1.25);
         let mut torques = [0.0; 2];
-        law.run().command(seen(&angles, &speeds, &[reference, load, u2]), &mut torques);
+        law.run().command(observation(&angles, &speeds, &[reference, load, u2]), &mut torques);
         let (omega, xi) = (20.0, 0.7);
         let ([rk, _, cj], [wrk, wfs, wcj]) = POINT;
         let u1 = omega * omega * (reference - rk) - 2.0 * xi * omega * wrk - load / sia.jrk.f64();
@@ -1393,7 +1393,7 @@ fn eq_6_138() {
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load) = (2.5, 0.75);
         let mut torque = [0.0];
-        law.run().command(seen(&angles, &speeds, &[reference, load]), &mut torque);
+        law.run().command(observation(&angles, &speeds, &[reference, load]), &mut torque);
         let (omega, xi, inertia) = (20.0, 0.7, sia.jfs_effective().f64());
         let expected =
             omega * omega * inertia * (reference - POINT.0[1]) - 2.0 * xi * omega * inertia * POINT.1[1] - load;

@@ -90,7 +90,7 @@ fn json_is_exact() {
 }
 
 #[test]
-fn what_is_left_out_is_filled_in() {
+fn omitted_matrices_have_defaults() {
     let system = json(r#"{"A": [[1, 2], [3, 4]]}"#);
     assert_eq!((system.b.columns(), system.c.rows(), system.d.rows(), system.d.columns()), (0, 0, 0, 0));
     assert_eq!((system.b.rows(), system.c.columns()), (2, 2));
@@ -308,9 +308,9 @@ fn the_rank_of_e_is_right() {
         // The diagonal outweighs the mean of the rows.
         let regular = list(&|j| if j + 1 == n { "7000".into() } else { "1".into() });
         let sum = |j: usize| {
-            let others: i64 =
+            let numerator: i64 =
                 (0..n - 1).map(|i| if i == j { 7000 + entry(i, j) as i64 } else { -(entry(i, j) as i64) }).sum();
-            format!("\"{others}/7\"")
+            format!("\"{numerator}/7\"")
         };
         let rank = |e: &str| exact_rank(&json(&format!("{{\"A\": {a}, \"E\": {e}}}")).e);
         assert_eq!((rank(&regular), rank(&list(&sum))), (n, n - 1));

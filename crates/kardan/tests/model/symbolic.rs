@@ -15,22 +15,22 @@ pub(super) struct Point<'a> {
 
 /// A reader of printed formulas of its own: it knows `+ - * / ^`, parentheses, names with marks of rates, and functions.
 struct Reader<'a> {
-    rest: &'a [u8],
+    remaining: &'a [u8],
     point: &'a Point<'a>,
 }
 
 impl Reader<'_> {
     fn next(&mut self) -> u8 {
-        while let [b' ', rest @ ..] = self.rest {
-            self.rest = rest;
+        while let [b' ', remaining @ ..] = self.remaining {
+            self.remaining = remaining;
         }
-        self.rest.first().copied().unwrap_or(0)
+        self.remaining.first().copied().unwrap_or(0)
     }
 
     fn take(&mut self, sign: u8) -> bool {
         let found = self.next() == sign;
         if found {
-            self.rest = &self.rest[1..];
+            self.remaining = &self.remaining[1..];
         }
         found
     }
@@ -70,9 +70,9 @@ impl Reader<'_> {
         }
         self.next();
         let is_name = |c: &u8| c.is_ascii_alphanumeric() || b"_.'".contains(c);
-        let length = self.rest.iter().take_while(|c| is_name(c)).count();
-        let name = std::str::from_utf8(&self.rest[..length]).unwrap().to_string();
-        self.rest = &self.rest[length..];
+        let length = self.remaining.iter().take_while(|c| is_name(c)).count();
+        let name = std::str::from_utf8(&self.remaining[..length]).unwrap().to_string();
+        self.remaining = &self.remaining[length..];
         if let Ok(number) = name.parse() {
             return number;
         }
@@ -98,7 +98,7 @@ impl Reader<'_> {
 }
 
 pub(super) fn value(text: &str, point: &Point<'_>) -> f64 {
-    let mut reader = Reader { rest: text.as_bytes(), point };
+    let mut reader = Reader { remaining: text.as_bytes(), point };
     let found = reader.sum();
     assert_eq!(reader.next(), 0, "something is left of `{text}`");
     found
@@ -548,15 +548,15 @@ fn eq_6_117_to_6_120_of_the_source() {
             close(of(&found.dependent_coordinates, name, &point), speed, speed.abs(), name);
             point.values.insert(name.into(), speed);
         }
-        let turn = c * (c * c - 1.0) * (2.0 * cj).sin();
+        let slope = c * (c * c - 1.0) * (2.0 * cj).sin();
         let sense = (-i * wfs + c / r * j * wcj).signum();
         let printed = [
             drk * wrk + crk * wrk.signum() + dsp * (wrk - wcj) + ssp * (rk - cj),
-            -turn / (r * r) * i * j * jwg * wcj * wcj - c / r * i * j * dwg * wcj
+            -slope / (r * r) * i * j * jwg * wcj * wcj - c / r * i * j * dwg * wcj
                 + (dfs + i * i * dwg) * wfs
                 + cfs * wfs.signum()
                 - i * cwg * sense,
-            c * turn / (r * r * r) * (jcs + j * j * jwg) * wcj * wcj
+            c * slope / (r * r * r) * (jcs + j * j * jwg) * wcj * wcj
                 + (dcj + c * c / (r * r) * (dcs + j * j * dwg)) * wcj
                 - c / r * i * j * dwg * wfs
                 + (ccj + c / r * ccs) * wcj.signum()
@@ -732,8 +732,8 @@ pub(super) fn displays(page: &str) -> usize {
         if block.is_empty() && (line.is_empty() || line.starts_with('%')) {
             continue;
         }
-        if let Some(rest) = line.strip_prefix(r"\setcounter{MaxMatrixCols}{") {
-            most_columns = rest.trim_end_matches('}').parse().unwrap();
+        if let Some(suffix) = line.strip_prefix(r"\setcounter{MaxMatrixCols}{") {
+            most_columns = suffix.trim_end_matches('}').parse().unwrap();
             continue;
         }
         assert!(!line.trim().is_empty(), "an empty line ends a formula: {block}");
@@ -743,7 +743,8 @@ pub(super) fn displays(page: &str) -> usize {
             continue;
         }
         let whole = std::mem::take(&mut block);
-        let formula = whole.trim().strip_prefix(r"\[").map_or(whole.trim(), |rest| rest.strip_suffix(r"\]").unwrap());
+        let formula =
+            whole.trim().strip_prefix(r"\[").map_or(whole.trim(), |suffix| suffix.strip_suffix(r"\]").unwrap());
         let storage = pulldown_latex::Storage::new();
         for event in pulldown_latex::Parser::new(formula, &storage) {
             assert!(event.is_ok(), "{}: {formula}", event.err().map(|error| error.to_string()).unwrap_or_default());

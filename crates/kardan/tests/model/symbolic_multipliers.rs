@@ -20,7 +20,7 @@ struct Numeric {
     constraint_torques: Vec<f64>,
 }
 
-struct Given {
+struct Sample {
     time: f64,
     position: Vec<f64>,
     speed: Vec<f64>,
@@ -59,13 +59,13 @@ impl Exact {
         Self { motion, plan, names, constraints: torques.len() }
     }
 
-    fn at(&self, given: &Given) -> Numeric {
-        let mut memory = self.plan.memory();
-        let motion = given.position.iter().chain(&given.speed).copied().chain(self.motion.timed.values(given.time));
-        let acting = given.acceleration.iter().chain(&given.inputs).chain(&given.frictions).copied();
-        memory.iter_mut().zip(motion.chain(acting)).for_each(|(place, value)| *place = value);
-        assert!(self.plan.block().evaluate(&mut memory));
-        let at = |k: usize| memory[self.plan.place(k)];
+    fn at(&self, sample: &Sample) -> Numeric {
+        let mut storage = self.plan.memory();
+        let motion = sample.position.iter().chain(&sample.speed).copied().chain(self.motion.timed.values(sample.time));
+        let acting = sample.acceleration.iter().chain(&sample.inputs).chain(&sample.frictions).copied();
+        storage.iter_mut().zip(motion.chain(acting)).for_each(|(place, value)| *place = value);
+        assert!(self.plan.block().evaluate(&mut storage));
+        let at = |k: usize| storage[self.plan.place(k)];
         let own = self.names.len();
         Numeric {
             // Both sides of a stop have one name: the first one counts.
@@ -118,7 +118,7 @@ fn compare(model: &str, points: usize) {
             let mut list = |count: usize| -> Vec<f64> { (0..count).map(|_| random.between(-2.0, 2.0)).collect() };
             let r = reduced.degrees_of_freedom();
             let set_valued = equations.set_valued().count();
-            let given = Given {
+            let sample = Sample {
                 time: list(1)[0].abs(),
                 position: list(r),
                 speed: list(r),
@@ -126,9 +126,9 @@ fn compare(model: &str, points: usize) {
                 inputs: list(equations.inputs.len()),
                 frictions: list(set_valued + equations.multiplier_constraints.len()),
             };
-            let mut point = Point { values: HashMap::from([("t".to_string(), given.time)]), functions: &|_, _| None };
-            let (given, numeric) = put(&found, (reduced, &exact), &numbers, given, &mut point);
-            check(&found, reduced, &given, &numeric, &point);
+            let mut point = Point { values: HashMap::from([("t".to_string(), sample.time)]), functions: &|_, _| None };
+            let (sample, numeric) = put(&found, (reduced, &exact), &numbers, sample, &mut point);
+            check(&found, reduced, &sample, &numeric, &point);
         }
     }
 }
@@ -138,17 +138,17 @@ fn put(
     found: &SymbolicEquations,
     (reduced, plan): (&Reduced, &Exact),
     numbers: &HashMap<String, f64>,
-    mut given: Given,
+    mut sample: Sample,
     point: &mut Point<'_>,
-) -> (Given, Numeric) {
+) -> (Sample, Numeric) {
     let equations = &reduced.equations;
-    let exact = plan.at(&given);
+    let exact = plan.at(&sample);
     let mut speeds = vec![0.0; equations.coordinates.len()];
     for (k, name) in equations.coordinates.iter().enumerate() {
         let motion = equations.domain(k).motion();
         let own = reduced.coordinates.iter().position(|other| *other == k);
         let value = |order: usize| match own {
-            Some(own) => [&given.position, &given.speed][order][own],
+            Some(own) => [&sample.position, &sample.speed][order][own],
             None => exact.found[&motion[order].of(name)],
         };
         speeds[k] = value(1);
@@ -156,7 +156,7 @@ fn put(
         point.values.insert(format!("{}'", word(name)), speeds[k]);
     }
     for (k, own) in reduced.coordinates.iter().enumerate() {
-        point.values.insert(format!("{}''", word(&equations.coordinates[*own])), given.acceleration[k]);
+        point.values.insert(format!("{}''", word(&equations.coordinates[*own])), sample.acceleration[k]);
     }
     let multiplier_constraints = equations.multiplier_constraints.iter().filter_map(|multiplier_constraints| {
         match &multiplier_constraints.law {
@@ -171,7 +171,7 @@ fn put(
     for (element, function) in equations.moving.iter().chain(multiplier_constraints) {
         let rates = [(**function).clone(), function.rate(), function.rate().rate()];
         for (order, rate) in rates.iter().enumerate() {
-            functions.push((format!("b_{}{}", word(element), "'".repeat(order)), rate.value(given.time)));
+            functions.push((format!("b_{}{}", word(element), "'".repeat(order)), rate.value(sample.time)));
         }
     }
     point.values.extend(functions.iter().cloned());
@@ -182,11 +182,11 @@ fn put(
     }
     for (k, friction) in equations.frictions.iter().enumerate() {
         let speed: f64 = friction.row_f64().iter().map(|(shaft, x)| x * speeds[*shaft]).sum();
-        given.frictions[k] = friction.value.torque.to_f64() * speed.signum();
+        sample.frictions[k] = friction.value.torque.to_f64() * speed.signum();
     }
     for (k, input) in equations.inputs.iter().enumerate() {
         for end in ["", ".tau", ".f", ".v"] {
-            point.values.insert(format!("{}{end}", word(&input.element)), given.inputs[k]);
+            point.values.insert(format!("{}{end}", word(&input.element)), sample.inputs[k]);
         }
     }
     let first = equations.frictions.len();
@@ -196,19 +196,19 @@ fn put(
         // Both sides of a stop are one torque: here all of it is on the first.
         let again = equations.unilaterals[..k].iter().any(|other| other.element == unilateral.element && !rubs);
         if again {
-            given.frictions[first + k] = 0.0;
+            sample.frictions[first + k] = 0.0;
             continue;
         }
         let sign = if unilateral.value.is_upper() { -1.0 } else { 1.0 };
         for end in names {
-            point.values.insert(format!("{}{end}", word(&unilateral.element)), sign * given.frictions[first + k]);
+            point.values.insert(format!("{}{end}", word(&unilateral.element)), sign * sample.frictions[first + k]);
         }
     }
     let first = first + equations.unilaterals.len();
     for (k, multiplier_constraints) in found.multiplier_constraints.iter().enumerate() {
-        point.values.insert(multiplier_constraints.multiplier.text.clone(), -given.frictions[first + k]);
+        point.values.insert(multiplier_constraints.multiplier.text.clone(), -sample.frictions[first + k]);
     }
-    let exact = plan.at(&given);
+    let exact = plan.at(&sample);
     for one in &found.dependent_coordinates {
         let name = &one.symbol.text;
         let formula = value(&one.formula.text, point);
@@ -216,10 +216,10 @@ fn put(
             close(formula, *expected, expected.abs(), name);
         }
     }
-    (given, exact)
+    (sample, exact)
 }
 
-fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Numeric, point: &Point<'_>) {
+fn check(found: &SymbolicEquations, reduced: &Reduced, sample: &Sample, exact: &Numeric, point: &Point<'_>) {
     let (equations, names) = (&reduced.equations, reduced.coordinate_names());
     let (r, count) = (names.len(), equations.multiplier_constraints.len());
     assert_eq!(found.multiplier_constraints.len(), count);
@@ -260,14 +260,14 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
         for (line, motion) in constraint
             .rates
             .iter()
-            .map(|line| (line, &given.speed))
-            .chain([(&constraint.accelerations, &given.acceleration)])
+            .map(|line| (line, &sample.speed))
+            .chain([(&constraint.accelerations, &sample.acceleration)])
         {
             let direction: f64 = (0..r).map(|i| rows[1][k * r + i] * motion[i]).sum();
             close(value(&line.symbol.text, point), direction, direction.abs(), &line.symbol.text);
         }
     }
-    let force = [symbolic_force(found, &names, given, point), numeric_force(reduced, &names, given, exact)];
+    let force = [symbolic_force(found, &names, sample, point), numeric_force(reduced, &names, sample, exact)];
     for (kind, [own, expected]) in [("H", &inertia), ("A", &rows), ("c", &right), ("f", &force)] {
         let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         own.iter().zip(expected).for_each(|(own, expected)| close(*own, *expected, size, kind));
@@ -289,10 +289,10 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
         for one in found.dependent_coordinates.iter().filter(|one| one.symbol.text.ends_with('\'')) {
             let name = format!("{}'", one.symbol.text);
             let as_speeds = |k: usize| format!("{}'", word(&names[k]));
-            let mut turned = Point { values: point.values.clone(), functions: point.functions };
-            turned.values.extend((0..r).map(|k| (as_speeds(k), given.acceleration[k])));
+            let mut accelerated = Point { values: point.values.clone(), functions: point.functions };
+            accelerated.values.extend((0..r).map(|k| (as_speeds(k), sample.acceleration[k])));
             if !values.contains_key(&name) && !name.ends_with("'''") {
-                values.insert(name, value(&one.formula.text, &turned));
+                values.insert(name, value(&one.formula.text, &accelerated));
             }
         }
         let own = value(&one.formula.text, &Point { values, functions: point.functions });
@@ -301,31 +301,31 @@ fn check(found: &SymbolicEquations, reduced: &Reduced, given: &Given, exact: &Nu
 }
 
 /// `F u − v − D q̇ − s − friction − held`
-fn symbolic_force(found: &SymbolicEquations, names: &[String], given: &Given, point: &Point<'_>) -> Vec<f64> {
+fn symbolic_force(found: &SymbolicEquations, names: &[String], sample: &Sample, point: &Point<'_>) -> Vec<f64> {
     let names: Vec<String> = names.iter().map(|name| word(name)).collect();
     let row = |i: usize| {
         let damping: f64 = (0..names.len())
             .map(|j| {
                 let symbol = format!("D[{}, {}]", names[i.max(j)], names[i.min(j)]);
-                of(&found.damping, &symbol, point) * given.speed[j]
+                of(&found.damping, &symbol, point) * sample.speed[j]
             })
             .sum();
-        let left = [&found.velocity, &found.stiffness, &found.friction, &found.unilateral_forces];
-        let left: f64 = left.map(|list| of(list, &names[i], point)).iter().sum();
-        of(&found.input, &names[i], point) - damping - left
+        let passive = [&found.velocity, &found.stiffness, &found.friction, &found.unilateral_forces];
+        let passive: f64 = passive.map(|list| of(list, &names[i], point)).iter().sum();
+        of(&found.input, &names[i], point) - damping - passive
     };
     (0..names.len()).map(row).collect()
 }
 
-fn numeric_force(reduced: &Reduced, names: &[String], given: &Given, exact: &Numeric) -> Vec<f64> {
+fn numeric_force(reduced: &Reduced, names: &[String], sample: &Sample, exact: &Numeric) -> Vec<f64> {
     let number = |name: String| exact.found.get(&name).copied().unwrap_or(0.0);
     let equations = &reduced.equations;
     let row = |name: &String| {
         let frictions = equations
             .set_valued()
-            .zip(&given.frictions)
+            .zip(&sample.frictions)
             .map(|((element, _), torque)| -torque * number(format!("friction[{element},{name}]")));
-        let inputs = equations.inputs.iter().zip(&given.inputs);
+        let inputs = equations.inputs.iter().zip(&sample.inputs);
         let inputs = inputs.map(|(input, torque)| torque * number(format!("input[{},{name}]", input.element)));
         number(format!("force[{name}]")) + frictions.chain(inputs).sum::<f64>()
     };
@@ -470,7 +470,7 @@ shaft = "c"
 "#;
 
 /// What holds by modes: beside a gear and a kept row.
-const HELD: &str = r#"
+const SWITCHED: &str = r#"
 [shaft.a]
 inertia = "$a.inertia$ kg m^2"
 [shaft.b]
@@ -542,7 +542,7 @@ capacitance = "$C1.capacitance$ F"
 "#;
 
 #[test]
-fn kept_rows_in_symbols_are_those_of_a_run_at_random_points() {
+fn multiplier_rows_in_symbols_are_those_of_a_run_at_random_points() {
     compare(ROLLING, 1000);
     compare(LINKAGE, 1000);
 }
@@ -554,8 +554,8 @@ fn prescribed_motions_in_symbols_are_those_of_a_run_at_random_points() {
 }
 
 #[test]
-fn what_holds_by_modes_stands_in_the_equations_in_symbols() {
-    compare(HELD, 200);
+fn switched_constraints_appear_in_the_symbolic_equations() {
+    compare(SWITCHED, 200);
 }
 
 /// The unicycle of (4.4), `y' cos(heading) = x' sin(heading)`, in closed form: with v = r roll' the wheel has the acceleration
@@ -587,7 +587,7 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
             number
         };
         let [m, r, inertia, gain] = ["m", "r", "inertia", "gain"].map(|name| own(name, 0.1, 3.0));
-        let [turned, steering] = ["J_heading", "steering_gain"].map(|name| own(name, 0.1, 3.0));
+        let [heading_inertia, steering] = ["J_heading", "steering_gain"].map(|name| own(name, 0.1, 3.0));
         let [heading, drive, steer] = ["heading", "drive.tau", "steer.tau"].map(|name| own(name, -3.0, 3.0));
         let [turning, rolling] = ["heading'", "roll'"].map(|name| own(name, -3.0, 3.0));
         let (sine, cosine) = heading.sin_cos();
@@ -626,7 +626,7 @@ fn eq_4_4_of_the_source_is_the_unicycle() {
         let across = r * rolling * turning;
         let path = [direction * cosine - across * sine, direction * sine + across * cosine];
         let expected =
-            [(steer - steering * turning) / turned, direction / r, path[0], path[1], m * path[0], m * path[1]];
+            [(steer - steering * turning) / heading_inertia, direction / r, path[0], path[1], m * path[0], m * path[1]];
         let size = expected.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         own.iter().zip(expected).for_each(|(own, expected)| close(*own, expected, size, "unicycle"));
     }
@@ -654,7 +654,7 @@ fn comments_of_latex_end_with_their_lines() {
 
 /// What is not written is refused by name, and says what to do; what is written in words says so.
 #[test]
-fn tables_in_kept_rows_are_refused_and_text_is_reported() {
+fn tables_in_multiplier_rows_are_refused_and_text_is_reported() {
     let source = "[table.cam]\npoints = { x = [\"0 rad\", \"1 rad\", \"2 rad\", \"3 rad\"], value = [\"0 m\", \"1 m\", \"3 m\", \"4 m\"] }\nextrapolation = \"linear\"\ninterpolation = \"cubic\"\n\
                   [shaft.crank]\ninertia = \"1 kg m^2\"\n[mass.slide]\nmass = \"1 kg\"\n[constraint.follows]\nexpression = \"slide.s - cam(crank.phi)\"\n";
     let reported = Project::open(source).symbolic_equations().unwrap_err();
@@ -694,9 +694,9 @@ fn what_is_named_is_reported() {
         let torques =
             found.constraint_torques.iter().map(|torque| torque.formula.text.as_str()).collect::<Vec<_>>().concat();
         for name in ["in", "ring", "out"].map(|name| format!("{name}''")) {
-            let is_told = found.dependent_coordinates.iter().any(|one| one.symbol.text == name);
+            let is_reported = found.dependent_coordinates.iter().any(|one| one.symbol.text == name);
             assert!(
-                !torques.contains(&name) || is_told || coordinates.iter().any(|own| format!("{own}''") == name),
+                !torques.contains(&name) || is_reported || coordinates.iter().any(|own| format!("{own}''") == name),
                 "{name}"
             );
         }

@@ -72,7 +72,7 @@ fn forces(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Vec<f64> {
 
 /// What is found is an equilibrium, and where it is proven no torque vanishes nearby.
 #[test]
-fn equilibria_are_places_without_torque() {
+fn equilibria_are_free_of_torque() {
     let mut random = Dice(21);
     let mut proven = 0;
     for _ in 0..30 {
@@ -82,11 +82,11 @@ fn equilibria_are_places_without_torque() {
         let found = equilibria(reduced, &vec![0.1; reduced.degrees_of_freedom()]);
         assert_eq!((found.constant, found.free.len()), (None, 0));
         for one in &found.found {
-            let left = forces(reduced, &one.position, &vec![0.0; one.position.len()]);
+            let residual = forces(reduced, &one.position, &vec![0.0; one.position.len()]);
             assert!(
-                left.iter().all(|torque| torque.abs()
+                residual.iter().all(|torque| torque.abs()
                     < 1e-9 * (1.0 + one.position.iter().fold(0.0, |m: f64, x| m.max(x.abs().exp())))),
-                "{left:?} {one:?}\n{source}"
+                "{residual:?} {one:?}\n{source}"
             );
             proven += usize::from(one.radius.is_some());
         }
@@ -112,9 +112,9 @@ fn a_pendulum_is_analysed_where_it_rests() {
     };
     let hanging = poles("[scenario]\ninitial = { \"arm.phi\" = \"50 deg\" }\n");
     assert!(hanging.iter().all(|(re, im)| re.abs() < 1e-9 && (im - 3.0).abs() < 1e-9), "{hanging:?}");
-    let standing = poles("[analysis]\nat = { \"arm.phi\" = \"180 deg\" }\n");
-    assert!(standing.len() == 2 && standing[0].1 == 0.0, "{standing:?}");
-    assert!((standing[0].0 + 3.0).abs() < 1e-9 && (standing[1].0 - 3.0).abs() < 1e-9, "{standing:?}");
+    let inverted = poles("[analysis]\nat = { \"arm.phi\" = \"180 deg\" }\n");
+    assert!(inverted.len() == 2 && inverted[0].1 == 0.0, "{inverted:?}");
+    assert!((inverted[0].0 + 3.0).abs() < 1e-9 && (inverted[1].0 - 3.0).abs() < 1e-9, "{inverted:?}");
     let analysis = analysed("");
     let class = analysis.class.as_ref().unwrap();
     assert!(

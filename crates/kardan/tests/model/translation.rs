@@ -39,7 +39,7 @@ event = [
 ]
 "#;
 
-const TURNED: &str = r#"
+const ROTATIONAL: &str = r#"
 [parameters]
 r = "8 mm"
 [shaft.wheel]
@@ -81,7 +81,7 @@ event = [
 #[test]
 fn a_rack_is_an_inertia_at_its_radius() {
     let straight = run(RACK);
-    let turned = run(TURNED);
+    let rotational = run(ROTATIONAL);
     let r = 0.008;
     for (one, other, factor) in [
         ("rack.s", "rack.phi", r),
@@ -96,14 +96,14 @@ fn a_rack_is_an_inertia_at_its_radius() {
         ("teeth.rack.f", "teeth.rack.tau", 1.0 / r),
         ("teeth.f", "teeth.rack.tau", 1.0 / r),
     ] {
-        let (one, other) = (signal(&straight, one), signal(&turned, other));
+        let (one, other) = (signal(&straight, one), signal(&rotational, other));
         let size = one.iter().fold(0.0f64, |most, x| most.max(x.abs()));
         assert!(size > 0.0);
         for (a, b) in one.iter().zip(other) {
             assert!((a - factor * b).abs() <= 1e-8 * size, "{a} {}", factor * b);
         }
     }
-    assert!((straight.energy.input - turned.energy.input).abs() <= 1e-8 * straight.energy.input.abs());
+    assert!((straight.energy.input - rotational.energy.input).abs() <= 1e-8 * straight.energy.input.abs());
 }
 
 /// A mass on a spring that is released: s = s0 exp(-d t/2m) (cos wt + d/(2mw) sin wt), to 1e-9 of the amplitude.

@@ -49,7 +49,7 @@ fn values_follow_from_parameters_in_every_variant() {
     let (prepared, diagnostics) = study::prepare(RACK);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let exact = |text: &str| parse_quantity(text).unwrap().0.to_rational();
-    for (variant, [inertia, teeth, other]) in prepared.variants.iter().zip([
+    for (variant, [inertia, tooth_count, other]) in prepared.variants.iter().zip([
         ["148 kg mm^2", "14", "-2"],
         ["401 kg mm^2", "20", "-3"],
         ["5 kg mm^2", "14", "-2"],
@@ -59,11 +59,11 @@ fn values_follow_from_parameters_in_every_variant() {
         let sizes: Vec<Rational> = equations.inertias.iter().map(|term| term.value.to_rational()).collect();
         assert_eq!(sizes, [inertia.clone(), Rational::from(2) * &inertia], "{}", variant.name);
         let row: Vec<Rational> = equations.constraints[0].row.iter().map(|(_, x)| x.clone()).collect();
-        assert_eq!(row, [exact(teeth), exact(other)], "{}", variant.name);
+        assert_eq!(row, [exact(tooth_count), exact(other)], "{}", variant.name);
         let shown = variant.model.parameters.iter().find(|one| one.name == "J_pinion").unwrap();
         assert_eq!((shown.value, shown.unit.as_str()), (kardan::num::rational_to_f64(&inertia), "kg m^2"));
         // c = 200 N · r/5°, and d = √(c J)/10 is rounded once.
-        let radius = exact(teeth) / Rational::from(2000);
+        let radius = exact(tooth_count) / Rational::from(2000);
         let stiffness = 200.0 * kardan::num::rational_to_f64(&radius) / 5f64.to_radians();
         let found = equations.springs[0].value.stiffness.to_f64();
         assert!((found / stiffness - 1.0).abs() < 1e-15, "{found} {stiffness}");

@@ -29,7 +29,7 @@ struct Module {
     named: Vec<Vec<String>>,
     /// Imports that are handed on, with the name that they get.
     handed_on: Vec<(String, Vec<String>)>,
-    words: BTreeSet<String>,
+    identifiers: BTreeSet<String>,
 }
 
 /// Where a path ends.
@@ -160,7 +160,7 @@ fn module(file: String, code: &str) -> Module {
                     out.named.push(path);
                 }
                 if before.as_deref() != Some("mod") {
-                    out.words.insert(word);
+                    out.identifiers.insert(word);
                 }
             }
             _ => {}
@@ -227,7 +227,8 @@ impl Crate {
     fn dependences(&self) -> Vec<BTreeMap<usize, BTreeSet<String>>> {
         let mut out = vec![BTreeMap::new(); self.modules.len()];
         for (k, module) in self.modules.iter().enumerate() {
-            let handed = module.handed_on.iter().filter(|(name, _)| module.words.contains(name)).map(|(_, path)| path);
+            let handed =
+                module.handed_on.iter().filter(|(name, _)| module.identifiers.contains(name)).map(|(_, path)| path);
             for path in module.named.iter().chain(handed) {
                 if let Some(End::Item(other)) = self.end(k, path, 12)
                     && other != k
@@ -269,11 +270,11 @@ pub fn dependences(src: &Path) -> Vec<(String, String, String)> {
 fn reachable(next: &[BTreeMap<usize, BTreeSet<String>>]) -> Vec<BTreeSet<usize>> {
     (0..next.len())
         .map(|start| {
-            let (mut seen, mut open) = (BTreeSet::new(), vec![start]);
+            let (mut visited, mut open) = (BTreeSet::new(), vec![start]);
             while let Some(at) = open.pop() {
-                open.extend(next[at].keys().filter(|k| seen.insert(**k)));
+                open.extend(next[at].keys().filter(|k| visited.insert(**k)));
             }
-            seen
+            visited
         })
         .collect()
 }

@@ -83,8 +83,8 @@ fn named(code: &str, depth: usize) -> Vec<(usize, String)> {
                 continue;
             }
             let line = code[..at].matches('\n').count() + 1;
-            let rest = &code[at + prefix.len()..];
-            if let Some(group) = rest.strip_prefix('{') {
+            let tail = &code[at + prefix.len()..];
+            if let Some(group) = tail.strip_prefix('{') {
                 let mut level = 0;
                 let mut expected = true;
                 for (k, c) in group.char_indices() {
@@ -101,7 +101,7 @@ fn named(code: &str, depth: usize) -> Vec<(usize, String)> {
                     }
                 }
             } else {
-                out.push((line, name_at(rest)));
+                out.push((line, name_at(tail)));
             }
         }
     }
@@ -168,9 +168,9 @@ fn dependencies(manifest: &str) -> Vec<String> {
         if line.starts_with('[') {
             section = line.trim();
         } else if section == "[dependencies]"
-            && let Some(rest) = line.strip_prefix("kardan-")
+            && let Some(name) = line.strip_prefix("kardan-")
         {
-            out.push(name_at(rest));
+            out.push(name_at(name));
         }
     }
     out

@@ -42,12 +42,12 @@ pub fn crates() -> Vec<(String, PathBuf)> {
 pub fn code(source: &str) -> String {
     let blank = blank(source);
     let mut out = String::new();
-    let mut rest = blank.as_str();
-    while let Some(at) = rest.find("#[cfg(test)]") {
-        out.push_str(&rest[..at]);
-        rest = after_item(&rest[at..]);
+    let mut tail = blank.as_str();
+    while let Some(at) = tail.find("#[cfg(test)]") {
+        out.push_str(&tail[..at]);
+        tail = after_item(&tail[at..]);
     }
-    out + rest
+    out + tail
 }
 
 /// The text literals of a file, without those of its module of tests; lines that go on are joined as the compiler does.
@@ -56,10 +56,10 @@ pub fn texts(source: &str) -> Vec<String> {
     let bytes: Vec<char> = source.chars().collect();
     let (mut out, mut at) = (Vec::new(), 0);
     while at < bytes.len() {
-        let rest = &bytes[at..];
+        let tail = &bytes[at..];
         let length = token(&bytes, at);
-        if matches!(rest[0], '"' | 'r') && length > 1 {
-            let text: String = rest[..length].iter().collect();
+        if matches!(tail[0], '"' | 'r') && length > 1 {
+            let text: String = tail[..length].iter().collect();
             let mut joined = String::new();
             for (k, part) in text.split("\\\n").enumerate() {
                 joined += if k == 0 { part } else { part.trim_start() };
@@ -73,13 +73,13 @@ pub fn texts(source: &str) -> Vec<String> {
 
 /// The length of the comment or of the literal that begins at a place, or 0.
 fn token(bytes: &[char], at: usize) -> usize {
-    let rest = &bytes[at..];
-    match rest {
-        ['/', '/', ..] => rest.iter().position(|c| *c == '\n').unwrap_or(rest.len()),
-        ['/', '*', ..] => block_comment(rest),
-        ['"', ..] => quoted(rest),
-        ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(rest),
-        ['\'', '\\', ..] => 3 + rest[3..].iter().position(|c| *c == '\'').unwrap_or(0),
+    let tail = &bytes[at..];
+    match tail {
+        ['/', '/', ..] => tail.iter().position(|c| *c == '\n').unwrap_or(tail.len()),
+        ['/', '*', ..] => block_comment(tail),
+        ['"', ..] => quoted(tail),
+        ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(tail),
+        ['\'', '\\', ..] => 3 + tail[3..].iter().position(|c| *c == '\'').unwrap_or(0),
         ['\'', _, '\'', ..] => 3,
         _ => 0,
     }
@@ -109,43 +109,43 @@ fn blank(source: &str) -> String {
     let mut at = 0;
     let newlines = |text: &[char]| text.iter().filter(|c| **c == '\n').collect::<String>();
     while at < bytes.len() {
-        let rest = &bytes[at..];
+        let tail = &bytes[at..];
         let length = token(&bytes, at);
         if length == 0 {
-            out.push(rest[0]);
+            out.push(tail[0]);
             at += 1;
         } else {
-            if !matches!(rest, ['/', ..]) {
+            if !matches!(tail, ['/', ..]) {
                 out.push_str("\"\"");
             }
-            out.push_str(&newlines(&rest[..length]));
+            out.push_str(&newlines(&tail[..length]));
             at += length;
         }
     }
     out
 }
 
-fn block_comment(rest: &[char]) -> usize {
-    (2..rest.len()).find(|&k| rest[k - 1] == '*' && rest[k] == '/').map_or(rest.len(), |k| k + 1)
+fn block_comment(tail: &[char]) -> usize {
+    (2..tail.len()).find(|&k| tail[k - 1] == '*' && tail[k] == '/').map_or(tail.len(), |k| k + 1)
 }
 
-fn quoted(rest: &[char]) -> usize {
+fn quoted(tail: &[char]) -> usize {
     let mut at = 1;
-    while at < rest.len() && rest[at] != '"' {
-        at += if rest[at] == '\\' { 2 } else { 1 };
+    while at < tail.len() && tail[at] != '"' {
+        at += if tail[at] == '\\' { 2 } else { 1 };
     }
-    (at + 1).min(rest.len())
+    (at + 1).min(tail.len())
 }
 
 /// The length of a raw text literal, or 0 if this is a raw identifier.
-fn raw(rest: &[char]) -> usize {
-    let hashes = rest[1..].iter().take_while(|c| **c == '#').count();
-    if rest.get(1 + hashes) != Some(&'"') {
+fn raw(tail: &[char]) -> usize {
+    let hashes = tail[1..].iter().take_while(|c| **c == '#').count();
+    if tail.get(1 + hashes) != Some(&'"') {
         return 0;
     }
     let closing: Vec<char> = std::iter::once('"').chain(std::iter::repeat_n('#', hashes)).collect();
     let start = 2 + hashes;
-    (start..rest.len()).find(|&k| rest[k..].starts_with(&closing)).map_or(rest.len(), |k| k + closing.len())
+    (start..tail.len()).find(|&k| tail[k..].starts_with(&closing)).map_or(tail.len(), |k| k + closing.len())
 }
 
 /// Whether the character before a byte can belong to a longer name.

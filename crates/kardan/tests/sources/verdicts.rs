@@ -204,8 +204,8 @@ const LISTED: &[(Evidence, &[&str])] = &[
 
 /// Whether a text has one of the words.
 fn promises(text: &str) -> bool {
-    let words = ["exact", "exactly", "proven", "proof", "decided"];
-    text.split(|c: char| !c.is_alphabetic()).any(|word| words.contains(&word.to_lowercase().as_str()))
+    let claims = ["exact", "exactly", "proven", "proof", "decided"];
+    text.split(|c: char| !c.is_alphabetic()).any(|word| claims.contains(&word.to_lowercase().as_str()))
 }
 
 /// All texts that have one, with their files.
@@ -247,7 +247,7 @@ fn every_promise_has_its_evidence() {
 
 /// The keys are explained and read by the program that checks certificates; the tests are there.
 #[test]
-fn the_evidence_is_there() {
+fn listed_evidence_exists() {
     let read = |path: &Path| fs::read_to_string(path).unwrap_or_else(|_| panic!("{}", path.display()));
     let [page, program] =
         ["certificate.md", "check_certificate.py"].map(|name| read(&crate_folder("../../docs").join(name)));

@@ -31,10 +31,10 @@ fn same(found: &[ChannelMargin], expected: &[ChannelMargin]) {
 /// Two motors behind teeth with backlash on one table, each with a speed loop, and a slow one of the angle of the table.
 fn table(backlash: [&str; 2]) -> String {
     let mesh = |k: usize| {
-        let play =
+        let key =
             if backlash[k - 1].is_empty() { String::new() } else { format!("backlash = \"{}\"\n", backlash[k - 1]) };
         format!(
-            "[spring_damper.mesh{k}]\nshaft_1 = \"m{k}\"\nshaft_2 = \"table\"\nstiffness = \"400 N m/rad\"\ndamping = \"0.6 N m s/rad\"\n{play}"
+            "[spring_damper.mesh{k}]\nshaft_1 = \"m{k}\"\nshaft_2 = \"table\"\nstiffness = \"400 N m/rad\"\ndamping = \"0.6 N m s/rad\"\n{key}"
         )
     };
     format!(
@@ -57,9 +57,9 @@ fn contact<'a>(design: &'a Design, closed: &[&str]) -> &'a ContactMargins {
 }
 
 #[test]
-fn margins_in_contact_are_those_without_backlash() {
-    let play = "0.02 deg";
-    let design = designed(&table([play, play]));
+fn margins_in_contact_equal_those_at_zero_backlash() {
+    let width = "0.02 deg";
+    let design = designed(&table([width, width]));
     assert!(
         design.notes.iter().any(|note| note.contains("`mesh1`, `mesh2` are open at the operating point")),
         "{:?}",
@@ -68,7 +68,7 @@ fn margins_in_contact_are_those_without_backlash() {
     let margins = design.margins.as_ref().expect("margins");
     assert_eq!(margins.contacts.len(), 3);
     for (closed, tight) in
-        [(vec!["mesh1", "mesh2"], ["", ""]), (vec!["mesh1"], ["", play]), (vec!["mesh2"], [play, ""])]
+        [(vec!["mesh1", "mesh2"], ["", ""]), (vec!["mesh1"], ["", width]), (vec!["mesh2"], [width, ""])]
     {
         let (found, reference) = (contact(&design, &closed), designed(&table(tight)));
         let reference = reference.margins.expect("margins");

@@ -74,8 +74,8 @@ fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
 
 /// ω = 20 rad/s, ξ = 0.7 for every output.
 fn standard(degrees: &[usize]) -> Vec<Polynomial> {
-    let asked = Compensation::SecondOrder { natural_frequency: int(20), damping_ratio: frac(7, 10) };
-    degrees.iter().map(|&r| asked.polynomial(r).unwrap()).collect()
+    let compensation = Compensation::SecondOrder { natural_frequency: int(20), damping_ratio: frac(7, 10) };
+    degrees.iter().map(|&r| compensation.polynomial(r).unwrap()).collect()
 }
 
 fn none(system: &LinearSystem) -> M {
@@ -379,7 +379,7 @@ impl Built {
 }
 
 /// Stable whole poles, some of them complex.
-fn wanted(random: &mut Random, degrees: &[usize]) -> Vec<Polynomial> {
+fn random_polynomials(random: &mut Random, degrees: &[usize]) -> Vec<Polynomial> {
     let mut poles = |r: usize| {
         let mut out = Vec::new();
         while out.len() < r {
@@ -453,19 +453,19 @@ fn hidden_canonical_systems_are_decoupled_again() {
         let ratios: Vec<Rational> = [-9, 7, 11].into_iter().filter_map(ratio).collect();
         assert!(ratios.len() == 3 && ratios.iter().all(|x| *x == ratios[0] && !x.is_zero()), "round {round}");
 
-        let asked = wanted(&mut random, &built.degrees);
-        let gains = decouple(&system, &none(&system), None, &asked).unwrap();
+        let requested = random_polynomials(&mut random, &built.degrees);
+        let gains = decouple(&system, &none(&system), None, &requested).unwrap();
         let closed = gains.closed_loop(&system);
         assert_eq!(coupled_entries(&closed), [], "round {round}");
         for (i, row) in transfer_matrix(&closed).iter().enumerate() {
             for (j, entry) in row.iter().enumerate() {
-                let constant = Polynomial::constant(asked[i].coefficient(0));
-                let expected = if i == j { RationalFunction::new(&constant, &asked[i]) } else { expected_zero() };
+                let constant = Polynomial::constant(requested[i].coefficient(0));
+                let expected = if i == j { RationalFunction::new(&constant, &requested[i]) } else { expected_zero() };
                 assert_eq!(*entry, expected, "round {round}: ({i}, {j})");
-                assert!(i != j || entry.denominator == asked[i]);
+                assert!(i != j || entry.denominator == requested[i]);
             }
         }
-        let channels = asked.iter().fold(zeros.polynomial.clone(), |all, p| all.times(p));
+        let channels = requested.iter().fold(zeros.polynomial.clone(), |all, p| all.times(p));
         assert_eq!(characteristic_polynomial(&closed.a), channels, "round {round}");
 
         let integrators = integrator_decoupled(&system).unwrap();
@@ -526,10 +526,10 @@ fn sizes_follow_from_ranks() {
         let reached = rank(&controllability(&system.a, &system.b));
         assert_eq!(form.sizes[m + 1], n - reached, "round {round}");
         for i in 0..m {
-            let others = M::from_fn(n, m - 1, |k, j| system.b[(k, if j < i { j } else { j + 1 })].clone());
-            let others = if m == 1 { 0 } else { rank(&controllability(&system.a, &others)) };
-            assert_eq!(form.ranks[i], others, "round {round}");
-            assert_eq!(form.sizes[i], reached - others, "round {round}");
+            let other_inputs = M::from_fn(n, m - 1, |k, j| system.b[(k, if j < i { j } else { j + 1 })].clone());
+            let other_rank = if m == 1 { 0 } else { rank(&controllability(&system.a, &other_inputs)) };
+            assert_eq!(form.ranks[i], other_rank, "round {round}");
+            assert_eq!(form.sizes[i], reached - other_rank, "round {round}");
         }
         assert_eq!(form.sizes.iter().sum::<usize>(), n);
     }
@@ -588,8 +588,8 @@ fn singular_decoupling_matrices_are_refused_with_their_rank() {
             (0..m).for_each(|j| b[(at - 1, j)] = g[(i, j)].clone());
         }
         let system = hide(&mut random, &LinearSystem::state_space(a, b, c));
-        let asked = wanted(&mut random, &degrees);
-        let refused = decouple(&system, &none(&system), None, &asked).unwrap_err();
+        let requested = random_polynomials(&mut random, &degrees);
+        let refused = decouple(&system, &none(&system), None, &requested).unwrap_err();
         assert_eq!(refused.rank(), rank, "round {round}");
         let NotDecouplable::Singular { degrees: found, not_reached, dependencies, .. } = &refused else {
             panic!("{refused:?}")
@@ -621,12 +621,12 @@ fn outputs_that_no_input_reaches_are_named() {
     assert!(matches!(&refused, NotDecouplable::Singular { not_reached, dependencies, .. }
         if *not_reached == [1] && dependencies.is_empty()));
     // Two angles of one body.
-    let twice = LinearSystem::state_space(
+    let dependent = LinearSystem::state_space(
         integers(&[&[0, 1], &[0, 0]]),
         integers(&[&[0, 0], &[1, 1]]),
         integers(&[&[1, 0], &[0, 3]]),
     );
-    let refused = inverse_decoupling_matrix(&twice, &relative_degrees(&twice)).unwrap_err();
+    let refused = inverse_decoupling_matrix(&dependent, &relative_degrees(&dependent)).unwrap_err();
     assert!(refused.to_string().ends_with("the inputs do not act on 3·`y1''` − `y2'`"), "{refused}");
 }
 
@@ -642,8 +642,8 @@ fn spare_inputs_are_no_harm() {
         let mix = regular(&mut random, m + 1);
         let wide = |part: &M| M::from_fn(part.rows(), m + 1, |i, j| if j < m { part[(i, j)].clone() } else { int(0) });
         (mixed.b, mixed.d) = (wide(&square.b).multiply(&mix), wide(&square.d).multiply(&mix));
-        let asked = wanted(&mut random, &built.degrees);
-        let gains = decouple(&mixed, &none(&mixed), None, &asked).unwrap();
+        let requested = random_polynomials(&mut random, &built.degrees);
+        let gains = decouple(&mixed, &none(&mixed), None, &requested).unwrap();
         assert_eq!(gains.matrix.multiply(&gains.inverse), M::identity(m));
         assert_eq!(coupled_entries(&gains.closed_loop(&mixed)), [], "round {round}");
         let form = canonical_form(&integrator_decoupled(&mixed).unwrap()).unwrap();
@@ -653,7 +653,7 @@ fn spare_inputs_are_no_harm() {
 
 /// With the disturbance known, an output that is told to hold still does: `T_d(0) = 0`, and `T_d = 0` where that is promised.
 #[test]
-fn constant_known_disturbances_do_nothing() {
+fn constant_compensated_disturbances_do_nothing() {
     let mut random = Random::new(41);
     let (mut promised, mut only_constant) = (0, 0);
     for round in 0..80 {
@@ -664,7 +664,7 @@ fn constant_known_disturbances_do_nothing() {
         let w = if round % 4 == 0 { system.b.multiply(&some(&mut random, m, k)) } else { w };
         let direct = some(&mut random, m, k);
         let direct = (round % 2 == 0).then_some(&direct);
-        let gains = decouple(&system, &w, direct, &wanted(&mut random, &built.degrees)).unwrap();
+        let gains = decouple(&system, &w, direct, &random_polynomials(&mut random, &built.degrees)).unwrap();
         let closed = gains.closed_loop(&system);
         let through = minus(direct.unwrap_or(&M::zeros(m, k)), &system.d.multiply(&gains.m));
         let disturbed = LinearSystem {
@@ -739,23 +739,23 @@ fn transfer_matrices_have_the_right_values() {
 }
 
 #[test]
-fn what_outputs_do_not_show_is_left_out() {
+fn unobservable_states_are_removed() {
     let mut random = Random::new(8);
     for round in 0..60 {
-        let (seen, unseen) = (1 + below(&mut random, 4), below(&mut random, 4));
-        let n = seen + unseen;
+        let (observable, unobservable) = (1 + below(&mut random, 4), below(&mut random, 4));
+        let n = observable + unobservable;
         // The unseen states drive nothing that is seen; companion chain observed from its first state.
-        let roots: Vec<Rational> = (0..unseen).map(|_| small(&mut random, 3)).collect();
-        let a = M::from_fn(n, n, |i, j| match (i < seen, j < seen) {
-            (true, true) if i + 1 < seen => int(i64::from(j == i + 1)),
+        let roots: Vec<Rational> = (0..unobservable).map(|_| small(&mut random, 3)).collect();
+        let a = M::from_fn(n, n, |i, j| match (i < observable, j < observable) {
+            (true, true) if i + 1 < observable => int(i64::from(j == i + 1)),
             (true, false) => int(0),
-            (false, false) if i == j => roots[i - seen].clone(),
+            (false, false) if i == j => roots[i - observable].clone(),
             (false, false) if i < j => int(0),
             _ => small(&mut random, 3),
         });
         let mut c = M::zeros(2, n);
         c[(0, 0)] = int(1);
-        (0..seen).for_each(|j| c[(1, j)] = small(&mut random, 2));
+        (0..observable).for_each(|j| c[(1, j)] = small(&mut random, 2));
         let plain = LinearSystem::state_space(a, some(&mut random, n, 2), c);
         let mut system = hidden(&plain, &unimodular(&mut random, n), &M::zeros(2, n), &M::identity(2));
         system.d = some(&mut random, 2, 2);
@@ -763,13 +763,13 @@ fn what_outputs_do_not_show_is_left_out() {
         let preferred: Vec<Vec<Rational>> = (0..2).map(|i| preferred.row(i).to_vec()).collect();
         let quotient = observable_quotient(&system, &preferred);
         assert_eq!(quotient.hidden, Polynomial::from_roots(&roots), "round {round}");
-        assert_eq!(quotient.system.states.len(), seen);
+        assert_eq!(quotient.system.states.len(), observable);
         let (p, z) = (&quotient.projection, &quotient.system);
         assert_eq!(p.multiply(&system.a), z.a.multiply(p));
         assert_eq!((p.multiply(&system.b), z.c.multiply(p)), (z.b.clone(), system.c.clone()));
         assert_eq!(transfer_matrix(&system), transfer_matrix(z), "round {round}");
-        assert_eq!(observable_quotient(z, &[]).system.states.len(), seen, "nothing more to leave out");
-        assert_eq!(z.states.iter().collect::<BTreeSet<_>>().len(), seen, "names differ: {:?}", z.states);
+        assert_eq!(observable_quotient(z, &[]).system.states.len(), observable, "nothing more to leave out");
+        assert_eq!(z.states.iter().collect::<BTreeSet<_>>().len(), observable, "names differ: {:?}", z.states);
     }
 }
 
@@ -809,8 +809,8 @@ fn polynomials_of_channels() {
     assert_eq!(poles(&[(-1, 2), (-3, 0), (-1, -2)], 3).unwrap(), polynomial(&[5, 2, 1]).times(&polynomial(&[3, 1])));
     assert_eq!(poles(&[], 0).unwrap(), polynomial(&[1]));
     assert_eq!(poles(&[(-1, 0)], 2).unwrap_err(), CompensationError::Count { degree: 2, poles: 1 });
-    let alone = poles(&[(-1, 2), (-1, 2)], 2).unwrap_err();
-    assert_eq!(alone.to_string(), "the conjugate of the pole -1 + 2 j is missing");
+    let unpaired = poles(&[(-1, 2), (-1, 2)], 2).unwrap_err();
+    assert_eq!(unpaired.to_string(), "the conjugate of the pole -1 + 2 j is missing");
     assert!(matches!(poles(&[(0, 0)], 1), Err(CompensationError::NotStable { .. })));
     let wrong =
         Compensation::SecondOrder { natural_frequency: int(20), damping_ratio: int(0) }.polynomial(2).unwrap_err();

@@ -31,12 +31,12 @@ fn names(list: &[&str]) -> Vec<String> {
 }
 
 /// A controller that is not in the file.
-fn asked(inputs: &[&str], outputs: &[&str]) -> DesignSettings {
+fn for_channels(inputs: &[&str], outputs: &[&str]) -> DesignSettings {
     DesignSettings { inputs: names(inputs), outputs: names(outputs), ..DesignSettings::default() }
 }
 
 fn by(feedback: &str, inputs: &[&str], outputs: &[&str]) -> DesignSettings {
-    DesignSettings { feedback: Some(feedback.into()), ..asked(inputs, outputs) }
+    DesignSettings { feedback: Some(feedback.into()), ..for_channels(inputs, outputs) }
 }
 
 fn of_variant(name: &str) -> DesignSettings {
@@ -51,8 +51,8 @@ fn designed(source: &str, settings: &DesignSettings) -> Design {
 
 #[track_caller]
 fn gain<'a>(design: &'a Design, name: &str) -> &'a ExactMatrix {
-    let known: Vec<&str> = design.gains.iter().map(|gain| gain.name.as_str()).collect();
-    design.gains.iter().find(|gain| gain.name == name).unwrap_or_else(|| panic!("no gain {name} among {known:?}"))
+    let names: Vec<&str> = design.gains.iter().map(|gain| gain.name.as_str()).collect();
+    design.gains.iter().find(|gain| gain.name == name).unwrap_or_else(|| panic!("no gain {name} among {names:?}"))
 }
 
 /// Entry by entry within 1e-9 of the golden value, relative to it, with rows and columns found by their names.
@@ -81,12 +81,13 @@ fn negated(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 /// Every pole beside its golden value, each used once.
 #[track_caller]
 fn are_poles(found: &[Pole], golden: &[Pole], tolerance: f64) {
-    let mut left = found.to_vec();
-    assert_eq!(left.len(), golden.len(), "{found:?} against {golden:?}");
+    let mut unmatched = found.to_vec();
+    assert_eq!(unmatched.len(), golden.len(), "{found:?} against {golden:?}");
     for Pole { re, im } in golden {
         let distance = |pole: &Pole| (pole.re - re).hypot(pole.im - im);
-        let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j]))).unwrap();
-        let error = distance(&left.swap_remove(nearest));
+        let nearest =
+            (0..unmatched.len()).min_by(|&i, &j| distance(&unmatched[i]).total_cmp(&distance(&unmatched[j]))).unwrap();
+        let error = distance(&unmatched.swap_remove(nearest));
         assert!(error <= tolerance * re.hypot(*im).max(1.0), "{re} ± {im} j misses by {error:e}: {found:?}");
     }
 }
@@ -574,21 +575,21 @@ fn check_verdict(design: &Design) -> Result<(), String> {
 
 #[test]
 fn printed_loops_are_those_of_the_reference_plants() {
-    let without_driver = without_controls("sia-steering");
+    let driverless = plant_only("sia-steering");
     let both = ["wg_motor", "rk_motor"];
     let cases: Vec<(&str, DesignSettings, Golden)> = vec![
         (source("harmonic-drive"), DesignSettings::default(), Golden::harmonic_drive()),
         (
             source("harmonic-drive"),
-            asked(&["wg_motor", "cs_motor"], &["cs.phi", "fs_torque"]),
+            for_channels(&["wg_motor", "cs_motor"], &["cs.phi", "fs_torque"]),
             Golden::harmonic_drive(),
         ),
         (source("harmonic-drive-spring"), DesignSettings::default(), Golden::with_a_spring()),
-        (source("harmonic-drive-spring"), asked(&both, &["rk.phi", "fs.phi"]), Golden::with_a_spring()),
-        (&without_driver, asked(&both, &["rk.phi", "fs.phi"]), Golden::steering()),
-        (&without_driver, by("dynamic", &both, &["fs.phi", "cj.phi"]), Golden::steering()),
-        (&without_driver, by("block", &both, &["fs.phi", "cj.phi"]), Golden::steering()),
-        (&without_driver, asked(&["wg_motor"], &["fs.phi"]), Golden::steering()),
+        (source("harmonic-drive-spring"), for_channels(&both, &["rk.phi", "fs.phi"]), Golden::with_a_spring()),
+        (&driverless, for_channels(&both, &["rk.phi", "fs.phi"]), Golden::steering()),
+        (&driverless, by("dynamic", &both, &["fs.phi", "cj.phi"]), Golden::steering()),
+        (&driverless, by("block", &both, &["fs.phi", "cj.phi"]), Golden::steering()),
+        (&driverless, for_channels(&["wg_motor"], &["fs.phi"]), Golden::steering()),
     ];
     for (source, settings, plant) in cases {
         let design = designed(source, &settings);
@@ -600,7 +601,7 @@ fn printed_loops_are_those_of_the_reference_plants() {
 }
 
 /// The model without its controllers and what the scenario does with their references.
-fn without_controls(name: &str) -> String {
+fn plant_only(name: &str) -> String {
     let mut document = toml_lines::tables(source(name));
     document.retain(|(head, _)| {
         let dropped = ["[control", "[[control", "[[scenario", "[[requirement", "[[plot", "[[variant]]", "[variants]"];
@@ -715,23 +716,23 @@ fn entries(list: &Value, key: &str) -> Vec<String> {
 }
 
 #[test]
-fn json_of_every_built_in_model_and_of_controllers_asked_for() {
+fn json_of_every_built_in_model_and_of_requested_controllers() {
     let both = ["wg_motor", "rk_motor"];
     let none = DesignSettings::default;
     let cases = [
         ("sia-steering", none()),
         ("sia-steering", of_variant("beta-20deg")),
-        ("sia-steering", asked(&both, &["rk.phi", "fs.phi"])),
+        ("sia-steering", for_channels(&both, &["rk.phi", "fs.phi"])),
         ("sia-steering", by("dynamic", &both, &["fs.phi", "cj.phi"])),
         ("sia-steering", by("block", &both, &["fs.phi", "cj.phi"])),
         ("harmonic-drive", none()),
         ("harmonic-drive", of_variant("torque-observer")),
         ("harmonic-drive-spring", none()),
         ("harmonic-drive-spring", of_variant("torque-observer")),
-        ("harmonic-drive-spring", asked(&both, &["rk.phi", "fs.phi"])),
-        ("harmonic-drive-spring", asked(&["wg_motor"], &["fs.phi"])),
+        ("harmonic-drive-spring", for_channels(&both, &["rk.phi", "fs.phi"])),
+        ("harmonic-drive-spring", for_channels(&["wg_motor"], &["fs.phi"])),
         ("two-bodies", none()),
-        ("two-bodies", asked(&["motor_1"], &["body_2.phi"])),
+        ("two-bodies", for_channels(&["motor_1"], &["body_2.phi"])),
     ];
     for (name, settings) in cases {
         check_json(&designed(source(name), &settings), false);
@@ -755,7 +756,7 @@ fn no_channel_of_the_linear_loops_moves_another() {
         (source("harmonic-drive-spring").to_string(), of_variant("position-observer")),
         (smooth, DesignSettings::default()),
         // Without the driver model, whose torque on the wheel is a load that this law does not know.
-        (without_controls("sia-steering").replace("friction = ", "# "), by("dynamic", &both, &["fs.phi", "cj.phi"])),
+        (plant_only("sia-steering").replace("friction = ", "# "), by("dynamic", &both, &["fs.phi", "cj.phi"])),
         // With Coulomb friction: the wheel sticks while the rack moves.
         (source("sia-steering").to_string(), DesignSettings::default()),
     ];
@@ -841,12 +842,12 @@ impl Law for Printed {
 }
 
 impl Block for Printed {
-    fn command(&mut self, seen: Observation<'_>, out: &mut [f64]) -> bool {
+    fn command(&mut self, observation: Observation<'_>, out: &mut [f64]) -> bool {
         let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
-        let state = [of(seen.angles), of(seen.speeds)].concat();
-        let rack = 400.0 * (seen.references[0] - state[0]) - 28.0 * state[3];
+        let state = [of(observation.angles), of(observation.speeds)].concat();
+        let rack = 400.0 * (observation.references[0] - state[0]) - 28.0 * state[3];
         for (k, torque) in out.iter_mut().enumerate() {
-            *torque = common::dot(&self.kx[k], &state) + common::dot(&self.ku[k], &[rack, seen.references[1]]);
+            *torque = common::dot(&self.kx[k], &state) + common::dot(&self.ku[k], &[rack, observation.references[1]]);
         }
         true
     }
@@ -854,8 +855,8 @@ impl Block for Printed {
 
 /// A step of the rack by π at 1 s for two seconds, with the driver model in the loop.
 fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Arc<dyn Law>>) -> RunResult {
-    let kept = |line: &&str| friction || !line.starts_with("friction");
-    let text: String = source("sia-steering").lines().filter(kept).map(|line| format!("{line}\n")).collect();
+    let retained = |line: &&str| friction || !line.starts_with("friction");
+    let text: String = source("sia-steering").lines().filter(retained).map(|line| format!("{line}\n")).collect();
     let variant = first(&text);
     let mut scenario = variant.scenario.clone();
     scenario.duration = 3.0;
@@ -886,24 +887,24 @@ fn largest(run: &RunResult, name: &str) -> f64 {
 fn printed_sign_of_6_130_couples_and_the_right_one_does_not() {
     for (friction, torque, angle) in [(false, -1.197, 0.0414), (true, -0.959, 0.032)] {
         let wrong = rack_step(friction, |variant| Some(Arc::new(Printed::new(variant, true))));
-        let (kick, turn) = (largest(&wrong, "driver.tau"), largest(&wrong, "fs.phi"));
-        println!("printed sign, friction {friction}: T_fs peak {kick:.4} N m, phi_fs {turn:.5} rad");
+        let (kick, rotation) = (largest(&wrong, "driver.tau"), largest(&wrong, "fs.phi"));
+        println!("printed sign, friction {friction}: T_fs peak {kick:.4} N m, phi_fs {rotation:.5} rad");
         // As many digits as the erratum has.
         assert!((kick - torque).abs() < 6e-4, "{kick}");
-        assert!((turn.abs() - angle).abs() < 3e-4, "{turn}");
+        assert!((rotation.abs() - angle).abs() < 3e-4, "{rotation}");
         if friction {
-            let left = *values(&wrong, "fs.phi").last().unwrap();
-            assert!((left.abs() - 0.0073).abs() < 1e-4, "{left}");
+            let offset = *values(&wrong, "fs.phi").last().unwrap();
+            assert!((offset.abs() - 0.0073).abs() < 1e-4, "{offset}");
         }
         let golden_law = rack_step(friction, |variant| Some(Arc::new(Printed::new(variant, false))));
         let designed_law = rack_step(friction, |_| None);
         for (run, whose) in [(&golden_law, "golden gains"), (&designed_law, "the designed law")] {
-            let (kick, turn) = (largest(run, "driver.tau"), largest(run, "fs.phi"));
-            println!("{whose}, friction {friction}: T_fs peak {kick:.2e} N m, phi_fs {turn:.2e} rad");
+            let (kick, rotation) = (largest(run, "driver.tau"), largest(run, "fs.phi"));
+            println!("{whose}, friction {friction}: T_fs peak {kick:.2e} N m, phi_fs {rotation:.2e} rad");
             if friction {
-                assert_eq!((kick, turn), (0.0, 0.0), "{whose}: stiction holds");
+                assert_eq!((kick, rotation), (0.0, 0.0), "{whose}: stiction holds");
             } else {
-                assert!(kick.abs() < 1e-10 && turn.abs() < 1e-12, "{whose}: {kick} {turn}");
+                assert!(kick.abs() < 1e-10 && rotation.abs() < 1e-12, "{whose}: {kick} {rotation}");
             }
         }
         close(*values(&designed_law, "rk.phi").last().unwrap(), std::f64::consts::PI, 2e-3, "the rack arrives");
@@ -926,11 +927,12 @@ fn refused(source: &str, settings: &DesignSettings) -> Vec<Diagnostic> {
 }
 
 #[track_caller]
-fn says(found: &[Diagnostic], code: &str, words: &[&str]) {
+fn says(found: &[Diagnostic], code: &str, fragments: &[&str]) {
     let text = |diagnostic: &Diagnostic| format!("{} help: {:?}", diagnostic.message, diagnostic.help);
-    let hit =
-        |diagnostic: &&Diagnostic| diagnostic.code == code && words.iter().all(|word| text(diagnostic).contains(word));
-    assert!(found.iter().any(|diagnostic| hit(&diagnostic)), "no [{code}] with {words:?}: {found:#?}");
+    let hit = |diagnostic: &&Diagnostic| {
+        diagnostic.code == code && fragments.iter().all(|word| text(diagnostic).contains(word))
+    };
+    assert!(found.iter().any(|diagnostic| hit(&diagnostic)), "no [{code}] with {fragments:?}: {found:#?}");
 }
 
 #[track_caller]
@@ -953,32 +955,44 @@ fn settings_that_cannot_be_designed() {
     let cases: Vec<(DesignSettings, &str, &[&str])> = vec![
         // Static feedback fails; the way out is named.
         (
-            asked(&both, &["fs.phi", "cj.phi"]),
+            for_channels(&both, &["fs.phi", "cj.phi"]),
             "control::design",
             &["static", "rank 1 instead of 2", "1 integrator before wg_motor", "feedback = \"dynamic\""],
         ),
         (
-            law("noninteracting", asked(&both, &["fs.phi", "cj.phi"])),
+            law("noninteracting", for_channels(&both, &["fs.phi", "cj.phi"])),
             "control::design",
             &["`fs.phi`, `cj.phi`", "static state feedback", "rank 1"],
         ),
-        (law("computed_torque", asked(&both, &["fs.phi", "cj.phi"])), "control::design", &["rank 1"]),
+        (law("computed_torque", for_channels(&both, &["fs.phi", "cj.phi"])), "control::design", &["rank 1"]),
         // Nothing helps: the gear ties the outputs.
-        (asked(&all, &["fs.phi", "wg.phi", "cs.phi"]), "control::design", &["no feedback at all", "`hd` ties them"]),
+        (
+            for_channels(&all, &["fs.phi", "wg.phi", "cs.phi"]),
+            "control::design",
+            &["no feedback at all", "`hd` ties them"],
+        ),
         (by("dynamic", &all, &["fs.phi", "wg.phi", "cs.phi"]), "control::design", &["no feedback at all", "`hd` ties"]),
         (by("block", &all, &["fs.phi", "wg.phi", "cs.phi"]), "control::design", &["no feedback at all", "`hd` ties"]),
-        (asked(&["wg_motor"], &["fs.phi", "rk.phi"]), "control::design", &["2 outputs, 1 input"]),
-        (asked(&both, &["fs.phi", "rk.phi", "cj.phi"]), "control::design", &["3 outputs, 2 inputs"]),
+        (for_channels(&["wg_motor"], &["fs.phi", "rk.phi"]), "control::design", &["2 outputs, 1 input"]),
+        (for_channels(&both, &["fs.phi", "rk.phi", "cj.phi"]), "control::design", &["3 outputs, 2 inputs"]),
         // Names.
-        (asked(&both, &["fs.phi", "fs.phi"]), "name::duplicate", &["output `fs.phi`", "twice"]),
-        (asked(&["wg_motor", "wg_motor"], &["fs.phi", "rk.phi"]), "name::duplicate", &["input `wg_motor`", "twice"]),
-        (asked(&["wg_moto", "rk_motor"], &["fs.phi", "rk.phi"]), "name::unknown", &["`wg_moto`", "mean `wg_motor`"]),
-        (asked(&both, &["fs.phi", "rk.ph"]), "name::unknown", &["`rk.ph`", "mean `rk.phi`"]),
-        (asked(&both, &["fs.phi", ""]), "name::empty", &["name of an output is empty"]),
+        (for_channels(&both, &["fs.phi", "fs.phi"]), "name::duplicate", &["output `fs.phi`", "twice"]),
+        (
+            for_channels(&["wg_motor", "wg_motor"], &["fs.phi", "rk.phi"]),
+            "name::duplicate",
+            &["input `wg_motor`", "twice"],
+        ),
+        (
+            for_channels(&["wg_moto", "rk_motor"], &["fs.phi", "rk.phi"]),
+            "name::unknown",
+            &["`wg_moto`", "mean `wg_motor`"],
+        ),
+        (for_channels(&both, &["fs.phi", "rk.ph"]), "name::unknown", &["`rk.ph`", "mean `rk.phi`"]),
+        (for_channels(&both, &["fs.phi", ""]), "name::empty", &["name of an output is empty"]),
         (control("colum"), "name::unknown", &["no controller `colum`", "mean `column`"]),
         (of_variant("beta-40deg"), "variant::unknown", &["`beta-40deg`", "did you mean `beta-"]),
         (
-            law("decuopling", asked(&both, &["fs.phi", "rk.phi"])),
+            law("decuopling", for_channels(&both, &["fs.phi", "rk.phi"])),
             "name::unknown",
             &["law `decuopling`", "`decoupling`"],
         ),
@@ -988,13 +1002,17 @@ fn settings_that_cannot_be_designed() {
             "control::feedback",
             &["`noninteracting`", "no choice of feedback", "leave `--feedback` out"],
         ),
-        (law("position_loop", asked(&["wg_motor"], &["fs.phi"])), "control::needs-keys", &["keys of its own"]),
-        (law("noninteracting", asked(&both, &["fs.phi"])), "control::channel-count", &[]),
-        (law("computed_torque", asked(&["rk_motor"], &["fs.phi"])), "control::design", &["`rk_motor`", "`fs.phi`"]),
-        (law("noninteracting", asked(&both, &["fs.w", "rk.phi"])), "name::unknown", &["`fs.w`", "angle"]),
+        (law("position_loop", for_channels(&["wg_motor"], &["fs.phi"])), "control::needs-keys", &["keys of its own"]),
+        (law("noninteracting", for_channels(&both, &["fs.phi"])), "control::channel-count", &[]),
+        (
+            law("computed_torque", for_channels(&["rk_motor"], &["fs.phi"])),
+            "control::design",
+            &["`rk_motor`", "`fs.phi`"],
+        ),
+        (law("noninteracting", for_channels(&both, &["fs.w", "rk.phi"])), "name::unknown", &["`fs.w`", "angle"]),
     ];
-    for (settings, code, words) in cases {
-        says(&refused(source("sia-steering"), &settings), code, words);
+    for (settings, code, fragments) in cases {
+        says(&refused(source("sia-steering"), &settings), code, fragments);
     }
 }
 
@@ -1029,9 +1047,9 @@ fn keys_that_cannot_be_designed() {
             &["3 outputs, 2 inputs", "`hd` and the spring damper `torsion_bar` tie"],
         ),
     ];
-    for ((from, to), code, words) in cases {
+    for ((from, to), code, fragments) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);
-        says(&refused(&text, &DesignSettings::default()), code, words);
+        says(&refused(&text, &DesignSettings::default()), code, fragments);
     }
 }
 
@@ -1068,9 +1086,9 @@ fn observers_that_cannot_be_designed() {
         ((disturbances, "disturbances = [\"wg\", \"wg\"]\n"), "name::duplicate", &["`wg`", "twice"]),
         ((disturbances, "disturbances = []\n"), "control::design", &["2 (the same for every sensor) or 6 (for"]),
     ];
-    for ((from, to), code, words) in cases {
+    for ((from, to), code, fragments) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);
-        says(&refused(&text, &of_variant("position-observer")), code, words);
+        says(&refused(&text, &of_variant("position-observer")), code, fragments);
     }
     let kalman = (poles, "method = \"kalman\"\n");
     let blind = changed("harmonic-drive-spring", &[kalman, (sensors, "sensors = [\"wg.phi\"]\n")]);
@@ -1145,7 +1163,7 @@ fn unstable_zero_dynamics_are_refused() {
     let root = -0.5 + (0.25f64 + 800.0).sqrt();
     let root = format!("{root:.6} 1/s");
     for settings in
-        [asked(&["far"], &["cs.phi"]), by("dynamic", &["far"], &["cs.phi"]), by("block", &["far"], &["cs.phi"])]
+        [for_channels(&["far"], &["cs.phi"]), by("dynamic", &["far"], &["cs.phi"]), by("block", &["far"], &["cs.phi"])]
     {
         let found = refused(TWO_WAYS, &settings);
         says(
@@ -1158,15 +1176,15 @@ fn unstable_zero_dynamics_are_refused() {
     let outputs = ["cs.phi", "fs.phi"];
     let found = refused(&behind, &by("dynamic", &["far", "near"], &outputs));
     says(&found, "control::design", &["zero dynamics are unstable", &root, "s^2 + s - 800 = 0"]);
-    says(&refused(&behind, &asked(&["far", "near"], &outputs)), "control::design", &["rank 1 instead of 2"]);
+    says(&refused(&behind, &for_channels(&["far", "near"], &outputs)), "control::design", &["rank 1 instead of 2"]);
     // With the ways turned round the same drive passes.
     let mild = TWO_WAYS.replace("\"10 N m/rad\"", "\"1000 N m/rad\"");
-    assert!(designed(&mild, &asked(&["far"], &["cs.phi"])).zero_dynamics.is_stable());
+    assert!(designed(&mild, &for_channels(&["far"], &["cs.phi"])).zero_dynamics.is_stable());
     // Negative damping behind the output is refused with the model.
     let active = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\ndamping = \"-0.5 N m s/rad\"\n\
                   [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad\"\n\
                   [motor.m]\nshaft = \"a\"\n";
-    says(&refused(active, &asked(&["m"], &["a.phi"])), "damping::not-passive", &["`b`"]);
+    says(&refused(active, &for_channels(&["m"], &["a.phi"])), "damping::not-passive", &["`b`"]);
 }
 
 // ---- any controller at all -------------------------------------------------------------------------------------------
@@ -1219,7 +1237,7 @@ proptest! {
         &["wg_motor", "rk_motor", "driver"],
         &["rk.phi", "fs.phi", "cj.phi", "cs.phi", "wg.phi", "rk.w", "fs.w", "cj.w", "cs.w", "wg.w"],
     )) {
-        error_or_proof(&without_controls("sia-steering"), &Golden::steering(), &settings)?;
+        error_or_proof(&plant_only("sia-steering"), &Golden::steering(), &settings)?;
     }
 
     #[test]
@@ -1227,7 +1245,7 @@ proptest! {
         &["wg_motor", "rk_motor"],
         &["rk.phi", "fs.phi", "cs.phi", "wg.phi", "rk.w", "fs.w", "cs.w", "wg.w", "fs_torque.tau"],
     )) {
-        error_or_proof(&without_controls("harmonic-drive-spring"), &Golden::with_a_spring(), &settings)?;
+        error_or_proof(&plant_only("harmonic-drive-spring"), &Golden::with_a_spring(), &settings)?;
     }
 
     #[test]
@@ -1235,7 +1253,7 @@ proptest! {
         &["wg_motor", "cs_motor"],
         &["wg.phi", "cs.phi", "fs.phi", "wg.w", "cs.w", "fs.w", "fs_torque.tau"],
     )) {
-        error_or_proof(&without_controls("harmonic-drive"), &Golden::harmonic_drive(), &settings)?;
+        error_or_proof(&plant_only("harmonic-drive"), &Golden::harmonic_drive(), &settings)?;
     }
 }
 
@@ -1337,7 +1355,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
         let (references, states) = (numbers.list(law.references().len(), 3.0), numbers.list(law.states().len(), 10.0));
         let torques = numbers.list(law.inputs().len(), 5.0);
         let disturbances = [];
-        let seen = Observation {
+        let observation = Observation {
             time: 0.0,
             angles: &angles,
             speeds: &speeds,
@@ -1348,8 +1366,8 @@ fn check_block(text: &str, variant: &str, control: &str) {
         };
         let (mut commands, mut rates) = (vec![f64::NAN; torques.len()], vec![f64::NAN; states.len()]);
         let mut block = law.block(law.clock()).expect("its own clock");
-        assert!(block.command(seen, &mut commands));
-        assert!(block.states(seen, &torques, &mut rates));
+        assert!(block.command(observation, &mut commands));
+        assert!(block.states(observation, &torques, &mut rates));
         let own = observer.as_ref().map_or(0, |(_, flat)| flat.states);
         // Measured angles and speeds are read as they are, the others and the disturbances are estimates.
         let read = |name: &str| -> f64 {
@@ -1390,7 +1408,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
 
 /// `[control.NAME]` of the law `decoupling` with channels of the default dynamics.
 fn with_control(name: &str, feedback: &str, inputs: &[&str], outputs: &[&str]) -> String {
-    let mut text = without_controls(name);
+    let mut text = plant_only(name);
     text += &format!("\n[control.own]\nlaw = \"decoupling\"\nfeedback = \"{feedback}\"\ninputs = {inputs:?}\n");
     for (k, output) in outputs.iter().enumerate() {
         text += &format!("\n[[control.own.channels]]\noutput = \"{output}\"\nreference = \"r{k}\"\n");
@@ -1424,7 +1442,7 @@ fn closed_loop_poles_of_a_double_zero() {
 }
 
 #[test]
-fn gains_beyond_single_precision_are_refused() {
+fn gains_exceeding_single_precision_are_refused() {
     let from = "natural_frequency = \"20 rad/s\"";
     for name in ["harmonic-drive-spring", "sia-steering"] {
         let text = changed(name, &[(from, "natural_frequency = \"1e25 rad/s\"")]);
@@ -1445,7 +1463,7 @@ fn zero_dynamics_of_blocks_with_spare_motors() {
         ("harmonic-drive-spring", Golden::with_a_spring(), &["wg_motor", "rk_motor"][..], &["fs.w"][..]),
         ("sia-steering", Golden::steering(), &["wg_motor", "rk_motor", "driver"], &["rk.phi", "fs.phi"]),
     ] {
-        let design = designed(&without_controls(name), &by("block", inputs, outputs));
+        let design = designed(&plant_only(name), &by("block", inputs, outputs));
         check_loop(&plant, &design, false, 1e-7).unwrap();
     }
 }
@@ -1453,7 +1471,7 @@ fn zero_dynamics_of_blocks_with_spare_motors() {
 /// State feedback of one output cancels no zeros and has nothing to be decoupled from; a law that inverts the plant does.
 #[test]
 fn only_laws_that_invert_the_plant_are_judged_by_its_zeros() {
-    let one = asked(&["motor_1"], &["body_1.phi"]);
+    let one = for_channels(&["motor_1"], &["body_1.phi"]);
     let text = changed("two-bodies", &[("0.5 N m s/rad ± 20 %", "0.05 N m s/rad")]);
     for (law, cancels) in [("lqr", false), ("decoupling", true)] {
         let design = designed(&text, &DesignSettings { law: Some(law.into()), ..one.clone() });
@@ -1479,13 +1497,13 @@ fn a_controller_of_another_variant_is_found() {
 
 #[test]
 fn angle_and_speed_of_one_shaft_depend_on_each_other() {
-    let found = refused(source("sia-steering"), &asked(&["wg_motor", "rk_motor"], &["rk.phi", "rk.w"]));
+    let found = refused(source("sia-steering"), &for_channels(&["wg_motor", "rk_motor"], &["rk.phi", "rk.w"]));
     says(&found, "control::design", &["no feedback at all"]);
     assert!(found.iter().all(|one| !one.message.contains("ref_rk")), "{found:#?}");
 }
 
 #[test]
-fn controller_data_is_there() {
+fn controller_data_are_exported() {
     for (name, block) in [("sia-steering", "Noninteracting"), ("harmonic-drive", "ComputedTorque")] {
         let data = designed(source(name), &DesignSettings::default()).controller_data;
         assert_eq!(data.block, block);
@@ -1507,7 +1525,7 @@ fn observer_and_sample_time_are_exported() {
 }
 
 #[test]
-fn settings_out_of_range_or_without_effect_are_reported() {
+fn settings_out_of_range_or_ineffective_are_reported() {
     let poles = "poles = [-200, -210, -220]\n";
     let place = |text: &str, what: &str| {
         let found = refused(text, &of_variant("position-observer"));
@@ -1559,9 +1577,9 @@ fn an_unused_controller_is_reported() {
 /// A second controller that lets the driver's motor follow the rack couples what the first one parts.
 #[test]
 fn other_controllers_that_couple_the_outputs_are_reported() {
-    let alone = designed(source("sia-steering"), &DesignSettings::default());
+    let original = designed(source("sia-steering"), &DesignSettings::default());
     let coupled = "the outputs are coupled: ref_rk moves fs.phi";
-    assert!(!alone.warnings.iter().any(|warning| warning.contains(coupled)), "{:?}", alone.warnings);
+    assert!(!original.warnings.iter().any(|warning| warning.contains(coupled)), "{:?}", original.warnings);
     let (from, to) = (
         "output = \"fs.phi\"\ninput = \"driver\"",
         "output = \"rk.phi\"\ninertia = \"0.05 kg m^2\"\ninput = \"driver\"",
@@ -1574,7 +1592,7 @@ fn other_controllers_that_couple_the_outputs_are_reported() {
 /// A spring that is not relaxed moves the shafts without any step; what the step does in a linear model is the same.
 #[test]
 fn cross_coupling_leaves_out_what_moves_by_itself() {
-    let settings = DesignSettings { simulate: true, ..asked(&["motor_1"], &["body_1.phi"]) };
+    let settings = DesignSettings { simulate: true, ..for_channels(&["motor_1"], &["body_1.phi"]) };
     let (from, to) = ("stiffness = \"s\"\n", "stiffness = \"s\"\nrest = \"0.5 rad\"\n");
     let tense = designed(&changed("two-bodies", &[(from, to)]), &settings);
     let relaxed = designed(source("two-bodies"), &settings);

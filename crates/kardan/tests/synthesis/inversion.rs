@@ -309,7 +309,7 @@ fn why(model: &BuiltIn) -> Vec<String> {
 
 /// Theorem 6.4 and its erratum.
 #[test]
-fn steering_is_flat_without_damping_of_the_torsion_bar_only() {
+fn steering_is_flat_only_if_the_torsion_bar_is_undamped() {
     let motors = ["wg_motor", "rk_motor"];
     let flat = |model: &BuiltIn| {
         let flat = flat_parametrisation(&model.system).unwrap();
@@ -521,9 +521,9 @@ fn check_blocks(system: &LinearSystem, blocks: &[Vec<usize>]) {
             let own = M::from_fn(size, size, |i, j| h[(block[i], block[j])].clone());
             let operator = law.operators[number].evaluate(&s);
             assert_eq!(operator.multiply(&own), law.reference_gains[number]);
-            let wanted = block.iter().fold(int(1), |all, &i| all * value(&dynamics(i, law.orders[i]), &s));
+            let expected = block.iter().fold(int(1), |all, &i| all * value(&dynamics(i, law.orders[i]), &s));
             let found = determinant(&operator);
-            assert!(found == wanted || found == int(0) - wanted);
+            assert!(found == expected || found == int(0) - expected);
         }
     }
     // At rest outputs and references agree; modes that outputs do not show may have their pole there.
@@ -676,7 +676,7 @@ fn inverses_hold_on_random_square_systems() {
 
 /// `diag(1/s^k) M diag(1/s^l)`: all channels must wait for the slowest input, Σ (max l − l_j) integrators.
 #[test]
-fn known_numbers_of_integrators() {
+fn expected_numbers_of_integrators() {
     for seed in 0..60 {
         let mut dice = Dice(2000 + seed);
         let m = 2 + dice.below(2);
@@ -813,7 +813,7 @@ fn what_is_wrong_is_refused() {
 }
 
 #[test]
-fn systems_without_states_outputs_or_inputs() {
+fn systems_with_no_states_outputs_or_inputs() {
     let empty =
         |n: usize, m: usize, p: usize| LinearSystem::state_space(M::identity(n), M::zeros(n, p), M::zeros(m, n));
     assert_eq!(finest_blocks(&empty(2, 0, 1)), Some(vec![]));

@@ -118,8 +118,8 @@ fn three_poles_exactly_at_zero() {
         let found = exact_motions(model, &lags, &variant.designed).expect("finite");
         let polynomial = characteristic_polynomial(&found.matrix);
         let zeros = polynomial.coefficients().iter().take_while(|x| x.is_zero()).count();
-        let rest = Polynomial::new(polynomial.coefficients()[zeros..].to_vec());
-        assert_eq!((zeros, stability(&rest), found.zeros(), found.sampled), (3, Stability::Stable, 3, 3), "{lag}");
+        let quotient = Polynomial::new(polynomial.coefficients()[zeros..].to_vec());
+        assert_eq!((zeros, stability(&quotient), found.zeros(), found.sampled), (3, Stability::Stable, 3, 3), "{lag}");
         let gone = found.matrix.multiply(&found.matrix.multiply(&found.matrix.multiply(&found.motions)));
         assert!(gone.as_slice().iter().all(|x| x.is_zero()), "{lag}");
         assert!(found.designed);
@@ -177,7 +177,7 @@ fn next_to_the_axis_is_decided_exactly() {
         (found.margins.clone().expect("margins"), found, source)
     };
     let limit = of(0.05).0.longest_lag.expect("a limit").value;
-    let mut words = Vec::new();
+    let mut stable = Vec::new();
     for part in [-1e-9, -1e-11, 1e-11, 1e-9] {
         let lag = limit * (1.0 + part);
         let (margins, found, source) = of(lag);
@@ -185,15 +185,15 @@ fn next_to_the_axis_is_decided_exactly() {
         assert_eq!((margins.stable, margins.proven), (Some(expected), true), "{part}: {}", margins.verdict);
         // Two poles at zero are those of the driveline, which rolls on.
         let word = if expected { "marginal (decided exactly): a free motion" } else { "UNSTABLE (decided exactly)." };
-        let said = format!("In continuous time the loop is {word}");
-        assert!(margins.verdict.contains(&said), "{part}: {}", margins.verdict);
+        let sentence = format!("In continuous time the loop is {word}");
+        assert!(margins.verdict.contains(&sentence), "{part}: {}", margins.verdict);
         let Verdict { sound: good, text: verdict } = found.verdict();
         assert!(!good && verdict.contains(if expected { "; stable in continuous time" } else { "unstable" }));
         assert!(margins.low_margins == expected, "nothing may change any more");
         assert_eq!(found.warnings.iter().any(|one| one.contains("this is not a design")), !expected);
-        words.push(expected);
+        stable.push(expected);
     }
-    assert_eq!(words, [true, true, false, false]);
+    assert_eq!(stable, [true, true, false, false]);
 }
 
 /// Random drivelines: the same verdict as that of the exact polynomial, at any lag.
@@ -529,14 +529,14 @@ fn complex_factors_of_a_motor() {
             assert!((found / expected - 1.0).abs() < 1e-9, "{factor}: {found} {expected}");
         }
         let (phase, disk) = (lifted.phase(), lifted.disk());
-        let edge = |turn: f64| lifted.radius((turn.cos(), turn.sin())).expect("eigenvalues");
+        let edge = |angle: f64| lifted.radius((angle.cos(), angle.sin())).expect("eigenvalues");
         assert!(edge(0.999 * phase) < 1.0 && edge(1.001 * phase) > 1.0, "{phase}");
         if times[0] == times[1] {
             let response = survey.motors().expect("one clock");
-            let known = channel_margins(&response.channel(0)).expect("margins");
-            assert!((phase - known.phase).abs() < 1e-6, "{phase} {known:?}");
+            let reference = channel_margins(&response.channel(0)).expect("margins");
+            assert!((phase - reference.phase).abs() < 1e-6, "{phase} {reference:?}");
             // 25 directions come close, from above.
-            assert!(disk > known.disk * (1.0 - 1e-6) && disk < 1.02 * known.disk, "{disk} {known:?}");
+            assert!(disk > reference.disk * (1.0 - 1e-6) && disk < 1.02 * reference.disk, "{disk} {reference:?}");
         }
     }
 }
@@ -556,7 +556,7 @@ fn far(omega: &str, clock: &str) -> String {
 /// frequency, by `check` and by `design` in words and data; the factor is that of the loop's polynomial, put together by
 /// hand, and of its map.
 #[test]
-fn a_torque_that_may_hardly_be_larger() {
+fn a_small_gain_margin_of_a_torque_is_reported() {
     let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
     let period = 5e-3;
     for (omega, clock) in [("1.4146", ""), ("1.3936", "sample_time = \"5 ms\"\ndelay = \"5 ms\"\n")] {
@@ -567,16 +567,16 @@ fn a_torque_that_may_hardly_be_larger() {
         let (factor, frequency) = (motor.gain[1], motor.gain_frequency[1].expect("a frequency"));
         assert!(1.005 < factor && factor < 1.01, "{factor}");
         assert!(margins.stable == Some(true) && margins.low_margins);
-        let said = format!(
+        let warning = format!(
             "stable with low margins: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
         );
-        assert!(found.warnings.contains(&said), "{:?}", found.warnings);
+        assert!(found.warnings.contains(&warning), "{:?}", found.warnings);
         let reported = kardan::study::check(&source);
         let reported = reported.iter().find(|one| one.code == "control::low-margins").expect("a warning of check");
-        assert!(reported.message.contains(&said), "{}", reported.message);
+        assert!(reported.message.contains(&warning), "{}", reported.message);
         assert!(!found.verdict().sound, "no good design");
         assert!(
-            found.verdict().text.contains("with low margins") && kardan::export::design_json(&found).contains(&said)
+            found.verdict().text.contains("with low margins") && kardan::export::design_json(&found).contains(&warning)
         );
         let w: f64 = omega.parse().expect("a number");
         let unstable = |factor: f64| {
@@ -602,11 +602,12 @@ fn a_torque_that_may_hardly_be_larger() {
                 &[100.0, -100.0, 1.0, -1.0, 0.0],
                 &[0.0, 0.0, 0.0, 0.0, -1000.0],
             ]);
-            let held = discretise(&a, &system(&[&[0.0], &[0.0], &[0.0], &[0.0], &[1000.0]]), period).expect("finite");
+            let discrete =
+                discretise(&a, &system(&[&[0.0], &[0.0], &[0.0], &[0.0], &[1000.0]]), period).expect("finite");
             let k = [0.0, -2.0 * w * w, 0.0, -2.8 * w, 0.0, 0.0];
             let map = Matrix::from_fn(6, 6, |i, j| match (i < 5, j < 5) {
-                (true, true) => held.a[(i, j)],
-                (true, false) => factor * held.b[(i, 0)],
+                (true, true) => discrete.a[(i, j)],
+                (true, false) => factor * discrete.b[(i, 0)],
                 _ => k[j],
             });
             eigenvalues(&map).expect("eigenvalues").iter().any(|(re, im)| re.hypot(*im) > 1.0)
@@ -616,7 +617,7 @@ fn a_torque_that_may_hardly_be_larger() {
 }
 
 /// One body held by its motor.
-fn held(damping_ratio: &str, lag: &str, clock: &str) -> String {
+fn position_loop(damping_ratio: &str, lag: &str, clock: &str) -> String {
     format!(
         "[model]\nname = \"held\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\nlag = \"{lag}\"\n[control.law]\n\
          law = \"position_loop\"\n{clock}output = \"a.phi\"\ninput = \"m\"\nnatural_frequency = \"10 rad/s\"\n\
@@ -634,22 +635,24 @@ fn warnings_have_no_holes() {
         let motor = margins.channels.iter().find(|one| !one.is_sensor).expect("a motor").clone();
         (found.warnings.join("; "), motor)
     };
-    let (said, motor) = warned(&held("0.05", "1 us", ""));
+    let (text, motor) = warned(&position_loop("0.05", "1 us", ""));
     assert!(motor.gain[1] > 1.1 && motor.phase.to_degrees() < 15.0, "{motor:?}");
-    assert!(said.contains("° of phase in the torque of `m` make the loop unstable, at 1"), "{said}");
-    let (said, motor) = warned(&held("0.7", "0.1 s", ""));
+    assert!(text.contains("° of phase in the torque of `m` make the loop unstable, at 1"), "{text}");
+    let (text, motor) = warned(&position_loop("0.7", "0.1 s", ""));
     assert!(
-        motor.delay.expect("known") < 0.025 && said.contains("% of the lag of its motor, 100.000 ms"),
-        "{said} {motor:?}"
+        motor.delay.expect("known") < 0.025 && text.contains("% of the lag of its motor, 100.000 ms"),
+        "{text} {motor:?}"
     );
-    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"120 ms\"\n"));
-    assert!(motor.delay.expect("known") < 0.03 && said.contains("% of one sample, 120.000 ms"), "{said} {motor:?}");
-    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"1 ms\"\n"));
-    assert!(said.is_empty() && motor.delay.expect("known") > 0.01, "{said} {motor:?}");
-    let (said, _) = warned(&held("0.7", "1 us", ""));
-    assert!(said.is_empty(), "{said}");
+    let (text, motor) = warned(&position_loop("0.7", "1 us", "sample_time = \"120 ms\"\n"));
+    assert!(motor.delay.expect("known") < 0.03 && text.contains("% of one sample, 120.000 ms"), "{text} {motor:?}");
+    let (text, motor) = warned(&position_loop("0.7", "1 us", "sample_time = \"1 ms\"\n"));
+    assert!(text.is_empty() && motor.delay.expect("known") > 0.01, "{text} {motor:?}");
+    let (text, _) = warned(&position_loop("0.7", "1 us", ""));
+    assert!(text.is_empty(), "{text}");
     assert!(
-        kardan::study::check(&held("0.7", "0.2 s", "")).iter().any(|one| one.code == "control::unstable-continuous")
+        kardan::study::check(&position_loop("0.7", "0.2 s", ""))
+            .iter()
+            .any(|one| one.code == "control::unstable-continuous")
     );
 }
 
@@ -714,10 +717,10 @@ fn the_slowest_rate_of_a_law_with_blocks_is_that_of_the_exact_map() {
         let b = Matrix::from_fn(n, 1, |i, _| f64::from(u8::from(i == 1)));
         // All eigenvalues but that of the angle, on which nothing but the lead depends.
         let radius = |period: f64, late: f64| {
-            let held = discretise(&a, &b, period).expect("finite");
+            let discrete = discretise(&a, &b, period).expect("finite");
             let map = Matrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
-                (true, true) => held.a[(i, j)] + if late == 0.0 { held.b[(i, 0)] * feedback[j] } else { 0.0 },
-                (true, false) => held.b[(i, 0)] * late,
+                (true, true) => discrete.a[(i, j)] + if late == 0.0 { discrete.b[(i, 0)] * feedback[j] } else { 0.0 },
+                (true, false) => discrete.b[(i, 0)] * late,
                 (false, true) => feedback[j] * late,
                 (false, false) => 0.0,
             });

@@ -57,7 +57,7 @@ fn apart(a: &Run, b: &Run, name: &str) -> f64 {
 
 /// With i = (u − k ω)/R the plant is J ω̇ + (d + k²/R) ω = (k/R) u: gains, poles, step, torque, current and energy follow.
 #[test]
-fn a_position_loop_of_a_motor_without_inductance() {
+fn a_position_loop_of_a_motor_of_zero_inductance() {
     let source = format!("{DRIVE}{POLES}{CHANNEL}{STEP}");
     let found = design(&source);
     let (damping, input) = ((DAMPING + CONSTANT * CONSTANT / RESISTANCE) / INERTIA, CONSTANT / RESISTANCE / INERTIA);
@@ -93,12 +93,12 @@ fn a_position_loop_of_a_motor_without_inductance() {
 
 /// The same law designed with an inductance tends to it: the difference is of the first order of L.
 #[test]
-fn a_small_inductance_leads_there() {
+fn a_small_inductance_converges_to_zero_inductance() {
     let with = |more: &str| run(&format!("{DRIVE}{more}{LQR}{CHANNEL}{STEP}"));
-    let without = with("");
+    let zero_inductance = with("");
     let mut before = None;
     for inductance in [4e-4, 4e-5] {
-        let found = apart(&with(&format!("inductance = \"{inductance} H\"\n")), &without, "arm.phi");
+        let found = apart(&with(&format!("inductance = \"{inductance} H\"\n")), &zero_inductance, "arm.phi");
         assert!(found < 20.0 * inductance && found > 0.01 * inductance, "{inductance}: {found}");
         if let Some(before) = before {
             let ratio: f64 = before / found;
@@ -110,11 +110,11 @@ fn a_small_inductance_leads_there() {
 
 /// A law that names its operating point is held there by a current without inductance.
 #[test]
-fn a_weight_is_held_without_inductance() {
+fn zero_inductance_balances_a_weight() {
     let at = "at = { \"arm.phi\" = \"30 deg\" }\n";
     let weight = "[torque.weight]\nshaft = \"arm\"\nlaw = \"-2 N m * cos(arm.phi)\"\n";
-    let rest = "[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n";
-    let rests = run(&format!("{DRIVE}{weight}{POLES}{at}{CHANNEL}{rest}"));
+    let scenario = "[scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n";
+    let rests = run(&format!("{DRIVE}{weight}{POLES}{at}{CHANNEL}{scenario}"));
     let point = (30.0_f64).to_radians();
     assert!(common::signal(&rests, "arm.phi").iter().all(|angle| (angle - point).abs() < 1e-12));
     let current = 2.0 * point.cos() / CONSTANT;
@@ -162,8 +162,8 @@ fn what_flows_past_a_capacitor_only_counts() {
     let moves = run(&source);
     for t in [0.05_f64, 0.2, 0.4] {
         let share = |p: f64| {
-            let others: f64 = poles.iter().filter(|q| **q != p).map(|q| q / (q - p)).product();
-            -others * (p * t).exp()
+            let product: f64 = poles.iter().filter(|q| **q != p).map(|q| q / (q - p)).product();
+            -product * (p * t).exp()
         };
         close(common::at(&moves, "arm.phi", t), 1.0 + poles.iter().map(|p| share(*p)).sum::<f64>(), 1e-8);
     }
@@ -174,12 +174,12 @@ fn what_flows_past_a_capacitor_only_counts() {
         assert!(apart(&of(""), &of(observer), "arm.phi") < 1e-8);
     }
     // Three charges that count together: gains that sum to zero exactly.
-    let twice = FILTERED.replace("from = \"in\"\nto = \"mid\"", "from = \"between\"\nto = \"mid\"")
+    let two_stage = FILTERED.replace("from = \"in\"\nto = \"mid\"", "from = \"between\"\nto = \"mid\"")
         + "[resistor.r0]\nfrom = \"in\"\nto = \"between\"\nresistance = \"2 Ohm\"\n\
            [capacitor.c0]\nfrom = \"between\"\nto = \"ground\"\ncapacitance = \"0.3 mF\"\n";
     for volts in [3, 5, 7, 10, 11, 13] {
         let law = LQR.replace("10 V", &format!("{volts} V"));
-        let variant = common::first(&format!("{twice}{law}{CHANNEL}{STEP}"));
+        let variant = common::first(&format!("{two_stage}{law}{CHANNEL}{STEP}"));
         let found = variant.designed[0].linear().on_angles;
         let arm = variant.design_models[0].coordinates().iter().position(|name| name == "arm").expect("the arm");
         let charges = (0..found.columns()).filter(|k| *k != arm && found[(0, *k)] != 0.0);
@@ -187,7 +187,7 @@ fn what_flows_past_a_capacitor_only_counts() {
         assert_eq!(charges.len(), 3);
         assert_eq!(charges.iter().fold(Rational::ZERO, |sum, x| sum + x), Rational::ZERO, "{volts}: {charges:?}");
     }
-    let design = design(&format!("{twice}{LQR}{CHANNEL}{STEP}"));
+    let design = design(&format!("{two_stage}{LQR}{CHANNEL}{STEP}"));
     assert_eq!((design.states.len(), design.integrals_without_effect.len(), design.closed_loop_poles.len()), (4, 1, 4));
     assert!(design.margins.expect("margins").uncontrolled_are_integrals, "exactly zero along what counts");
 }
@@ -265,8 +265,8 @@ fn a_body_on_a_maxwell_element() {
     let moves = run(&source);
     for t in [0.05_f64, 0.2, 0.4] {
         let share = |p: f64| {
-            let others: f64 = poles.iter().filter(|q| **q != p).map(|q| p - q).product();
-            (k1 + k2) * (p + a) / (inertia * p * others) * (p * t).exp()
+            let product: f64 = poles.iter().filter(|q| **q != p).map(|q| p - q).product();
+            (k1 + k2) * (p + a) / (inertia * p * product) * (p * t).exp()
         };
         close(common::at(&moves, "b.phi", t), 1.0 + poles.iter().map(|p| share(*p)).sum::<f64>(), 1e-9);
     }
@@ -311,15 +311,15 @@ fn laws_are_the_limit_of_small_inertias() {
         sampled.to_string() + &channel("b.phi", "input = \"drive\"\n") + &kalman.replace("method = \"kalman\"\n", ""),
     ];
     for law in laws {
-        let [without, small] =
+        let [massless, small] =
             ["", "inertia = \"1e-5 kg m^2\"\n"].map(|node| run(&format!("{}{law}{STEP}", tree(node))));
-        let most = common::signal(&without, "b.phi").iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let most = common::signal(&massless, "b.phi").iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(most > 0.1, "{law}");
         for name in ["a.phi", "b.phi", "m.phi"] {
-            let apart = apart(&without, &small, name);
+            let apart = apart(&massless, &small, name);
             assert!(apart < 5e-3, "{name}: {apart}\n{law}");
         }
-        assert!(without.energy.residual.abs() < 1e-8 * without.energy.input.abs(), "{law}: {:?}", without.energy);
+        assert!(massless.energy.residual.abs() < 1e-8 * massless.energy.input.abs(), "{law}: {:?}", massless.energy);
     }
 }
 

@@ -53,10 +53,10 @@ fn a_law_is_designed_where_a_rod_carries_a_weight() {
     let source = format!("{LIFT}{HOLD}{CHANNEL}");
     let project = Project::open(&source);
     let plant = &project.prepared().variants[0].design_models[0];
-    let [slope, bend] = slopes((30.0_f64).to_radians());
+    let [slope, curvature] = slopes((30.0_f64).to_radians());
     close(plant.trim_torque("m"), WEIGHT * slope, 1e-12);
     close(plant.linear.inertia.to_f64()[(0, 0)], INERTIA + MASS * slope * slope, 1e-12);
-    close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * bend, 1e-12);
+    close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * curvature, 1e-12);
     let design =
         project.design(&DesignSettings { simulate: true, ..DesignSettings::default() }, &Silent).expect("a design");
     let poles: Vec<f64> = design.closed_loop_poles.iter().map(|pole| pole.re).collect();
@@ -69,7 +69,7 @@ fn a_law_is_designed_where_a_rod_carries_a_weight() {
 
 /// The run of the model itself stands there to rounding, references too, and small steps go as the linear loop says: with a sample time and an observer.
 #[test]
-fn a_run_holds_on_its_rod() {
+fn a_run_stays_on_its_rod() {
     let clock = "sample_time = \"1 ms\"\n";
     let observer = "[control.hold.observer]\nsensors = [\"crank.phi\"]\npoles = [-60, -70]\ndisturbances = []\n";
     let keys = [String::new(), clock.into(), observer.into(), format!("{clock}{observer}")];
@@ -98,11 +98,11 @@ fn a_run_holds_on_its_rod() {
 
 /// Without a law: at the equilibrium below, found from the start on the rod, an oscillation whose stiffness is that of the multiplier.
 #[test]
-fn an_analysis_stands_at_an_equilibrium_on_the_rod() {
+fn an_analysis_uses_an_equilibrium_on_the_rod() {
     let source = format!("{LIFT}[scenario]\nduration = \"1 s\"\n");
     let found = Project::open(&source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
-    let [_, bend] = slopes(-std::f64::consts::FRAC_PI_2);
-    let (rate, square) = (DAMPING / INERTIA / 2.0, WEIGHT * bend / INERTIA);
+    let [_, curvature] = slopes(-std::f64::consts::FRAC_PI_2);
+    let (rate, square) = (DAMPING / INERTIA / 2.0, WEIGHT * curvature / INERTIA);
     close(found.modes[0].eigenvalue.re, -rate, 1e-12);
     close(found.modes[0].eigenvalue.im.abs(), (square - rate * rate).sqrt(), 1e-12);
     let all = found.notes.join("\n");
@@ -115,16 +115,16 @@ fn an_analysis_stands_at_an_equilibrium_on_the_rod() {
     // Named, it stands elsewhere, held by the motor.
     let named = format!("{source}[analysis]\nat = {{ \"crank.phi\" = \"30 deg\" }}\n");
     let found = Project::open(&named).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
-    let [slope, bend] = slopes((30.0_f64).to_radians());
+    let [slope, curvature] = slopes((30.0_f64).to_radians());
     let inertia = INERTIA + MASS * slope * slope;
     // J s² + d s + W s″ = 0, with s″ < 0 there.
-    let root = (DAMPING * DAMPING / 4.0 - inertia * WEIGHT * bend).sqrt();
-    let mut wanted = [(-DAMPING / 2.0 - root) / inertia, (-DAMPING / 2.0 + root) / inertia];
+    let root = (DAMPING * DAMPING / 4.0 - inertia * WEIGHT * curvature).sqrt();
+    let mut expected = [(-DAMPING / 2.0 - root) / inertia, (-DAMPING / 2.0 + root) / inertia];
     let mut poles: Vec<f64> = found.modes.iter().map(|mode| mode.eigenvalue.re).collect();
-    wanted.sort_by(f64::total_cmp);
+    expected.sort_by(f64::total_cmp);
     poles.sort_by(f64::total_cmp);
-    close(poles[0], wanted[0], 1e-9);
-    close(poles[1], wanted[1], 1e-9);
+    close(poles[0], expected[0], 1e-9);
+    close(poles[1], expected[1], 1e-9);
     assert!(
         found.notes.iter().any(|note| note.contains("constant torques balance the operating point: m = ")),
         "{:?}",
@@ -173,8 +173,8 @@ fn a_blade_is_steered_across_its_slope() {
     let linear = |t: f64| {
         let product: f64 = poles.iter().product();
         let part = |k: usize| {
-            let others: f64 = (0..4).filter(|j| *j != k).map(|j| poles[k] - poles[j]).product();
-            product / (poles[k] * others) * (poles[k] * t).exp()
+            let denominator: f64 = (0..4).filter(|j| *j != k).map(|j| poles[k] - poles[j]).product();
+            product / (poles[k] * denominator) * (poles[k] * t).exp()
         };
         1.0 + (0..4).map(part).sum::<f64>()
     };
@@ -185,7 +185,7 @@ fn a_blade_is_steered_across_its_slope() {
 
 /// A prescribed speed stands still for the law, as if the shaft were the housing.
 #[test]
-fn a_prescribed_shaft_is_held_in_a_design() {
+fn a_prescribed_shaft_is_fixed_in_a_design() {
     let chain = |first: &str, spring: &str| {
         format!(
             "[model]\nname = \"chain\"\n{first}[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"0.03 kg m^2\"\n\
@@ -201,8 +201,8 @@ fn a_prescribed_shaft_is_held_in_a_design() {
         design.gains.iter().find(|gain| gain.name == "K").expect("a state gain").values[0].clone()
     };
     let prescribed = chain(hand, "w");
-    let (held, housing) = (gains(&prescribed), gains(&chain("", "ground")));
-    held.iter().zip(&housing).for_each(|(a, b)| close(*a, *b, 1e-12));
+    let (driven, housing) = (gains(&prescribed), gains(&chain("", "ground")));
+    driven.iter().zip(&housing).for_each(|(a, b)| close(*a, *b, 1e-12));
     let found = run(&prescribed);
     // ∫ 0.3 sin 3t dt
     close(*values(&found, "w.phi").last().expect("rows"), 0.1 * (1.0 - (3.0_f64).cos()), 1e-9);
@@ -216,7 +216,7 @@ fn refused(source: &str) -> Vec<Diagnostic> {
 }
 
 #[test]
-fn what_has_no_linear_model_there_is_reported() {
+fn missing_linear_models_are_reported() {
     let full = format!("{LIFT}[control.c]\nlaw = \"computed_torque\"\n")
         + "[[control.c.channels]]\noutput = \"crank.phi\"\ninput = \"m\"\nreference = \"ref\"\npoles = [-5, -6]\n";
     let reported = refused(&full);
@@ -244,10 +244,10 @@ fn the_start_of_the_run_is_the_point_where_none_is_named() {
         let variant = &project.prepared().variants[0];
         assert!(project.diagnostics().is_empty(), "{degrees}: {:?}", project.diagnostics());
         let crank = variant.reduced.coordinate_names().iter().position(|name| name == "crank").expect("a coordinate");
-        let [slope, bend] = slopes(variant.scenario.position[crank]);
+        let [slope, curvature] = slopes(variant.scenario.position[crank]);
         let plant = &variant.design_models[0];
         close(plant.trim_torque("m"), WEIGHT * slope, 1e-11);
-        close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * bend, 1e-10);
+        close(plant.linear.stiffness.to_f64()[(0, 0)], WEIGHT * curvature, 1e-10);
     }
 }
 
@@ -266,8 +266,8 @@ fn named_points_of_an_analysis_are_met() {
             .unwrap_or_else(|reported| panic!("{reported:?}"));
         // y = −√(1 − x²): m (1 + y′²) and W y″.
         let root = (1.0_f64 - x * x).sqrt();
-        let (slope, bend) = (x / root, 1.0 / root.powi(3));
-        let rate = (20.0 * bend / (2.0 * (1.0 + slope * slope))).sqrt();
+        let (slope, curvature) = (x / root, 1.0 / root.powi(3));
+        let rate = (20.0 * curvature / (2.0 * (1.0 + slope * slope))).sqrt();
         close(found.modes[0].eigenvalue.im.abs(), rate, 1e-9);
         assert!(
             found.notes.iter().any(|note| note.contains("constant torques balance the operating point: f = ")),
@@ -281,7 +281,7 @@ fn named_points_of_an_analysis_are_met() {
 
 /// What a prescribed speed does at the start is not in the design, and that is said; places that rows do not allow are told by the row.
 #[test]
-fn what_stands_still_and_what_is_not_met_is_reported() {
+fn frozen_motions_and_unsatisfied_rows_are_reported() {
     let chain = "[shaft.w]\ninertia = \"0.02 kg m^2\"\n[shaft.a]\ninertia = \"0.01 kg m^2\"\n[prescribed_motion.hand]\nshaft = \"w\"\nspeed = \"5 rad/s\"\n\
                  [spring_damper.wa]\nshaft_1 = \"w\"\nshaft_2 = \"a\"\ndamping = \"0.1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
                  [spring_damper.g]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"3 N m/rad\"\n[scenario]\nduration = \"1 s\"\n";
@@ -326,18 +326,18 @@ fn rows_with_exact_coefficients_stay_exact() {
     let surfaces = format!(
         "{bodies}[constraint.right]\nexpression = \"x.s + 0.2 m * h.phi - 0.1 m * p.phi\"\n[constraint.left]\nexpression = \"x.s - 0.2 m * h.phi - 0.1 m * q.phi\"\n"
     );
-    let words = |source: &str| match asked(source, "mp", "q.phi") {
+    let verdict = |source: &str| match design_for(source, "mp", "q.phi") {
         Ok(design) => design.verdict().text,
         Err(reported) => reported.into_iter().map(|one| one.message).collect(),
     };
-    let by_hand = words(&rows("coefficients"));
+    let by_hand = verdict(&rows("coefficients"));
     assert!(by_hand.contains("q.phi"), "{by_hand}");
     for source in [rows("rates"), surfaces] {
-        assert_eq!(words(&source), by_hand, "{source}");
+        assert_eq!(verdict(&source), by_hand, "{source}");
     }
 }
 
-fn asked(source: &str, input: &str, output: &str) -> Result<kardan::results::Design, Vec<Diagnostic>> {
+fn design_for(source: &str, input: &str, output: &str) -> Result<kardan::results::Design, Vec<Diagnostic>> {
     let settings =
         DesignSettings { inputs: vec![input.into()], outputs: vec![output.into()], ..DesignSettings::default() };
     Project::open(source).design(&settings, &Silent)
@@ -353,7 +353,7 @@ fn rounded_rows_are_reported() {
         )
     };
     for (angle, rounded) in [("0 deg", false), ("30 deg", true)] {
-        let design = asked(&crank(angle), "m", "crank.phi").expect("a design");
+        let design = design_for(&crank(angle), "m", "crank.phi").expect("a design");
         assert_eq!(design.verdict().text.contains("proven exactly"), !rounded, "{}", design.verdict().text);
         assert_eq!(design.notes.iter().any(|note| note.contains("`yoke` are rounded")), rounded, "{:?}", design.notes);
     }
@@ -364,7 +364,7 @@ fn rounded_rows_are_reported() {
 fn a_trial_takes_the_place_of_signals() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[motor.n]\nshaft = \"b\"\n\
                   [scenario]\nduration = \"1 s\"\nsignals = { \"m.tau\" = \"1 N m * sin(t / 1 s)\", \"n.tau\" = \"1 N m * cos(t / 1 s)\" }\n";
-    let design = asked(source, "m", "a.phi").unwrap_or_else(|reported| panic!("{reported:?}"));
+    let design = design_for(source, "m", "a.phi").unwrap_or_else(|reported| panic!("{reported:?}"));
     let reported: Vec<_> = design.notes.iter().filter(|note| note.contains("`signals`")).collect();
     assert!(reported.len() == 1 && reported[0].contains("`m.tau`") && !reported[0].contains("`n.tau`"), "{reported:?}");
 }

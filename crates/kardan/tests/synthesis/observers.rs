@@ -217,8 +217,8 @@ fn characteristic_polynomials_are_exact() {
                 for (i, own) in observer.polynomials.iter().enumerate() {
                     assert_eq!(own.degree(), observer.indices[i]);
                     let channel = Matrix::from_fn(1, p, |_, j| observer.combinations[(i, j)].clone());
-                    let left = channel.multiply(&system.c).multiply(&at(own, &closed));
-                    assert!(left.as_slice().iter().all(Scalar::is_zero), "{n} {p} {seed}: channel {i}");
+                    let residual = channel.multiply(&system.c).multiply(&at(own, &closed));
+                    assert!(residual.as_slice().iter().all(Scalar::is_zero), "{n} {p} {seed}: channel {i}");
                 }
                 let redundant = observer.indices.contains(&0);
                 assert_eq!(observer.decoupled, observer.combinations == Matrix::identity(p));
@@ -259,13 +259,13 @@ fn coupled_chains_are_reported() {
     assert_eq!(error, ObserverError::WrongNumber { actual: 1, longest: 2, states: 3 });
     assert!(matches!(luenberger(&system, &[]), Err(ObserverError::WrongNumber { .. })));
     // The same sensor twice: the second adds nothing.
-    let twice =
+    let redundant =
         LinearSystem::state_space(integers(&[&[0, 1], &[0, 0]]), Matrix::zeros(2, 0), integers(&[&[1, 0], &[2, 0]]));
-    let observer = luenberger(&twice, &[real(-1, 1), real(-1, 1)]).unwrap();
+    let observer = luenberger(&redundant, &[real(-1, 1), real(-1, 1)]).unwrap();
     assert_eq!(observer.indices, [2, 0]);
     assert!(observer.notes[0].starts_with("y2 adds no information"), "{:?}", observer.notes);
     assert!((0..2).all(|i| observer.gain[(i, 1)].is_zero()));
-    let singular = LinearSystem { e: Matrix::zeros(2, 2), ..twice };
+    let singular = LinearSystem { e: Matrix::zeros(2, 2), ..redundant };
     assert_eq!(luenberger(&singular, &[real(-1, 1), real(-1, 1)]), Err(ObserverError::Singular));
     assert_eq!(distinguishable(&singular, &Matrix::zeros(2, 0), &[]).unwrap_err(), ObserverError::Singular);
 }
@@ -320,11 +320,14 @@ fn kalman_filters() {
         for j in 0..6 {
             let quadratic: f64 = (0..2).map(|k| pc[(i, k)] * pc[(j, k)] / noise.measurement[k]).sum();
             let w = if i == j { noise.process[i] } else { 0.0 };
-            let left = ap[(i, j)] + ap[(j, i)] + w - quadratic;
+            let remainder = ap[(i, j)] + ap[(j, i)] + w - quadratic;
             let size = (0..6).map(|k| (a[(i, k)] * p[(k, j)]).abs() + (p[(i, k)] * a[(j, k)]).abs()).sum::<f64>();
             // Entries are measured against the standard deviations that they combine, times the speed of the filter.
             let deviation = (p[(i, i)] * p[(j, j)]).sqrt() * filter.poles.last().unwrap().re.abs();
-            assert!(left.abs() < 1e-10 * (size + w + quadratic.abs() + deviation), "{i} {j}: {left:e} of {size:e}");
+            assert!(
+                remainder.abs() < 1e-10 * (size + w + quadratic.abs() + deviation),
+                "{i} {j}: {remainder:e} of {size:e}"
+            );
         }
         for k in 0..2 {
             let gain = pc[(i, k)] / noise.measurement[k];

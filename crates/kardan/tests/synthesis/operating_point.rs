@@ -39,12 +39,12 @@ fn gain(design: &Design) -> Vec<f64> {
     design.gains.iter().find(|gain| gain.name == "K").expect("a state gain").values[0].clone()
 }
 
-fn reported(list: &[String], words: &str) -> bool {
-    list.iter().any(|text| text.contains(words))
+fn reported(list: &[String], fragment: &str) -> bool {
+    list.iter().any(|text| text.contains(fragment))
 }
 
 #[test]
-fn the_poles_are_those_asked_for_at_the_point() {
+fn the_poles_at_the_point_are_those_requested() {
     let design = designed(&pendulum(GRAVITY, AT_60)).expect("a design");
     // s² + (d + k₂)/J s + (m g l cos φ + k₁)/J = (s + 5)(s + 7)
     let cos = (60.0_f64).to_radians().cos();
@@ -81,7 +81,7 @@ fn the_poles_are_those_asked_for_at_the_point() {
 
 /// With an observer, with a sample time, and with both, the loop stands where it is named, to rounding, and goes where it is sent.
 #[test]
-fn a_run_holds_there() {
+fn a_run_stays_at_the_operating_point() {
     let observer = "[control.hold.observer]\nsensors = [\"arm.phi\"]\npoles = [-40, -50, -60]\n";
     let sampled = "sample_time = \"1 ms\"\n";
     let by_lqr = |text: String| text.replace("\"pole_placement\"", "\"lqr\"").replace("poles = [-5, -7]\n", "");
@@ -108,14 +108,14 @@ fn a_run_holds_there() {
         let step = "[[scenario.event]]\nat = \"1 s\"\nsignal = \"ref\"\nto = \"60.5 deg\"\n";
         let found = study::run(&format!("{source}{RUN}{step}"), &Settings::default(), &Silent).expect("a run");
         let end = *found.runs[0].series.signal("arm.phi").expect("an angle").values.last().expect("rows");
-        let bend = (0.5_f64).to_radians().powi(2) * LOAD * point.sin() / 2.0 / 70.0;
-        assert!((end - (60.5_f64).to_radians()).abs() < 2.0 * bend, "{source}: {end}");
+        let nonlinearity = (0.5_f64).to_radians().powi(2) * LOAD * point.sin() / 2.0 / 70.0;
+        assert!((end - (60.5_f64).to_radians()).abs() < 2.0 * nonlinearity, "{source}: {end}");
     }
 }
 
 /// Of a joint whose gear is a spring the motor stands where it winds the spring up; both are found with the torque that holds them.
 #[test]
-fn what_is_not_named_stands_where_the_motor_holds_it() {
+fn unnamed_coordinates_are_those_of_the_equilibrium() {
     let source = "[model]\nname = \"joint\"\ncoordinates = [\"rotor\", \"arm\"]\n[shaft.rotor]\ninertia = \"0.01 kg m^2\"\n\
                   [shaft.arm]\ninertia = \"2 kg m^2\"\n[spring_damper.gear]\nshaft_1 = \"rotor\"\nshaft_2 = \"arm\"\nstiffness = \"800 N m/rad\"\n\
                   [torque.gravity]\nshaft = \"arm\"\nlaw = \"-40 N m * sin(arm.phi)\"\n[motor.drive]\nshaft = \"rotor\"\n\
@@ -135,8 +135,8 @@ fn what_is_not_named_stands_where_the_motor_holds_it() {
         .iter()
         .map(|p| (p.re, p.im))
         .collect();
-    for (wanted, found) in [(-10.0, 0.0), (-12.0, 0.0)].into_iter().zip(&poles) {
-        close(found.0, wanted.0, 1e-6);
+    for (expected, found) in [(-10.0, 0.0), (-12.0, 0.0)].into_iter().zip(&poles) {
+        close(found.0, expected.0, 1e-6);
         assert!(found.1.abs() < 1e-6);
     }
     let run = format!("{source}{RUN}");
@@ -147,7 +147,7 @@ fn what_is_not_named_stands_where_the_motor_holds_it() {
 
 /// A motor at the end of a crank: the stiffness that its constant torque makes through the bent joint is that of the second derivative.
 #[test]
-fn a_held_joint_has_the_stiffness_of_its_torque() {
+fn a_loaded_joint_has_the_stiffness_of_its_torque() {
     let source = "[model]\nname = \"bent\"\ncoordinates = [\"a\"]\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"0.5 kg m^2\"\n\
                   [universal_joint.joint]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"40 deg\"\n[torque.weight]\nshaft = \"a\"\n\
                   law = \"-10 N m * sin(a.phi)\"\n[motor.drive]\nshaft = \"b\"\n\
@@ -170,11 +170,11 @@ fn a_held_joint_has_the_stiffness_of_its_torque() {
     assert!((slope + 10.0 * point.cos()).abs() > 0.5, "the joint adds to it");
 }
 
-fn refused(source: &str, code: &str, words: &[&str]) {
+fn refused(source: &str, code: &str, fragments: &[&str]) {
     let diagnostics = designed(source).expect_err("a mistake");
     let found =
         diagnostics.iter().find(|diagnostic| diagnostic.code == code).unwrap_or_else(|| panic!("{diagnostics:?}"));
-    words.iter().for_each(|word| assert!(found.to_string().contains(word), "{found}"));
+    fragments.iter().for_each(|word| assert!(found.to_string().contains(word), "{found}"));
 }
 
 /// A program that pushes a car on, `f = 4 v`, against the drag `0.5 v |v|`: at 10 m/s this has the slope 10 N s/m, so that the loop is stable there up to
@@ -197,8 +197,8 @@ fn a_program_is_looked_at_in_motion() {
         close(design.margins.as_ref().expect("margins").gain_margin.as_ref().expect("stable")[1].value, 2.5, 1e-3);
         assert!(reported(&design.notes, "car.v = 10.000000 m/s"), "{:?}", design.notes);
     }
-    let held = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
-    refused(&held, "control::operating-point", &["no steady motion was found"]);
+    let forced = car("at = { \"car.v\" = \"10 m/s\", \"m.f\" = \"1 N\" }\n");
+    refused(&forced, "control::operating-point", &["no steady motion was found"]);
     let begins = car("at = { \"car.v\" = \"10 m/s\" }\n") + "start = \"operating_point\"\n";
     refused(&begins, "control::operating-point", &["a run begins there at rest"]);
     refused(&car("at = \"t = 3 s\"\n"), "control::operating-point", &["`t` = 3 s is after the end of the run"]);
@@ -209,7 +209,7 @@ fn a_program_is_looked_at_in_motion() {
 /// Where a torque has a kink at the operating point, everything is about one side of it, and the opposite one stands beside it: `τ = −40 |sin φ|` is a
 /// spring of 40 N m/rad where φ > 0, and one of −40 N m/rad where φ < 0.
 #[test]
-fn both_sides_of_a_kink_are_given() {
+fn both_sides_of_a_kink_are_reported() {
     let source = pendulum("-40 N m * abs(sin(arm.phi))", "");
     let design = designed(&source).expect("a design");
     close(gain(&design)[0], 35.0 * INERTIA - 40.0, 1e-12);
@@ -222,28 +222,31 @@ fn both_sides_of_a_kink_are_given() {
     assert!(reported(&design.warnings, unstable), "{:?}", design.warnings);
     // One that holds both: J s² + 24 s + 60 ∓ 10.
     let weak = designed(&pendulum("-10 N m * abs(sin(arm.phi))", "")).expect("a design");
-    let there = weak.opposite_side.expect("a kink").margins;
-    assert_eq!(there.stable, Some(true));
+    let other_side = weak.opposite_side.expect("a kink").margins;
+    assert_eq!(other_side.stable, Some(true));
     // With the torque times g the loop on that side is J s² + … + 60 g − 10: stable above a sixth.
-    close(there.gain_margin.expect("stable")[0].value, 1.0 / 6.0, 1e-6);
+    close(other_side.gain_margin.expect("stable")[0].value, 1.0 / 6.0, 1e-6);
     let settings = study::AnalyzeSettings::default();
     let analysis = study::analyze(&source, &settings, &Silent).expect("an analysis");
     let unit = 40.0 / INERTIA;
     let damped = DAMPING / INERTIA / 2.0;
     close(analysis.modes[0].eigenvalue.im.abs(), (unit - damped * damped).sqrt(), 1e-12);
-    let there = analysis.opposite_side.expect("a kink");
-    assert_eq!(there.stability.word, Stability::Unstable, "{}", there.stability);
-    assert_eq!([there.controllable, there.observable], [Some(true); 2]);
+    let other_side = analysis.opposite_side.expect("a kink");
+    assert_eq!(other_side.stability.word, Stability::Unstable, "{}", other_side.stability);
+    assert_eq!([other_side.controllable, other_side.observable], [Some(true); 2]);
     let expected = [-damped - (unit + damped * damped).sqrt(), -damped + (unit + damped * damped).sqrt()];
-    let mut found: Vec<f64> = there.modes.iter().map(|mode| mode.eigenvalue.re).collect();
+    let mut found: Vec<f64> = other_side.modes.iter().map(|mode| mode.eigenvalue.re).collect();
     found.sort_by(f64::total_cmp);
     found.iter().zip(expected).for_each(|(found, expected)| close(*found, expected, 1e-12));
     let (linear, _) = study::linearise(&source, &settings, false).expect("a linear model");
     assert_eq!(linear.side.as_deref(), Some("`sin(arm.phi)` > 0"));
     assert_eq!(rational_to_f64(&linear.a[(1, 0)]), -unit);
-    let there = linear.opposite_side.as_ref().expect("a kink");
-    assert_eq!((there.side.as_deref(), rational_to_f64(&there.a[(1, 0)])), (Some("`sin(arm.phi)` < 0"), unit));
-    assert_eq!(there.opposite_side, None);
+    let other_side = linear.opposite_side.as_ref().expect("a kink");
+    assert_eq!(
+        (other_side.side.as_deref(), rational_to_f64(&other_side.a[(1, 0)])),
+        (Some("`sin(arm.phi)` < 0"), unit)
+    );
+    assert_eq!(other_side.opposite_side, None);
     assert!(linear_python(&linear).contains("A_opposite = np.array"), "both sides");
 }
 
@@ -283,7 +286,7 @@ fn laws_with_many_conditions_have_their_slopes() {
 fn slopes_beside_many_conditions_are_exact() {
     let terms = (0..10).map(|k| format!("sign(arm.phi + {k} s * arm.w) * abs(arm.phi + {k} s * arm.w)"));
     let terms: Vec<String> = terms.collect();
-    let block = |name: &str, rest: &str| format!("[block.{name}]\nunit = \"rad\"\n{rest}\n");
+    let block = |name: &str, keys: &str| format!("[block.{name}]\nunit = \"rad\"\n{keys}\n");
     let design = |last: &str| {
         let reference = format!(
             "kind = \"gain\"\ngain = 1\nsample_time = \"1 ms\"\ninput = \"0.001 * ({}) + {last}\"",
@@ -313,7 +316,7 @@ fn slopes_beside_many_conditions_are_exact() {
 }
 
 #[test]
-fn points_that_nothing_holds_and_kinks_are_reported() {
+fn unbalanced_points_and_kinks_are_reported() {
     // 40 N m sin 60° is within 60 N m, 100 N m sin 60° is not.
     refused(
         &pendulum("-100 N m * sin(arm.phi)", AT_60),
@@ -414,8 +417,8 @@ fn the_robot_joint_is_designed_where_it_hangs() {
             entry(inertia[1], 0.5 + c, s + load * point.cos()),
         );
         let cross = times(entry(0.0, -c / n + k[3], -s / n + k[1]), entry(0.0, -c / n, -s / n));
-        let (left, size) = ((own.re - cross.re).hypot(own.im - cross.im), own.re.hypot(own.im));
-        assert!(left < 1e-9 * size, "{re} {im}: {left:e} of {size:e}");
+        let (error, size) = ((own.re - cross.re).hypot(own.im - cross.im), own.re.hypot(own.im));
+        assert!(error < 1e-9 * size, "{re} {im}: {error:e} of {size:e}");
     }
     let run = Settings { variants: vec!["held".into()], runs_only: true, ..Settings::default() };
     let found = study::run(&source, &run, &Silent).expect("a run");
@@ -433,7 +436,7 @@ const DRIVEN: &str = "[model]\nname = \"driven\"\n[shaft.arm]\ninertia = \"0.02 
                       inductance = \"30 mH\"\n";
 
 #[test]
-fn a_voltage_holds_by_its_current() {
+fn a_voltage_balances_a_load_by_its_current() {
     let law = "[control.hold]\nlaw = \"pole_placement\"\ninputs = [\"u\"]\nat = { \"arm.phi\" = \"60 deg\" }\npoles = [-10, -12, -50]\n";
     let channel = "[[control.hold.channels]]\noutput = \"arm.phi\"\nreference = \"ref\"\n";
     let point = (60.0_f64).to_radians();
@@ -449,8 +452,8 @@ fn a_voltage_holds_by_its_current() {
     let number = |name: &str| numbers.iter().find(|number| number.name == name).expect("a number").value;
     close(number("m.i at rest"), current, 1e-12);
     let poles: Vec<f64> = design.closed_loop_poles.iter().map(|pole| pole.re).collect();
-    for wanted in [-10.0, -12.0, -50.0] {
-        assert!(poles.iter().any(|pole| (pole - wanted).abs() < 1e-7), "{poles:?}");
+    for expected in [-10.0, -12.0, -50.0] {
+        assert!(poles.iter().any(|pole| (pole - expected).abs() < 1e-7), "{poles:?}");
     }
     let observer = "[control.hold.observer]\nsensors = [\"arm.phi\"]\npoles = [-100, -110, -120]\ndisturbances = []\n";
     let scenario = "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\nstart = \"operating_point\"\n";
@@ -482,8 +485,8 @@ fn a_law_from_outside_takes_a_point() {
     };
     let design = |at: &[(&str, &str)]| study::design(&bare, &settings(at), &Silent);
     // s² + 2 ζ ω s + ω² with 20 rad/s and 0.7: k₁ = J ω² − m g l cos φ.
-    let there = design(&[("arm.phi", "60 deg")]).expect("a design");
-    close(gain(&there)[0], 400.0 * INERTIA - LOAD * 0.5, 1e-12);
+    let at_point = design(&[("arm.phi", "60 deg")]).expect("a design");
+    close(gain(&at_point)[0], 400.0 * INERTIA - LOAD * 0.5, 1e-12);
     close(gain(&design(&[]).expect("a design"))[0], 400.0 * INERTIA - LOAD, 1e-12);
     let diagnostics = design(&[("arn.phi", "60 deg")]).expect_err("no such shaft");
     assert!(diagnostics.iter().any(|one| one.to_string().contains("did you mean `arm.phi`")), "{diagnostics:?}");

@@ -13,10 +13,10 @@ use kardan::synthesis::{Stability, stability};
 
 /// Which loops are drawn.
 fn loops(otherwise: u64) -> std::ops::Range<u64> {
-    let asked = std::env::var("KARDAN_MODELS").ok();
-    let range = asked.as_deref().and_then(|asked| match asked.split_once("..") {
+    let text = std::env::var("KARDAN_MODELS").ok();
+    let range = text.as_deref().and_then(|text| match text.split_once("..") {
         Some((first, end)) => Some(first.parse().ok()?..end.parse().ok()?),
-        None => Some(0..asked.parse().ok()?),
+        None => Some(0..text.parse().ok()?),
     });
     range.unwrap_or(0..otherwise)
 }
@@ -225,11 +225,11 @@ impl Loop {
             .plant()
             .into_iter()
             .map(|(pole, residue)| {
-                let (now, rest) = (
+                let (now, later) = (
                     integral(pole, (1.0 - late) * time),
                     (pole * ((1.0 - late) * time)).exp() * integral(pole, late * time),
                 );
-                residue * (now + rest / z) / (at - expm1(pole * time))
+                residue * (now + later / z) / (at - expm1(pole * time))
             })
             .sum();
         let delay = (0..whole).fold(c64::new(1.0, 0.0), |all, _| all / z);
@@ -279,15 +279,15 @@ impl Loop {
                 let z = expm1(c64::new(0.0, angle));
                 z + (z + 1.0) * radius
             };
-            let mut turned = 0.0;
+            let mut total = 0.0;
             let mut angles: Vec<f64> =
                 (0..=4000).map(|k| PI * 10f64.powf(-9.0 * (1.0 - f64::from(k) / 4000.0))).collect();
             angles.insert(0, 0.0);
             for pair in angles.windows(2) {
-                turned += turn(&|angle| self.open(at(angle)) + 1.0, pair[0], pair[1], 40)?;
+                total += phase_change(&|angle| self.open(at(angle)) + 1.0, pair[0], pair[1], 40)?;
             }
             // Half a circle is half of it; poles beyond are counted.
-            Some((2.0 * turned / TAU).round() as i64)
+            Some((2.0 * total / TAU).round() as i64)
         };
         // On a large circle 1 + L is one: what goes round outside of the small one are its zeros less its poles, the other way.
         let outside = unstable as i64 - count(1e-7)?;
@@ -297,7 +297,7 @@ impl Loop {
 }
 
 /// How far a function turns between two places; `None` if it does not settle.
-fn turn(f: &dyn Fn(f64) -> c64, low: f64, high: f64, depth: usize) -> Option<f64> {
+fn phase_change(f: &dyn Fn(f64) -> c64, low: f64, high: f64, depth: usize) -> Option<f64> {
     let step = f(high) / f(low);
     let angle = step.im.atan2(step.re);
     if angle.abs() < 0.3 && (step.norm_sqr() - 1.0).abs() < 0.8 {
@@ -307,7 +307,7 @@ fn turn(f: &dyn Fn(f64) -> c64, low: f64, high: f64, depth: usize) -> Option<f64
         return None;
     }
     let middle = 0.5 * (low + high);
-    Some(turn(f, low, middle, depth - 1)? + turn(f, middle, high, depth - 1)?)
+    Some(phase_change(f, low, middle, depth - 1)? + phase_change(f, middle, high, depth - 1)?)
 }
 
 /// e^x − 1
@@ -340,7 +340,7 @@ fn frequencies(of: &Loop) -> Vec<f64> {
     start.extend(roots.chain(own).filter(|omega| *omega > low && *omega < top));
     start.sort_by(f64::total_cmp);
     start.dedup();
-    let look = |omega: f64| of.open(of.place(omega));
+    let open_loop = |omega: f64| of.open(of.place(omega));
     let chord = |a: c64, b: c64| ((a - b).norm_sqr() / (1.0 + a.norm_sqr()) / (1.0 + b.norm_sqr())).sqrt();
     let moved = |a: c64, b: c64| chord(a, b).max(chord(1.0 / (a + 1.0), 1.0 / (b + 1.0)));
     let mut out = vec![start[0]];
@@ -348,7 +348,7 @@ fn frequencies(of: &Loop) -> Vec<f64> {
         let mut open = vec![(pair[0], pair[1], 0)];
         while let Some((low, high, depth)) = open.pop() {
             let middle = (low * high).sqrt();
-            let [a, b, c] = [low, middle, high].map(look);
+            let [a, b, c] = [low, middle, high].map(open_loop);
             if depth < 40 && (moved(a, b).max(moved(b, c)) > 0.02) && high > low * (1.0 + 1e-12) {
                 open.push((middle, high, depth + 1));
                 open.push((low, middle, depth + 1));
@@ -370,9 +370,9 @@ fn bisected(mut low: f64, mut high: f64, f: &dyn Fn(f64) -> f64) -> f64 {
 }
 
 fn swept(of: &Loop) -> Swept {
-    let look = |omega: f64| of.open(of.place(omega));
+    let open_loop = |omega: f64| of.open(of.place(omega));
     let all = frequencies(of);
-    let values: Vec<c64> = all.iter().map(|omega| look(*omega)).collect();
+    let values: Vec<c64> = all.iter().map(|omega| open_loop(*omega)).collect();
     let mut out = Swept { gain: [0.0, f64::INFINITY], phase: f64::INFINITY, disk: f64::INFINITY };
     let size = |l: c64| ((l - 1.0).norm_sqr() / (l + 1.0).norm_sqr()).sqrt() * 0.5;
     let factor = |l: c64, gain: &mut [f64; 2]| {
@@ -386,11 +386,11 @@ fn swept(of: &Loop) -> Swept {
     for k in 1..all.len() {
         let (low, high) = (all[k - 1], all[k]);
         if (values[k - 1].im > 0.0) != (values[k].im > 0.0) {
-            factor(look(bisected(low, high, &|omega| look(omega).im)), &mut out.gain);
+            factor(open_loop(bisected(low, high, &|omega| open_loop(omega).im)), &mut out.gain);
         }
-        let beyond = |omega: f64| look(omega).norm_sqr() - 1.0;
-        if (beyond(low) > 0.0) != (beyond(high) > 0.0) {
-            let l = -look(bisected(low, high, &beyond));
+        let excess = |omega: f64| open_loop(omega).norm_sqr() - 1.0;
+        if (excess(low) > 0.0) != (excess(high) > 0.0) {
+            let l = -open_loop(bisected(low, high, &excess));
             out.phase = out.phase.min(l.im.atan2(l.re).abs());
         }
     }
@@ -413,9 +413,9 @@ fn swept(of: &Loop) -> Swept {
         let (mut low, mut high) = (all[k - 1].ln(), all[k + 1].ln());
         for _ in 0..100 {
             let (a, b) = (low + 0.382 * (high - low), high - 0.382 * (high - low));
-            if size(look(a.exp())) > size(look(b.exp())) { high = b } else { low = a }
+            if size(open_loop(a.exp())) > size(open_loop(b.exp())) { high = b } else { low = a }
         }
-        best = best.max(size(look((0.5 * (low + high)).exp())));
+        best = best.max(size(open_loop((0.5 * (low + high)).exp())));
     }
     out.disk = 1.0 / best;
     out
@@ -428,7 +428,7 @@ fn designed(of: &Loop) -> Option<Margins> {
         .unwrap_or_else(|error| panic!("{}\n{error:?}", of.source()))
 }
 
-fn alike(a: f64, b: f64, tolerance: f64) -> bool {
+fn agrees(a: f64, b: f64, tolerance: f64) -> bool {
     a == b || (a - b).abs() <= tolerance * a.abs().min(b.abs()).max(1e-3) || a.min(b) > 1e6
 }
 
@@ -440,7 +440,7 @@ fn differences(found: &ChannelMargin, expected: &Swept, tolerance: f64) -> Vec<S
         ("phase", found.phase, expected.phase),
         ("disk", found.disk, expected.disk),
     ];
-    let wrong = pairs.into_iter().filter(|(_, found, expected)| !alike(*found, *expected, tolerance));
+    let wrong = pairs.into_iter().filter(|(_, found, expected)| !agrees(*found, *expected, tolerance));
     wrong.map(|(what, found, expected)| format!("{what}: {found} and {expected} in the sweep")).collect()
 }
 
@@ -458,7 +458,7 @@ impl Found {
     fn of(seeds: impl IntoIterator<Item = u64>) -> Self {
         let mut out = Self::default();
         for seed in seeds {
-            out.look(seed);
+            out.compare(seed);
             if seed % 100 == 99 {
                 println!("{seed}: {out}");
             }
@@ -466,7 +466,7 @@ impl Found {
         out
     }
 
-    fn look(&mut self, seed: u64) {
+    fn compare(&mut self, seed: u64) {
         let of = Loop::drawn(seed);
         let Some(expected) = of.stable() else {
             self.next_to_the_limit += 1;

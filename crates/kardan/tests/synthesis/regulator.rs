@@ -56,7 +56,7 @@ fn product(poles: &[Pole]) -> Vec<f64> {
 }
 
 /// n poles in the left half plane, some of them pairs.
-fn wishes(n: usize, seed: u64) -> Vec<Pole> {
+fn random_poles(n: usize, seed: u64) -> Vec<Pole> {
     let mut random = kardan::num::Random::new(seed);
     let mut out = Vec::new();
     while out.len() < n {
@@ -73,13 +73,13 @@ fn wishes(n: usize, seed: u64) -> Vec<Pole> {
 /// Eigenvalues of A − BK are the wishes, for random systems up to twelve states. With several inputs to 1e-9; a single
 /// input leaves no choice, and what it costs in digits is the condition of the eigenvectors.
 #[test]
-fn poles_are_where_they_are_wished() {
+fn poles_are_where_they_are_requested() {
     let mut worst = [0.0f64; 2];
     for n in 1..=12 {
         for m in 1..=n.min(4) {
             for seed in 0..6 {
                 let s = random(n, m, 1000 * n as u64 + 10 * m as u64 + seed);
-                let poles = wishes(n, seed + 77 * n as u64);
+                let poles = random_poles(n, seed + 77 * n as u64);
                 let placement = place_poles(&s, &poles).unwrap_or_else(|e| panic!("{n} {m} {seed}: {e}"));
                 let gain = norm(&placement.gain);
                 let limit = 1e-14 * placement.condition * (1.0 + gain) * n as f64;
@@ -91,9 +91,9 @@ fn poles_are_where_they_are_wished() {
                 worst[single] = worst[single].max(placement.residual);
                 // An independent look: the exact characteristic polynomial of A − BK with the floats of K.
                 let closed = minus(&s.a.to_f64(), &s.b.to_f64().multiply(&placement.gain));
-                let (found, asked) = (polynomial(&closed), product(&poles));
-                let scale = asked.iter().fold(0.0f64, |max, x| max.max(x.abs()));
-                let error = found.iter().zip(&asked).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / scale;
+                let (found, expected) = (polynomial(&closed), product(&poles));
+                let scale = expected.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+                let error = found.iter().zip(&expected).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / scale;
                 assert!(error < 1e-13 * (1.0 + gain) * placement.condition.max(1e3), "{n} {m} {seed}: {error:e}");
             }
         }
@@ -143,8 +143,8 @@ fn repeated_poles() {
     // Chains of 3 and 1 states: −1, −1, −2, −2 would need a Jordan block.
     let s =
         system(&[&[0, 1, 0, 0], &[0, 0, 1, 0], &[0, 0, 0, 0], &[0, 0, 0, 0]], &[&[0, 0], &[0, 0], &[1, 0], &[0, 1]]);
-    let twice = [(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-2.0, 0.0)].map(Pole::from);
-    assert_eq!(place_poles(&s, &twice), Err(PlacementError::Repeated { inputs: 1, needed: 3, actual: 2 }));
+    let repeated = [(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-2.0, 0.0)].map(Pole::from);
+    assert_eq!(place_poles(&s, &repeated), Err(PlacementError::Repeated { inputs: 1, needed: 3, actual: 2 }));
     assert!(
         place_poles(
             &s,
@@ -172,7 +172,7 @@ fn mechanical_systems_in_mixed_units() {
 }
 
 #[test]
-fn fixed_modes_must_be_wished_for() {
+fn fixed_modes_must_be_requested() {
     // x₂ decays on its own with −3; the input reaches x₁ + x₃ only.
     let s = system(&[&[1, 2, 0], &[0, -3, 0], &[0, 0, -5]], &[&[1], &[0], &[0]]);
     let error =
@@ -192,13 +192,13 @@ fn fixed_modes_must_be_wished_for() {
     assert_eq!(place_poles(&idle, &[Complex::new(-2.0, 0.0)]).unwrap().gain[(0, 0)], 0.0);
     // The wave generator alone: the motion that its motor does not reach stays.
     let drive = built_in("harmonic-drive", &["wg_motor"], &["wg"]);
-    let lost = unreached(&drive.explicit().unwrap()).unwrap();
-    assert_eq!(lost.polynomial.to_string(), "s");
-    println!("not reached: {:?}", lost.combinations);
+    let unreachable = unreached(&drive.explicit().unwrap()).unwrap();
+    assert_eq!(unreachable.polynomial.to_string(), "s");
+    println!("not reached: {:?}", unreachable.combinations);
 }
 
 #[test]
-fn bad_wishes_are_refused() {
+fn invalid_poles_are_refused() {
     let s = system(&[&[0, 1], &[0, 0]], &[&[0], &[1]]);
     let error = |poles: &[(f64, f64)]| place_poles(&s, &Pole::list(poles.to_vec())).unwrap_err();
     assert_eq!(error(&[(-1.0, 0.0)]), PlacementError::WrongNumber { actual: 1, states: 2 });
@@ -223,8 +223,8 @@ fn care(s: &LinearSystem, w: &Weights, x: &Matrix<f64>) -> f64 {
         xb = xb.plus(n);
     }
     let quadratic = xb.multiply(&w.input.solve(&xb.transpose()).unwrap());
-    let left = minus(&xa.plus(&xa.transpose()).plus(&w.state), &quadratic);
-    norm(&left) / (2.0 * norm(&xa) + norm(&w.state) + norm(&quadratic))
+    let residual = minus(&xa.plus(&xa.transpose()).plus(&w.state), &quadratic);
+    norm(&residual) / (2.0 * norm(&xa) + norm(&w.state) + norm(&quadratic))
 }
 
 #[test]
@@ -363,8 +363,8 @@ proptest! {
         let q = Matrix::from_fn(n, n, |i, j| values[49 + 7 * i + j]);
         if let Ok(found) = lyapunov(&a, &q) {
             let x = &found.solution;
-            let left = a.multiply(x).plus(&x.multiply(&a.transpose())).plus(&q);
-            prop_assert!(norm(&left) < 1e-13 * (2.0 * norm(&a) * norm(x) + norm(&q)), "{:e}", norm(&left));
+            let remainder = a.multiply(x).plus(&x.multiply(&a.transpose())).plus(&q);
+            prop_assert!(norm(&remainder) < 1e-13 * (2.0 * norm(&a) * norm(x) + norm(&q)), "{:e}", norm(&remainder));
             prop_assert!(found.residual < 1e-12);
         }
     }
@@ -377,8 +377,8 @@ proptest! {
         let back = exponential(&a.scale(&-1.0)).unwrap();
         let unit = minus(&e.multiply(&back), &Matrix::identity(n));
         prop_assert!(norm(&unit) < 1e-13 * norm(&e) * norm(&back));
-        let (first, rest) = (exponential(&a.scale(&s)).unwrap(), exponential(&a.scale(&(1.0 - s))).unwrap());
-        prop_assert!(norm(&minus(&first.multiply(&rest), &e)) < 1e-13 * norm(&first) * norm(&rest));
+        let (first, second) = (exponential(&a.scale(&s)).unwrap(), exponential(&a.scale(&(1.0 - s))).unwrap());
+        prop_assert!(norm(&minus(&first.multiply(&second), &e)) < 1e-13 * norm(&first) * norm(&second));
         // Σ Aᵏ/k!, in a second way
         let mut sum = Matrix::<f64>::identity(n);
         let mut term = Matrix::<f64>::identity(n);
@@ -397,9 +397,9 @@ proptest! {
         let b = Matrix::from_fn(n, 2, |i, j| 1e4 * values[36 + 2 * i + j]);
         let whole = discretise(&a, &b, t).unwrap();
         let half = discretise(&a, &b, t / 2.0).unwrap();
-        let twice = half.a.multiply(&half.b).plus(&half.b);
+        let two_halves = half.a.multiply(&half.b).plus(&half.b);
         // The two halves may cancel: an oscillation sampled once a turn has B_d = 0.
-        let difference = norm(&minus(&twice, &whole.b));
+        let difference = norm(&minus(&two_halves, &whole.b));
         prop_assert!(difference <= 1e-12 * (norm(&half.a) + 1.0) * norm(&half.b), "{difference:e}");
         prop_assert!(norm(&minus(&half.a.multiply(&half.a), &whole.a)) < 1e-13 * norm(&half.a) * norm(&half.a));
         // A B_d = (A_d − I) B
@@ -501,14 +501,14 @@ fn single_inputs_are_placed_exactly() {
     for n in [4usize, 8, 12] {
         for seed in 0..4 {
             let s = random(n, 1, 1000 * n as u64 + 10 + seed);
-            let poles = wishes(n, seed + 77 * n as u64);
+            let poles = random_poles(n, seed + 77 * n as u64);
             let placement = place_poles(&s, &poles).unwrap();
             let gain = Matrix::from_fn(1, n, |i, j| rational_from_f64(placement.gain[(i, j)]).unwrap());
             let closed = s.a.plus(&s.b.multiply(&gain).scale(&Rational::from(-1)));
             let roots = characteristic_polynomial(&closed).roots();
-            let distance = |wish: &Pole| {
-                let nearest = roots.iter().map(|r| (r.0 - wish.re).hypot(r.1 - wish.im)).fold(f64::INFINITY, f64::min);
-                nearest / wish.abs()
+            let distance = |pole: &Pole| {
+                let nearest = roots.iter().map(|r| (r.0 - pole.re).hypot(r.1 - pole.im)).fold(f64::INFINITY, f64::min);
+                nearest / pole.abs()
             };
             let worst = poles.iter().map(distance).fold(0.0, f64::max);
             assert!(worst <= placement.residual.max(1e-13), "{n} {seed}: {worst:e} {:e}", placement.residual);

@@ -52,7 +52,7 @@ fn sensitivity_and_complementary_sensitivity_add_up_to_one() {
 }
 
 #[test]
-fn the_nyquist_plot_goes_around_minus_one_as_often_as_stability_asks() {
+fn the_nyquist_plot_encircles_minus_one_as_stability_requires() {
     let mut random = Random::new(3);
     let (mut stable, mut growing) = (0, 0);
     for trial in 0..50 {
@@ -86,8 +86,8 @@ fn at_low_frequencies_samples_show_the_loop_in_continuous_time() {
     let (b, c) = (drawn(&mut random, 4, 2), drawn(&mut random, 2, 4));
     let continuous = Response::continuous(&a, &b, &c).expect("finite");
     let difference = |period: f64, frequency: f64| {
-        let held = discretise(&a, &b, period).expect("finite");
-        let sampled = Response::sampled(&held.a, &held.b, &c, period).expect("finite");
+        let discrete = discretise(&a, &b, period).expect("finite");
+        let sampled = Response::sampled(&discrete.a, &discrete.b, &c, period).expect("finite");
         let (one, other) = (sampled.at_frequency(frequency), continuous.at_frequency(frequency));
         (0..4).map(|k| (one[(k / 2, k % 2)] - other[(k / 2, k % 2)]).norm_sqr().sqrt()).fold(0.0, f64::max)
     };
@@ -107,8 +107,8 @@ fn the_largest_singular_value_is_no_smaller_than_any_other_and_no_larger_than_it
             let (a, b) = match period {
                 None => (a, b),
                 Some(period) => {
-                    let held = discretise(&a, &b, period).expect("finite");
-                    (held.a, held.b)
+                    let discrete = discretise(&a, &b, period).expect("finite");
+                    (discrete.a, discrete.b)
                 }
             };
             let response = Response::state_space([&a, &b, &c, &d], period).expect("finite");
@@ -121,8 +121,8 @@ fn the_largest_singular_value_is_no_smaller_than_any_other_and_no_larger_than_it
                 let values = response.singular_values(high * f64::from(k) / 2000.0 * (1.0 - 1e-9)).expect("no pole");
                 assert!(values[0] <= largest.value * (1.0 + 1e-9) && values[0] >= values[1]);
             }
-            let there = response.singular_values(largest.frequency.min(1e9)).expect("no pole")[0];
-            assert!((there / largest.value - 1.0).abs() < 1e-6, "{there} at {largest:?}");
+            let at_peak = response.singular_values(largest.frequency.min(1e9)).expect("no pole")[0];
+            assert!((at_peak / largest.value - 1.0).abs() < 1e-6, "{at_peak} at {largest:?}");
         }
     }
 }
@@ -135,8 +135,8 @@ fn frequencies_that_are_none_are_refused() {
     assert!(matches!(sampled.checked(f64::NAN), Err(FrequencyError::Negative(_))));
     assert!(matches!(sampled.checked(f64::INFINITY), Err(FrequencyError::Negative(_))));
     assert!(sampled.checked(100.0 * PI).is_ok() && sampled.checked(0.0).is_ok());
-    let beyond = sampled.checked(315.0).expect_err("beyond half the sample rate");
-    assert!(beyond.to_string().contains("Nyquist frequency of 314.159"), "{beyond}");
+    let error = sampled.checked(315.0).expect_err("beyond half the sample rate");
+    assert!(error.to_string().contains("Nyquist frequency of 314.159"), "{error}");
     let integrator = Response::continuous(&one(0.0), &one(1.0), &one(1.0)).expect("finite");
     assert!(matches!(integrator.checked(0.0), Err(FrequencyError::Pole(_))));
     assert_eq!(integrator.largest_gain(), None);
@@ -185,10 +185,10 @@ fn what_a_design_shows_is_one_loop() {
         for one in &found.sensitivities {
             assert_eq!(one.values.len(), count);
             let largest = one.largest.expect("stable");
-            let seen = one.values.iter().map(|values| values[0]).fold(0.0, f64::max);
+            let peak = one.values.iter().map(|values| values[0]).fold(0.0, f64::max);
             assert!(
-                seen <= largest.value * (1.0 + 1e-9) && seen > 0.97 * largest.value,
-                "{:?}: {seen} of {largest:?}",
+                peak <= largest.value * (1.0 + 1e-9) && peak > 0.97 * largest.value,
+                "{:?}: {peak} of {largest:?}",
                 one.function
             );
         }

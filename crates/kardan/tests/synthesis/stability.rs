@@ -237,7 +237,7 @@ fn the_slowest_stable_rate_lies_above_islands() {
 fn text_and_json_show_one_verdict() {
     let body = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"";
     let damped = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"2 N m s/rad\"\n[motor.m]\nshaft = \"a\"";
-    let mut seen = std::collections::BTreeSet::new();
+    let mut verdicts = std::collections::BTreeSet::new();
     for (shafts, command, more) in [
         (body, "-9 N m/rad*a.phi - 1 N m s/rad*a.w", ""),
         (body, "-9 N m/rad*a.phi", ""),
@@ -275,9 +275,9 @@ fn text_and_json_show_one_verdict() {
                 assert_eq!(motion, Motion::Decays, "{command}: {pole:?}");
             }
         }
-        seen.insert(word);
+        verdicts.insert(word);
     }
-    assert_eq!(seen.len(), 3, "{seen:?}");
+    assert_eq!(verdicts.len(), 3, "{verdicts:?}");
 }
 
 /// A block on the diagonal: its matrix, the part of it that decides, and whether it is on the border.

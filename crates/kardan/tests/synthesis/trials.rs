@@ -78,7 +78,7 @@ fn nothing_is_passed_over_in_a_run() {
 
 /// What one contact gives back does not depend on whether another one closes at the same instant with this speed or one a little larger.
 #[test]
-fn impacts_keep_their_restitution_and_cars_tip() {
+fn impacts_have_their_restitution_and_cars_tip() {
     let base = source("rebound-chain");
     let after = |speed: &str| {
         let run = run(&base.replace("vc = \"0.3 m/s\"", &format!("vc = \"{speed} m/s\"")), Method::Taylor);
@@ -95,7 +95,7 @@ fn impacts_keep_their_restitution_and_cars_tip() {
 }
 
 #[test]
-fn variants_keep_their_names() {
+fn names_of_variants_are_preserved() {
     let study = Project::open(source("variant-names")).run(&Settings::default(), &Silent).expect("a study");
     let names: Vec<&str> = study.runs.iter().map(|run| run.name.as_str()).collect();
     assert_eq!(names, ["ECU-on-soft", "ECU-off", "ECU-on-hard"]);

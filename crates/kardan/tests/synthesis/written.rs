@@ -36,7 +36,7 @@ fn every_key_is_documented() {
 }
 
 #[test]
-fn fractions_are_kept_and_poles_come_in_pairs() {
+fn fractions_are_exact_and_poles_come_in_pairs() {
     let all = written(&steering());
     assert_eq!(all["law"], "noninteracting");
     assert_eq!(all["relative_degrees"], json!([2, 2]));
