@@ -50,7 +50,7 @@ fn the_estimate_is_near_the_error() {
 }
 
 #[test]
-fn runs_alone_are_not_estimated() {
+fn runs_only_gives_no_accuracy_estimate() {
     let study = study("two-bodies", 1e-8, Method::Taylor, true);
     assert!(study.runs.iter().all(|run| run.accuracy.is_none()));
 }
@@ -68,10 +68,14 @@ fn tolerances_below_rounding_are_reported_and_cost_little() {
         let reference = study(model, 1e-13, Method::Taylor, true);
         for ((usual, tight), reference) in usual.runs.iter().zip(&tight.runs).zip(&reference.runs) {
             let reported = format!("{model} {}, {method:?}", tight.name);
-            let (few, many) = (usual.effort.steps, tight.effort.steps);
-            assert!(many < 20 * few, "{reported}: {few}, {many} steps");
-            let said = tight.notes.iter().any(|note| note.contains("below double precision"));
-            assert!(model != "sia-steering" || said && tight.effort.rounding > 1.0, "{reported}: {:?}", tight.notes);
+            let (usual_steps, tight_steps) = (usual.effort.steps, tight.effort.steps);
+            assert!(tight_steps < 20 * usual_steps, "{reported}: {usual_steps}, {tight_steps} steps");
+            let has_rounding_note = tight.notes.iter().any(|note| note.contains("below double precision"));
+            assert!(
+                model != "sia-steering" || has_rounding_note && tight.effort.rounding > 1.0,
+                "{reported}: {:?}",
+                tight.notes
+            );
             assert!(!usual.notes.iter().any(|note| note.contains("double precision")), "{reported}: {:?}", usual.notes);
             for signal in tight.series.signals.iter().filter(|signal| signal.name.ends_with(".phi")) {
                 let error = difference(tight, reference, &signal.name);
@@ -85,7 +89,7 @@ fn tolerances_below_rounding_are_reported_and_cost_little() {
 
 /// Where rounding decides about the errors, a run at a looser tolerance is as wrong as the run itself, and the estimate knows it.
 #[test]
-fn the_estimate_holds_below_rounding() {
+fn the_estimate_is_valid_below_rounding() {
     let exact = study("sia-steering", 1e-13, Method::Taylor, true);
     let rounded = study("sia-steering", 1e-13, Method::Dop853, false);
     for (run, exact) in rounded.runs.iter().zip(&exact.runs) {
@@ -100,7 +104,7 @@ fn the_estimate_holds_below_rounding() {
 
 /// Where samples cut the steps short, their errors are those of rounding, and two runs at two tolerances share them: the estimate holds all the same.
 #[test]
-fn the_estimate_holds_where_samples_make_the_steps() {
+fn the_estimate_is_valid_where_samples_limit_the_steps() {
     let source = kardan::model::builtin("sia-steering-ecu").unwrap().source;
     let variants = ["rack", "rack-single", "turn-30deg"];
     let exact = study_of(source, &variants, 1e-13, Method::Taylor, true);
@@ -116,7 +120,7 @@ fn the_estimate_holds_where_samples_make_the_steps() {
 }
 
 /// A pendulum that a sampled law holds up by an encoder of 0.01 rad, let go at an angle, with a tip that swings fast.
-fn held_by_counts(angle: f64) -> String {
+fn quantised_pendulum(angle: f64) -> String {
     format!(
         "[shaft.arm]\ninertia = \"1 kg m^2\"\ndamping = \"5 N m s/rad\"\n[motor.m]\nshaft = \"arm\"\n\
          [shaft.tip]\ninertia = \"0.1 kg m^2\"\n\
@@ -132,15 +136,15 @@ fn held_by_counts(angle: f64) -> String {
 const LOOSE: f64 = 1e-5;
 const TIGHT: f64 = 1e-13;
 
-fn held(angle: f64, tolerance: f64, runs: bool) -> Run {
-    study_of(&held_by_counts(angle), &[], tolerance, Method::Dop853, runs).runs.remove(0)
+fn pendulum_run(angle: f64, tolerance: f64, runs: bool) -> Run {
+    study_of(&quantised_pendulum(angle), &[], tolerance, Method::Dop853, runs).runs.remove(0)
 }
 
 /// An angle between two at which the counts of a run change.
 fn where_counts_change(mut low: f64, mut high: f64, tolerance: f64) -> f64 {
     // What the law reads, each 50 ms, early enough to do something.
     let counts = |angle: f64| -> Vec<f64> {
-        let series = held(angle, tolerance, true).series;
+        let series = pendulum_run(angle, tolerance, true).series;
         let read = series.signal("encoder.phi").expect("a column of the sensor").values.iter().zip(&series.time);
         read.filter(|(_, time)| **time < 0.7 && (*time / 0.05 - (*time / 0.05).round()).abs() < 1e-9)
             .map(|(count, _)| *count)
@@ -158,7 +162,7 @@ fn where_counts_change(mut low: f64, mut high: f64, tolerance: f64) -> f64 {
 /// Runs begin at angles around that at which a count changes: where the count of a run is not that of the true motion, and the second run makes the same
 /// mistake, the error told is still that of one count. Away from there it is that of the tolerance.
 #[test]
-fn an_undecided_count_is_in_the_estimate() {
+fn quantisation_ambiguity_is_in_the_estimate() {
     let (low, high) = (0.201, 0.209);
     let [loose, tight] = [LOOSE, TIGHT].map(|tolerance| where_counts_change(low, high, tolerance));
     let apart = loose - tight;
@@ -166,7 +170,7 @@ fn an_undecided_count_is_in_the_estimate() {
     let mut mistaken = 0;
     for part in [-300.0, -1.0, -0.3, 0.1, 0.5, 0.9, 1.3, 2.0, 300.0] {
         let angle = tight + part * apart;
-        let (run, exact) = (held(angle, LOOSE, false), held(angle, TIGHT, true));
+        let (run, exact) = (pendulum_run(angle, LOOSE, false), pendulum_run(angle, TIGHT, true));
         let found = run.accuracy.as_ref().expect("an estimate");
         for worst in &found.errors {
             let error = difference(&run, &exact, &worst.signal);

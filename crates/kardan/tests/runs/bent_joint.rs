@@ -92,10 +92,10 @@ fn a_linear_observer_is_reported_before_any_run() {
         (loop_along_path.rotated_coordinates.as_str(), loop_along_path.positions, loop_along_path.stable),
         ("rk and cj", 24, true)
     );
-    let Verdict { sound: good, text: words } = design.verdict();
-    assert!(!good, "{words}");
-    assert!(words.contains("proven exactly for the linear design model and the true state; "), "{words}");
-    assert!(words.contains("at the joint positions of the variant it is coupled"), "{words}");
+    let Verdict { sound: good, text: verdict } = design.verdict();
+    assert!(!good, "{verdict}");
+    assert!(verdict.contains("proven exactly for the linear design model and the true state; "), "{verdict}");
+    assert!(verdict.contains("at the joint positions of the variant it is coupled"), "{verdict}");
     assert!(
         design.warnings.iter().any(|warning| warning.contains("ref_rk by 3.1416 rad moves driver.tau")),
         "{design:?}"
@@ -121,10 +121,10 @@ fn a_linear_observer_is_reported_before_any_run() {
 fn a_proof_for_another_angle_is_not_one_for_this() {
     let source = steering("30", "design = { beta = \"0 deg\" }", "", false, STEP);
     let design = designed(&source);
-    let words = design.verdict().text;
+    let verdict = design.verdict().text;
     assert!(
-        words.contains("proven exactly for the linear design model; at the joint positions of the variant"),
-        "{words}"
+        verdict.contains("proven exactly for the linear design model; at the joint positions of the variant"),
+        "{verdict}"
     );
     let found = design.loop_along_path.expect("a bent joint");
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");
@@ -137,7 +137,7 @@ fn a_proof_for_another_angle_is_not_one_for_this() {
 
 /// What the linearised loop says of a step where the joint stands is what the nonlinear run shows of a small one there.
 #[test]
-fn a_small_step_where_the_joint_stands() {
+fn a_small_step_at_the_joint_position() {
     let scenario = "\
 [scenario]
 duration = \"1.2 s\"
@@ -160,8 +160,8 @@ to = \"90.01 deg\"
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");
     assert!((felt.at - std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{felt:?}");
     let per_step = largest(&run, "driver.tau") / 0.01f64.to_radians();
-    let said = felt.largest / felt.step;
-    assert!((per_step - said).abs() < 0.02 * said, "{per_step} {said}");
+    let predicted = felt.largest / felt.step;
+    assert!((per_step - predicted).abs() < 0.02 * predicted, "{per_step} {predicted}");
 }
 
 fn laws(source: &str) -> Vec<Arc<dyn Law>> {
@@ -212,7 +212,7 @@ fn on_a_straight_joint_both_observers_are_one() {
 /// Sampled, in double precision, and in single with an encoder that gives no number for a while: the last reading is held and told,
 /// nothing else but a number comes out. At 5 kHz sampling alone couples the inverting law (0.2 N m, which `check` says).
 #[test]
-fn sampled_and_without_a_reading() {
+fn sampled_with_missing_readings() {
     let scenario = "\
 [scenario]
 duration = \"0.2 s\"
@@ -245,19 +245,19 @@ shaft = \"rk\"
 
 /// What the nonlinear law cancels is not reported once more by an observer that knows it.
 #[test]
-fn nothing_is_cancelled_twice() {
+fn double_cancellation_is_reported() {
     let both = |law: &str, keys: &str| {
         study::check(&steering("20", law, &observer(keys), true, STEP))
             .iter()
             .map(|d| d.message.clone())
             .collect::<Vec<_>>()
     };
-    let twice = |found: Vec<String>| found.iter().any(|message| message.contains("cancelled twice"));
-    assert!(twice(both("plant = \"nonlinear\"", "plant = \"linear\"\ndisturbances = [\"fs\"]")));
-    assert!(!twice(both("plant = \"nonlinear\"", "disturbances = [\"fs\"]")));
+    let reports_double = |found: Vec<String>| found.iter().any(|message| message.contains("cancelled twice"));
+    assert!(reports_double(both("plant = \"nonlinear\"", "plant = \"linear\"\ndisturbances = [\"fs\"]")));
+    assert!(!reports_double(both("plant = \"nonlinear\"", "disturbances = [\"fs\"]")));
     let friction = "plant = \"nonlinear\"\nfriction_width = \"0.1 rad/s\"";
-    assert!(!twice(both(friction, "disturbances = [\"fs\"]")));
-    assert!(twice(both(friction, "plant = \"linear\"\ndisturbances = [\"fs\"]")));
+    assert!(!reports_double(both(friction, "disturbances = [\"fs\"]")));
+    assert!(reports_double(both(friction, "plant = \"linear\"\ndisturbances = [\"fs\"]")));
 }
 
 /// Its data for firmware: the tables of the block, with Γ for the sample time.
@@ -276,7 +276,7 @@ fn the_observer_is_exported() {
             .expect("a table")
     };
     assert_eq!((rows("gain").len(), rows("gain")[0].len()), (7, 3));
-    let (held, error) = (rows("zero_order_hold"), rows("error"));
+    let (zero_order_hold, error) = (rows("zero_order_hold"), rows("error"));
     // (A − L C) Γ = e^{(A − L C)T} − 1, here to the fourth order of T.
     let n = 7;
     let product = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -293,7 +293,9 @@ fn the_observer_is_exported() {
     }
     for i in 0..n {
         let size = sum.iter().map(|row| row[i].abs()).fold(0.0, f64::max);
-        (0..n).for_each(|j| assert!((held[j][i] - sum[j][i]).abs() < 1e-9 * size, "{} {}", held[j][i], sum[j][i]));
+        (0..n).for_each(|j| {
+            assert!((zero_order_hold[j][i] - sum[j][i]).abs() < 1e-9 * size, "{} {}", zero_order_hold[j][i], sum[j][i])
+        });
     }
     assert_eq!(rows("sensors").len(), 3);
 }

@@ -27,17 +27,17 @@ fn sum(runs: &[Run]) -> u64 {
 
 #[test]
 fn built_in_runs_have_the_bits_that_are_written_down() {
-    let known = [
+    let expected = [
         ("sia-steering", Method::Taylor, 8436598411289923273),
         ("sia-steering", Method::Dop853, 14044860431822882646),
         ("two-bodies", Method::Taylor, 16782384805019828241),
         ("rlc-ladder", Method::Taylor, 5781537973682513750),
         ("harmonic-drive-spring", Method::Taylor, 11488256794334443760),
     ];
-    let found = known.map(|(model, method, _)| {
+    let found = expected.map(|(model, method, _)| {
         let source = kardan::model::builtin(model).unwrap().source;
         let study = Project::open(source).run(&Settings { method, ..runs_only() }, &Silent).expect("built in");
         (model, method, sum(&study.runs))
     });
-    assert_eq!(found, known, "found on the left, written down on the right");
+    assert_eq!(found, expected, "found on the left, written down on the right");
 }

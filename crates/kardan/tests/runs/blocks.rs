@@ -42,7 +42,7 @@ fn blocks_are_those_of_the_firmware() {
     );
     let run = run(&source);
     let inputs = samples(&run, "held");
-    let (mut memories, zero): ([[f64; 2]; 6], f64) = ([[0.0; 2]; 6], 0.0);
+    let (mut states, zero): ([[f64; 2]; 6], f64) = ([[0.0; 2]; 6], 0.0);
     let (mut line, mut pid, mut filter, mut one) = ([0.25; 4], [0.0; 5], [0.0; 2], [0.0; 1]);
     let mut mode = [0.0, -1.0];
     for (k, &input) in inputs.iter().enumerate() {
@@ -53,7 +53,7 @@ fn blocks_are_those_of_the_firmware() {
             let found = at(&run, name, t);
             assert!((found - expected).abs() < 1e-12, "{name}: {found} for {expected} at {t} s");
         };
-        let [switch, slow, sum, sum2, watch, _] = &mut memories;
+        let [switch, slow, sum, sum2, watch, _] = &mut states;
         assert!(kardan_rt::Saturation { low: Some(-0.4), high: Some(0.9) }.step(input, &mut one));
         same("saturated", one[0]);
         assert!(kardan_rt::DeadZone { low: -0.5, high: 0.5 }.step(input, &mut one));
@@ -112,7 +112,7 @@ fn blocks_are_those_of_the_firmware() {
 
 /// At every instant filters, integrators and controllers are differential equations with closed forms.
 #[test]
-fn blocks_without_a_sample_time_are_differential_equations() {
+fn continuous_blocks_are_differential_equations() {
     let source = "\
 [shaft.arm]
 inertia = \"1 kg m^2\"
@@ -210,7 +210,7 @@ output_step = \"5 ms\"
     let run = run_by(source, Method::Automatic, Some(1e-11));
     let (j, h, d) = (0.5, 0.005, 0.002);
     let (mut phi, mut w, mut before) = (0.0f64, 0.0f64, 0.0f64);
-    let mut memory = [0.0; 2];
+    let mut filter_state = [0.0; 2];
     // s/(1 + s/100) by the bilinear rule.
     let scale = 1.0 + 2.0 / (100.0 * h);
     let (numerator, denominator) = ([2.0 / h / scale, -2.0 / h / scale], [(1.0 - 2.0 / (100.0 * h)) / scale]);
@@ -218,9 +218,9 @@ output_step = \"5 ms\"
     for k in 0..200 {
         let t = f64::from(k) * h;
         assert!((at(&run, "arm.phi", t) - phi).abs() < 1e-10, "{} for {phi} at {t} s", at(&run, "arm.phi", t));
-        assert!(filter.step(phi, &mut memory));
-        let wish = ((t - 0.1) / 0.2).clamp(0.0, 1.0);
-        let command = 20.0 * (wish - phi) - 3.0 * memory[0];
+        assert!(filter.step(phi, &mut filter_state));
+        let reference = ((t - 0.1) / 0.2).clamp(0.0, 1.0);
+        let command = 20.0 * (reference - phi) - 3.0 * filter_state[0];
         for (torque, time) in [(before, d), (command, h - d)] {
             phi += w * time + torque / j * time * time / 2.0;
             w += torque / j * time;
@@ -232,7 +232,7 @@ output_step = \"5 ms\"
 
 /// What blocks answer is the torque of a clutch, opens a lock, and drives a shaft as a law; between samples it stands still.
 #[test]
-fn what_blocks_answer_holds_and_drives() {
+fn block_outputs_drive_clutches_locks_and_shafts() {
     let source = "\
 [shaft.a]
 inertia = \"1 kg m^2\"
@@ -395,7 +395,7 @@ until = \"0.7 s\"
 
 /// A loop that is stopped, kept and put into another one goes on bit for bit, with what its blocks remember.
 #[test]
-fn what_blocks_remember_is_part_of_a_snapshot() {
+fn block_states_are_part_of_a_snapshot() {
     let source = beside(
         "[block.filter]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"40 ms\"\nsample_time = \"10 ms\"\n\
          [block.flow]\nkind = \"low_pass\"\ninput = \"filter\"\ntime_constant = \"40 ms\"\n\
@@ -508,7 +508,7 @@ fn errors_of_blocks_are_reported() {
             "`m` in `commands` of control `c`: expected a torque, found an angle",
         ),
     ];
-    for (blocks, message) in cases.into_iter().chain(constants_without_sense()) {
+    for (blocks, message) in cases.into_iter().chain(invalid_constants()) {
         let found = Project::open(beside(blocks)).run(&Settings::default(), &Silent);
         let reported: Vec<String> = match found {
             Ok(_) => Vec::new(),
@@ -519,7 +519,7 @@ fn errors_of_blocks_are_reported() {
 }
 
 /// Keys whose values make no sense, and those that do nothing.
-fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
+fn invalid_constants() -> Vec<(&'static str, &'static str)> {
     vec![
         (
             "[block.a]\nkind = \"low_pass\"\ninput = \"u\"\ntime_constant = \"-5 ms\"\n",
@@ -613,7 +613,7 @@ fn constants_without_sense() -> Vec<(&'static str, &'static str)> {
 }
 
 /// A machine with two ways out of its first state and one back, with what is told about it.
-fn told_of_machine(first: &str, second: &str) -> Vec<String> {
+fn state_machine_messages(first: &str, second: &str) -> Vec<String> {
     let source = beside(&format!(
         "[block.lost]\nkind = \"monitor\"\nresidual = \"u\"\nthreshold = 1\nsample_time = \"10 ms\"\n\
          [block.other]\nkind = \"state_machine\"\nstates = [\"a\", \"b\", \"c\"]\ntransitions = [{{ from = \"a\", to = \"b\", when = \"lost\" }}, {{ from = \"b\", to = \"c\", when = \"lost\" }}]\nsample_time = \"10 ms\"\n\
@@ -674,7 +674,7 @@ fn monitors_that_have_no_effect_are_reported() {
 
 /// A threshold that noise alone leaves often is told, where nothing waits: the difference of two sensors has √2 of the noise of one; one of zero always is.
 #[test]
-fn thresholds_within_the_noise_are_reported() {
+fn thresholds_below_the_noise_are_reported() {
     let reported = |keys: &str| -> Vec<String> {
         let source = beside(&format!(
             "[sensor.n]\nmeasures = \"angle\"\nshaft = \"arm\"\nnoise = \"0.01 rad\"\nsample_time = \"1 ms\"\n\
@@ -716,7 +716,7 @@ fn transitions_that_overlap_are_reported() {
         ("u == 2", "u != 2"),
     ];
     for (first, second) in apart {
-        assert_eq!(told_of_machine(first, second), Vec::<String>::new(), "{first} | {second}");
+        assert_eq!(state_machine_messages(first, second), Vec::<String>::new(), "{first} | {second}");
     }
     let both = "block `mode`: the transitions from `calm` to `wild` and to `off` are both enabled where";
     let end = ": the first in the list is taken";
@@ -727,9 +727,9 @@ fn transitions_that_overlap_are_reported() {
         ("arm.phi > 90 deg", "arm.w < -1 rad/s", "`arm.phi` = 3.141592653589793 rad, `arm.w` = -2 rad/s"),
     ];
     for (first, second, at) in overlap {
-        let reported = told_of_machine(first, second);
+        let reported = state_machine_messages(first, second);
         let [one] = &reported[..] else { panic!("{first} | {second}: {reported:?}") };
-        let place = one.strip_prefix(both).and_then(|rest| rest.strip_suffix(end)).map(str::trim);
+        let place = one.strip_prefix(both).and_then(|tail| tail.strip_suffix(end)).map(str::trim);
         let sorted = |text: &str| text.split(", ").map(str::to_string).collect::<std::collections::BTreeSet<_>>();
         assert_eq!(place.map(sorted), Some(sorted(at)), "{first} | {second}: {one}");
     }
@@ -750,7 +750,7 @@ fn transitions_that_overlap_are_reported() {
             "block `mode`: it is not decided whether the transitions from `calm` to `wild` and to `off` are ever enabled together, as they compare more than sums of signals times constants: where both are, the first in the list is taken",
         ),
     ] {
-        let reported = told_of_machine(first, second);
+        let reported = state_machine_messages(first, second);
         assert!(reported.iter().any(|one| one == message), "{first} | {second}: {reported:#?}");
     }
 }
@@ -802,7 +802,7 @@ below = \"2.1 N m\"
 /// A torque, and what a clutch can hold, follow blocks at every instant: the same as where the block is written as a shaft of its own
 /// differential equation.
 #[test]
-fn torques_and_holds_read_blocks_at_every_instant() {
+fn torques_and_clutch_limits_read_blocks_at_every_instant() {
     let source = "\
 [shaft.arm]
 inertia = \"1 kg m^2\"
@@ -966,8 +966,8 @@ fn errors_of_references_are_reported() {
     assert!(missing.contains("needs the key `unit`") && !missing.contains(';'), "{missing}");
     let other = reported(&format!("{law}references = [{{ name = \"ref\", unit = \"N m\" }}]\n"));
     assert!(other.contains("torque"), "{other}");
-    let taken = reported(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));
-    assert!(taken.contains("the name `arm` is already that of a shaft"), "{taken}");
+    let duplicate = reported(&format!("{law}references = [{{ name = \"arm\", unit = \"rad\" }}]\n"));
+    assert!(duplicate.contains("the name `arm` is already that of a shaft"), "{duplicate}");
     let second = format!(
         "{PID}[block.rate]\nkind = \"pid\"\nreference = \"ref\"\nmeasured = \"arm.w\"\nproportional = \"1 N m s/rad\"\nsample_time = \"1 ms\"\n"
     );

@@ -22,9 +22,9 @@ fn last(run: &Run, name: &str) -> f64 {
 }
 
 /// The time of the first event that begins with these words.
-fn first(run: &Run, words: &str) -> f64 {
-    let found = run.events.iter().find(|event| event.description.starts_with(words));
-    found.unwrap_or_else(|| panic!("no event {words:?} among {:?}", run.events)).time
+fn first(run: &Run, prefix: &str) -> f64 {
+    let found = run.events.iter().find(|event| event.description.starts_with(prefix));
+    found.unwrap_or_else(|| panic!("no event {prefix:?} among {:?}", run.events)).time
 }
 
 fn near(value: f64, expected: f64, tolerance: f64, what: &str) {
@@ -89,7 +89,7 @@ fn a_ball_comes_to_rest_in_long_runs() {
 
 /// Elastic blows lose nothing: after a thousand of them the ball is as high as before.
 #[test]
-fn elastic_blows_lose_nothing() {
+fn elastic_impacts_dissipate_nothing() {
     let source = ball("restitution = 1").replace("3 s", "800 s").replace("10 ms", "400 ms");
     let run = by(&source, Method::Automatic);
     let blows = run.events.iter().filter(|event| event.description.starts_with("ground meets 4.0000")).count();
@@ -239,7 +239,7 @@ output_step = \"10 ms\"
 
 /// A brake that is applied: the wheel stops after J ω/(c − τ), holds what is below its torque at rest, without a trace of motion, and lets go.
 #[test]
-fn a_brake_holds_at_rest() {
+fn a_brake_sticks_at_rest() {
     let source = "\
 [shaft.wheel]
 inertia = \"2 kg m^2\"
@@ -296,7 +296,7 @@ fn a_rigid_gear_carries_what_a_brake_takes() {
 
 /// Through a gear with play nothing is carried within it; at its end teeth meet, and keep the momentum that the ratio gives.
 #[test]
-fn teeth_meet_at_the_end_of_their_play() {
+fn gear_contact_closes_at_the_end_of_the_backlash() {
     let source = "\
 [shaft.a]
 inertia = \"1 kg m^2\"
@@ -389,7 +389,7 @@ initial = { \"belt.v\" = \"1 m/s\", \"a.v\" = \"1 m/s\", \"a.s\" = \"5 cm\" }
 
 /// Carriages between walls with stops of any restitution: no energy is gained, none is lost without blows, nothing goes through anything.
 #[test]
-fn blows_of_random_carriages_gain_nothing() {
+fn impacts_of_random_carriages_gain_nothing() {
     let mut dice = Dice(20);
     for case in 0..40 {
         let count = 2 + dice.below(4);
@@ -453,7 +453,7 @@ fn what_cannot_be_ends_the_run() {
 
 /// What carries torque by modes stands in the written equations by its name, and laws on the right.
 #[test]
-fn equations_name_what_holds() {
+fn equations_name_unilateral_and_switched_constraints() {
     let source = "[shaft.a]\ninertia = \"3 kg m^2\"\n[mass.m]\nmass = \"2 kg\"\n[clutch.c]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\ntorque = \"1 N m\"\n\
                   [end_stop.e]\nshaft_1 = \"m\"\nlower = \"0 m\"\nupper = \"1 m\"\n[torque.w]\nshaft = \"m\"\nlaw = \"-20 N\"\n\
                   [scenario]\nduration = \"1 s\"\n";
@@ -485,9 +485,9 @@ fn a_clutch_pressed_at_rest_moves_nothing() {
         let reported = |event: &kardan::results::Event| {
             event.description.starts_with("now ") || event.description == "c is released"
         };
-        let others: Vec<_> =
+        let unexpected: Vec<_> =
             run.events.iter().filter(|event| !reported(event) && event.description != "c sticks").collect();
-        assert!(others.is_empty(), "{method:?}: {others:?}");
+        assert!(unexpected.is_empty(), "{method:?}: {unexpected:?}");
         let sticks = run.events.iter().filter(|event| event.description == "c sticks").map(|event| event.time);
         assert_eq!(sticks.collect::<Vec<_>>(), [0.1, 0.5, 0.9, 1.3, 1.7], "{method:?}: with the pulse, not behind it");
     }
@@ -525,7 +525,7 @@ fn describing_function(h: f64, amplitude: f64) -> [f64; 2] {
 /// A servo with play before its load, `L = (2 + 1/s)/(s (s + 1))`, swings where `1 + N(A) L(jω) = 0`. The method takes the first harmonic for the
 /// whole motion: a tenth of the amplitude and a twentieth of the period are what it leaves out here.
 #[test]
-fn play_in_a_loop_swings_as_its_describing_function_says() {
+fn backlash_in_a_loop_oscillates_as_its_describing_function_says() {
     let source = "[shaft.motor]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n\
                   [shaft.sum]\ninertia = \"1e-4 kg m^2\"\ndamping = \"1 N m s/rad\"\n\
                   [shaft.load]\ninertia = \"1e-4 kg m^2\"\nfriction = \"0.01 N m\"\n\
@@ -584,9 +584,9 @@ fn locks_that_share_are_not_called_friction() {
         + &bound("3.5 rad/s")
         + &bound("1e9 rad/s");
     let run = by(&source, Method::Taylor);
-    let said = "While `l1`, `l3`, `l2` act together, the split of the torque between them is not unique (nor are constraint torques between them); \
+    let expected = "While `l1`, `l3`, `l2` act together, the split of the torque between them is not unique (nor are constraint torques between them); \
                 shown is one that satisfies all limits.";
-    assert!(run.notes.iter().any(|note| note == said), "{:?}", run.notes);
+    assert!(run.notes.iter().any(|note| note == expected), "{:?}", run.notes);
     let texts: Vec<&str> =
         run.requirements.iter().map(|one| one.text.rsplit(" < ").next().unwrap_or_default()).collect();
     assert_eq!(texts, ["1e-12 rad/s", "3.5 rad/s", "1e9 rad/s"]);
@@ -594,7 +594,7 @@ fn locks_that_share_are_not_called_friction() {
 
 /// A blow that loses nothing turns the relative speed about and keeps momentum, whatever rounding makes of the energy.
 #[test]
-fn a_blow_without_loss_loses_nothing() {
+fn an_elastic_impact_dissipates_nothing() {
     let mut dice = Dice(77);
     for case in 0..40 {
         let [m1, m2] = [1.0 + case as f64 / 7.0, 2.0];
@@ -614,7 +614,7 @@ fn a_blow_without_loss_loses_nothing() {
 
 /// What rests beyond a rigid stop rests nowhere: equilibria are those within, or on the stop.
 #[test]
-fn equilibria_lie_within_rigid_stops() {
+fn equilibria_respect_rigid_stops() {
     // A spring that relaxes at −5 m, beyond the stop: it rests on that; nothing does where it is drawn away from both.
     let spring = "[mass.a]\nmass = \"1 kg\"\n[torque.g]\nmass = \"a\"\nlaw = \"-10 N - 2 N/m * a.s\"\n[end_stop.k]\nmass_1 = \"a\"\nlower = \"-1 m\"\n";
     let run = "[scenario]\nduration = \"1 s\"\nstart = \"equilibrium\"\n";
@@ -624,8 +624,8 @@ fn equilibria_lie_within_rigid_stops() {
     }
     let unstable = spring.replace("-10 N - 2 N/m * a.s", "10 N + 2 N/m * a.s");
     let reported = study::check(&format!("{unstable}{run}"));
-    let words = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which is rigid";
-    assert!(reported.len() == 1 && reported[0].message.contains(words), "{reported:?}");
+    let message = "the equilibrium a.s = -5.000000 m lies beyond the stop of `k`, which is rigid";
+    assert!(reported.len() == 1 && reported[0].message.contains(message), "{reported:?}");
 }
 
 /// A weight of 9.81 N rests on a rigid stop where it is, on a soft one of 1 kN/m 9.81 mm below, on a spring with 2 mm of play one more
@@ -667,15 +667,15 @@ fn a_contact_that_closes_at_an_impact_leaves_its_restitution() {
         let run = by(&source, Method::Automatic);
         // Compression: a and b with one speed, and c too if that is faster.
         let pair = m / (m + n);
-        let together = if pushes > pair { (m + c * pushes) / (m + n + c) } else { pair };
-        let back = e * n * together;
-        let b = together + back / n;
+        let common_speed = if pushes > pair { (m + c * pushes) / (m + n + c) } else { pair };
+        let back = e * n * common_speed;
+        let b = common_speed + back / n;
         let a = (m + c * pushes - n * b) / (m + c);
         let what = format!("{pushes} m/s");
         near(last(&run, "b.v"), b, 1e-12, &what);
         near(last(&run, "a.v"), a, 1e-12, &what);
         near(last(&run, "c.v"), a, 1e-12, &what);
-        let [before, after] = [m + c * pushes * pushes, (m + c) * a * a + n * b * b].map(|twice| 0.5 * twice);
+        let [before, after] = [m + c * pushes * pushes, (m + c) * a * a + n * b * b].map(|doubled| 0.5 * doubled);
         assert!(after <= before, "{what}: {after} J of {before} J");
         near(run.energy.dissipated, before - after, 1e-12, &what);
         let shared = run.notes.iter().any(|note| note.contains("`e`, `o` act together"));
@@ -686,7 +686,7 @@ fn a_contact_that_closes_at_an_impact_leaves_its_restitution() {
 /// Balls in a row with stops between them, some of which touch: with restitution 1 everywhere all energy stays, whichever contacts meet at one instant; three
 /// equal balls of which two touch part the impulse as their compression does.
 #[test]
-fn chains_without_loss_keep_their_energy() {
+fn elastic_chains_conserve_energy() {
     let mut dice = Dice(54);
     for case in 0..60 {
         let count = 3 + dice.below(3);
@@ -743,7 +743,7 @@ fn chains_without_loss_keep_their_energy() {
 
 /// What is thrown between two walls that leave it no room knocks without an end: the run goes on without its restitution, and says so.
 #[test]
-fn knocking_without_an_end_is_reported() {
+fn endless_impacts_are_reported() {
     let source = "[mass.a]\nmass = \"1 kg\"\n[end_stop.s]\nmass_1 = \"a\"\nlower = \"-1 m\"\nrestitution = 1\n[mass.w]\nmass = \"1e9 kg\"\n\
                   [end_stop.t]\nmass_1 = \"w\"\nmass_2 = \"a\"\nlower = \"0 m\"\nrestitution = 1\n[constraint.held]\ncoefficients = { w = 1 }\noffset = \"-1 m\"\n\
                   [scenario]\nduration = \"1 s\"\ninitial = { \"a.s\" = \"-1 m\", \"a.v\" = \"1 m/s\", \"w.s\" = \"-1 m\" }\n";

@@ -39,8 +39,8 @@ fn gains([a2, a1, a0]: [f64; 3]) -> [f64; 3] {
 #[test]
 fn a_voltage_places_the_poles_of_a_motor() {
     // (s + 50) (s² + 200 s + 16400)
-    let wanted = [250.0, 26_400.0, 820_000.0];
-    let [current, angle, speed] = gains(wanted);
+    let coefficients = [250.0, 26_400.0, 820_000.0];
+    let [current, angle, speed] = gains(coefficients);
     let design = Project::open(format!("{MOTOR}{PLACED}{STEP}"))
         .design(&DesignSettings::default(), &Silent)
         .unwrap_or_else(|reported| panic!("{reported:?}"));
@@ -99,12 +99,12 @@ fn a_source_has_a_limit() {
     near(signal(&run, "V.command")[0], gains([250.0, 26_400.0, 820_000.0])[1], 1e-9, "asked for");
     near(at(&run, "rotor.phi", 0.2), 1.0, 1e-3, "it arrives");
     // What it limits is a voltage, wherever that is told.
-    let left = "V leaves its voltage limit";
-    assert!(run.events.iter().any(|event| event.description == left), "{:?}", run.events);
+    let limit_exit = "V leaves its voltage limit";
+    assert!(run.events.iter().any(|event| event.description == limit_exit), "{:?}", run.events);
     let requirement = "[[requirement]]\nsignal = \"V.command\"\nmeasure = \"time_at_limit\"\nbelow = \"1 ms\"\n";
     let run = by(&format!("{source}{requirement}"), Method::Automatic);
     assert_eq!(run.requirements[0].text, "time of V at its voltage limit < 0.001 s");
-    let until = run.events.iter().find(|event| event.description == left).expect("it leaves").time;
+    let until = run.events.iter().find(|event| event.description == limit_exit).expect("it leaves").time;
     near(run.requirements[0].measured.expect("measured"), until, 1e-12, "time at the limit");
 }
 
@@ -171,8 +171,8 @@ fn events_set_a_current_source() {
         "{steps:?}"
     );
     assert!(reported(source.replace("at = \"1 s\"", "at = \"0 s\"").replace("over = \"500 ms\"\n", "")).is_empty());
-    let given = reported(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
-    assert!(given.iter().any(|one| one.contains("the `current` of `I` prescribes its current")), "{given:?}");
+    let prescribed = reported(source.replacen("to = \"n\"", "to = \"n\"\ncurrent = \"1 A\"", 1));
+    assert!(prescribed.iter().any(|one| one.contains("the `current` of `I` prescribes its current")), "{prescribed:?}");
     let dimension = reported(source.replace("\"2 A\"", "\"2 V\""));
     assert!(dimension.iter().any(|one| one.starts_with("unit::dimension")), "{dimension:?}");
 }
@@ -201,8 +201,8 @@ fn a_current_jumps_where_nothing_has_an_inductance() {
     }
     let inductor = "[inductor.L]\nfrom = \"n\"\nto = \"ground\"\ninductance = \"1 mH\"\n[scenario]";
     let diagnostics = Project::open(source.replace("[scenario]", inductor)).diagnostics().to_vec();
-    let said = "it jumps by -1 A at 0.05 s, which needs an infinite voltage of an inductance";
-    assert!(diagnostics.iter().any(|one| one.message.contains(said)), "{diagnostics:?}");
+    let message = "it jumps by -1 A at 0.05 s, which needs an infinite voltage of an inductance";
+    assert!(diagnostics.iter().any(|one| one.message.contains(message)), "{diagnostics:?}");
 }
 
 /// `ẋ = A x + B` from x(0), by the exponential of `A t`: its series, halved until it is short, then squared.

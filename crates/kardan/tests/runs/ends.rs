@@ -16,11 +16,11 @@ fn by(method: Method, model: &str) -> Run {
 }
 
 /// A run that ends at a time, for a cause with these words; its balance closes, and its rows reach to its end.
-fn ended(method: Method, model: &str, end: f64, words: &[&str]) -> Run {
+fn ended(method: Method, model: &str, end: f64, fragments: &[&str]) -> Run {
     let run = by(method, model);
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{method:?}: it ends early\n{model}") };
     assert!((time - end).abs() < 1e-8, "{method:?}: {time} {end}");
-    words.iter().for_each(|word| assert!(cause.contains(word), "{method:?}: {cause}"));
+    fragments.iter().for_each(|fragment| assert!(cause.contains(fragment), "{method:?}: {cause}"));
     assert!(run.energy.residual.abs() < 1e-9 * run.energy.exchanged.max(1.0), "{method:?}: {:?}", run.energy);
     let last = *run.series.time.last().expect("rows");
     assert!(last <= *time && last > *time - 1.001e-3, "{method:?}: {last} {time}");
@@ -61,9 +61,9 @@ fn a_clutch_or_brake_whose_formula_ends_ends_the_run_by_name() {
         let clutch = two("[clutch.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\ntorque = \"0.1 N m*sqrt(0.5 - t/(1 s))\"");
         let run =
             ended(method, &clutch, 0.5, &["the torque of `g` is NaN", "square_root(0.5 - t)", "it is undefined there"]);
-        let taken = |t: f64| 0.1 / 1.5 * (0.5f64.powf(1.5) - (0.5 - t).powf(1.5));
-        close(at(&run, "a.w", 0.49), 0.49 - taken(0.49));
-        close(at(&run, "b.w", 0.49), taken(0.49));
+        let transferred = |t: f64| 0.1 / 1.5 * (0.5f64.powf(1.5) - (0.5 - t).powf(1.5));
+        close(at(&run, "a.w", 0.49), 0.49 - transferred(0.49));
+        close(at(&run, "b.w", 0.49), transferred(0.49));
         let brake = two("[brake.g]\nshaft = \"a\"\ntorque = \"0.1 N m*sqrt(0.3 - a.phi)\"");
         let run = by(method, &brake);
         let Outcome::Failed { cause, .. } = &run.outcome else { panic!("it ends early") };
@@ -71,8 +71,8 @@ fn a_clutch_or_brake_whose_formula_ends_ends_the_run_by_name() {
         close(run.energy.input, 0.3);
         close(run.energy.dissipated, 0.1 / 1.5 * 0.3f64.powf(1.5));
         // At rest it holds, and lets go where its load is more.
-        let held = brake.replace("sqrt(0.3 - a.phi)", "sqrt(400 - 800*t/(1 s))");
-        let run = ended(method, &held, 0.5, &["the torque of `g` is NaN"]);
+        let sticking = brake.replace("sqrt(0.3 - a.phi)", "sqrt(400 - 800*t/(1 s))");
+        let run = ended(method, &sticking, 0.5, &["the torque of `g` is NaN"]);
         close(time_of(&run, "g slips forward"), 0.375);
     }
 }
@@ -87,8 +87,8 @@ fn a_loss_whose_formula_ends_ends_the_run_by_name() {
         0.5,
         &["the `loss` of `g` is NaN", "square_root(0.5 - t)", "it is undefined there"],
     );
-    let taken = 0.1 / 1.5 * (0.5f64.powf(1.5) - 0.01f64.powf(1.5));
-    close(at(&run, "a.w", 0.49), (0.49 - taken) / 1.25);
+    let loss_impulse = 0.1 / 1.5 * (0.5f64.powf(1.5) - 0.01f64.powf(1.5));
+    close(at(&run, "a.w", 0.49), (0.49 - loss_impulse) / 1.25);
     ended(
         Method::Automatic,
         &gear("0.1 N m*ln(0.5 - t/(1 s))^2"),
@@ -126,7 +126,7 @@ fn what_would_drive_ends_the_run_where_it_begins_to() {
 
 /// Held noise, a one-way clutch, a bent joint, and a clutch over a table of an angle: its points are looked for up to the end of each step.
 #[test]
-fn a_bend_is_looked_for_within_a_step_and_not_beyond() {
+fn non_smooth_points_are_located_up_to_the_end_of_a_step() {
     let run = by(
         Method::Automatic,
         "[signal.nz]\nkind = \"noise\"\ndeviation = \"1 N m\"\nhold = \"13 ms\"\n[table.tb]\n\

@@ -79,7 +79,7 @@ fn rows_that_become_dependent_end_a_run() {
 
 /// Where nothing moves there is nothing to lose.
 #[test]
-fn nothing_exchanged_has_no_part_left_out() {
+fn no_energy_exchange_gives_no_residual_share() {
     let run = run("[shaft.a]\ninertia = \"1 kg m^2\"\n[scenario]\nduration = \"1 s\"\n");
     assert_eq!((run.energy.exchanged, run.energy.residual_share(), run.warnings.len()), (0.0, None, 0));
 }

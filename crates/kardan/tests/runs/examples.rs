@@ -53,9 +53,9 @@ fn universal_joints_obey_the_cross() {
         ("one-tooth-off", 30.0, 10.0, None),
         ("crossed", 30.0, 90.0, Some(8.2132)),
     ];
-    for (variant, bend, phase, largest) in cases {
+    for (variant, angle, phase, largest) in cases {
         let run = of(&runs, variant);
-        let (c_1, c_2, phase) = (f64::cos(PI / 6.0), f64::to_radians(bend).cos(), f64::to_radians(phase));
+        let (c_1, c_2, phase) = (f64::cos(PI / 6.0), f64::to_radians(angle).cos(), f64::to_radians(phase));
         let [first, middle, second] = ["input", "middle", "output"].map(|name| signal(run, &format!("{name}.phi")));
         let [w_1, w_2, w_3] = ["input", "middle", "output"].map(|name| signal(run, &format!("{name}.w")));
         let cross = |one: f64, other: f64, c: f64| one.sin() * other.cos() - c * one.cos() * other.sin();
@@ -91,15 +91,15 @@ fn the_unicycle_keeps_its_circle() {
     for (variant, rate) in [("circle", 1.0), ("right-turn", -2.0)] {
         let run = of(&runs, variant);
         let [x, y, heading] = ["x.s", "y.s", "heading.phi"].map(|name| signal(run, name));
-        let [along_x, along_y] = ["rolls_x.x.f", "rolls_y.y.f"].map(|name| signal(run, name));
+        let [force_x, force_y] = ["rolls_x.x.f", "rolls_y.y.f"].map(|name| signal(run, name));
         for (k, t) in run.series.time.iter().enumerate() {
-            let turned = rate * t;
-            near(x[k], speed / rate * turned.sin(), 1e-9, variant);
-            near(y[k], speed / rate * (1.0 - turned.cos()), 1e-9, variant);
-            near(heading[k], turned, 1e-9, variant);
+            let angle = rate * t;
+            near(x[k], speed / rate * angle.sin(), 1e-9, variant);
+            near(y[k], speed / rate * (1.0 - angle.cos()), 1e-9, variant);
+            near(heading[k], angle, 1e-9, variant);
             // m times the acceleration
-            near(along_x[k], -mass * speed * rate * turned.sin(), 1e-7, variant);
-            near(along_y[k], mass * speed * rate * turned.cos(), 1e-7, variant);
+            near(force_x[k], -mass * speed * rate * angle.sin(), 1e-7, variant);
+            near(force_y[k], mass * speed * rate * angle.cos(), 1e-7, variant);
         }
     }
     let run = of(&runs, "from-rest");
@@ -152,7 +152,7 @@ fn the_power_split_is_that_of_willis() {
 /// At rest the torques at the pinion balance the force at the rack over a radius of 7.16 mm, and the driver feels what the motor leaves
 /// him. Hands off, friction of 80 N at the rack and of 0.05 N m at the wheel is all that is left between gust and tyres.
 #[test]
-fn the_steering_column_holds_the_rack() {
+fn the_steering_column_balances_the_rack_force() {
     let runs = runs("eps-column");
     let radius = 0.00716;
     for variant in ["manual", "boosted"] {
@@ -171,8 +171,8 @@ fn the_steering_column_holds_the_rack() {
     near(-last(off, "tyres.f"), 600.0, 80.0 + 0.05 / radius, "hands off");
     // Without feedback nothing turns the motor, and the points of the tyres' curve are (0 N, 0 mm) and (900 N, 10 mm).
     assert!((0.0..0.01).contains(&last(off, "rack.s")) && last(off, "assist.tau") == 0.0);
-    let kept = of(&runs, "lane-keeping");
-    near(20.0 * last(kept, "assist.tau") / radius, -600.0, 80.0 + 0.05 / radius + 10.0, "lane keeping");
+    let lane_keeping = of(&runs, "lane-keeping");
+    near(20.0 * last(lane_keeping, "assist.tau") / radius, -600.0, 80.0 + 0.05 / radius + 10.0, "lane keeping");
 }
 
 /// Level, the arm of 6 kg with 5 kg at 0.6 m weighs (3 + 5) kg · g · 0.6 m on the drive, which twists by that over 31 kN m/rad: on the

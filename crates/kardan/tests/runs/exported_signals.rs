@@ -6,7 +6,7 @@ use kardan::study::{self, DesignSettings, Project, Silent};
 use crate::common::{runs_only, signal};
 
 /// An arm under a load of 2 N m, held at 1 kHz by a law whose observer finds the load.
-const HELD: &str = r#"
+const LOADED_ARM: &str = r#"
 [shaft.arm]
 inertia = "0.5 kg m^2"
 damping = "0.1 N m s/rad"
@@ -54,7 +54,7 @@ fn last(run: &Run, name: &str) -> f64 {
     *signal(run, name).last().expect("rows")
 }
 
-const TOLD: &str = "
+const EXPORTED_SIGNALS: &str = "
 [signal.found]
 kind = \"expression\"
 value = \"unit.arm.disturbance\"
@@ -70,7 +70,7 @@ value = \"unit.drive.command\"
 /// is the command.
 #[test]
 fn what_a_law_finds_and_commands_is_reported() {
-    let run = run(&(HELD.replace("FADE", "") + TOLD));
+    let run = run(&(LOADED_ARM.replace("FADE", "") + EXPORTED_SIGNALS));
     assert!((last(&run, "found") - 2.0).abs() < 1e-5, "{}", last(&run, "found"));
     assert!(last(&run, "speed").abs() < 1e-5 && last(&run, "drive.tau") < -1.9);
     let (reported, command) = (signal(&run, "told"), signal(&run, "drive.tau"));
@@ -80,17 +80,17 @@ fn what_a_law_finds_and_commands_is_reported() {
 /// Commands times one are the commands, to the last bit; times a half they are half of what the law makes of what it sees; times zero none.
 #[test]
 fn a_signal_takes_commands_away() {
-    let faded = |share: &str| {
+    let blended = |share: &str| {
         let signal = format!("[block.share]\nkind = \"gain\"\ngain = 1\ninput = \"{share}\"\nsample_time = \"1 ms\"\n");
-        run(&(HELD.replace("FADE", "blending_signal = \"share\"") + TOLD + &signal))
+        run(&(LOADED_ARM.replace("FADE", "blending_signal = \"share\"") + EXPORTED_SIGNALS + &signal))
     };
-    let (whole, plain) = (faded("1"), run(&(HELD.replace("FADE", "") + TOLD)));
+    let (whole, plain) = (blended("1"), run(&(LOADED_ARM.replace("FADE", "") + EXPORTED_SIGNALS)));
     assert_eq!(signal(&whole, "arm.phi"), signal(&plain, "arm.phi"));
-    let half = faded("0.5");
+    let half = blended("0.5");
     // At rest the observer finds the load, and the feedback gives half of K x̂ + the load: c φ + 2 = 2 · 2 with c = 0.5 · 8 · 9.
     assert!((last(&half, "found") - 2.0).abs() < 1e-3, "{}", last(&half, "found"));
     assert!((last(&half, "drive.tau") + 2.0).abs() < 0.02, "{}", last(&half, "drive.tau"));
-    let none = faded("0");
+    let none = blended("0");
     assert!(signal(&none, "drive.tau").iter().all(|command| *command == 0.0));
     // J w' = 2 - d w from 0.1 s on: the observer finds the load without any command.
     let expected = 20.0 * (1.0 - f64::exp(-2.9 * 0.2));
@@ -118,15 +118,17 @@ law = \"-0.3 N m * sin(wheel.phi)\"
         let design = Project::open(source).design(&DesignSettings::default(), &Silent);
         design.unwrap_or_else(|reported| panic!("{reported:?}"))
     };
-    let alone = design(&HELD.replace("FADE", ""));
-    let whole = design(&(HELD.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]") + load));
-    assert!(!alone.gains.is_empty() && alone.gains == whole.gains);
-    assert_eq!(alone.controller_data, whole.controller_data);
+    let arm_only = design(&LOADED_ARM.replace("FADE", ""));
+    let whole = design(&(LOADED_ARM.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]") + load));
+    assert!(!arm_only.gains.is_empty() && arm_only.gains == whole.gains);
+    assert_eq!(arm_only.controller_data, whole.controller_data);
     assert!(whole.design_model.ends_with("without `wheel`, `bar`, `drag`"), "{}", whole.design_model);
     // Its loop is that with the load: another one than without.
     let poles = |margins: &Option<kardan::results::Margins>| margins.as_ref().and_then(|found| found.spectral_radius);
-    assert!(poles(&alone.margins) != poles(&whole.margins));
-    let run = run(&(HELD.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]") + load + TOLD));
+    assert!(poles(&arm_only.margins) != poles(&whole.margins));
+    let run = run(&(LOADED_ARM.replace("FADE", "excluded_elements = [\"wheel\", \"bar\", \"drag\"]")
+        + load
+        + EXPORTED_SIGNALS));
     assert!((last(&run, "found") - 2.0).abs() < 1.0 && signal(&run, "wheel.phi").iter().any(|phi| *phi != 0.0));
 }
 
@@ -134,9 +136,9 @@ law = \"-0.3 N m * sin(wheel.phi)\"
 /// before its shaft by name and turns on its own.
 #[test]
 fn a_law_of_a_part_gets_the_angles_of_that_part() {
-    let start = HELD.find("[control.unit.observer]").expect("a table");
-    let end = HELD.find("[scenario]").expect("a table");
-    let law = HELD[..start].replace("FADE", "excluded_elements = [\"aa\"]") + &HELD[end..];
+    let start = LOADED_ARM.find("[control.unit.observer]").expect("a table");
+    let end = LOADED_ARM.find("[scenario]").expect("a table");
+    let law = LOADED_ARM[..start].replace("FADE", "excluded_elements = [\"aa\"]") + &LOADED_ARM[end..];
     let turning = "[shaft.aa]\ninertia = \"1 kg m^2\"\n";
     let begins = "initial = { \"aa.phi\" = \"1 rad\", \"aa.w\" = \"3 rad/s\" }\noutput_step";
     let run = run(&(turning.to_string() + &law.replace("output_step", begins)));
@@ -147,7 +149,7 @@ fn a_law_of_a_part_gets_the_angles_of_that_part() {
 /// Estimates are those for the next sample: with an exact model and exact readings they are what is true there.
 #[test]
 fn what_is_found_is_foretold() {
-    let law = HELD.replace(
+    let law = LOADED_ARM.replace(
         "law = \"pole_placement\"\ninputs = [\"drive\"]\npoles = [-8, -9]",
         "law = \"sampled_noninteracting\"",
     );
@@ -156,7 +158,7 @@ fn what_is_found_is_foretold() {
         .replace("poles = [-40, -41, -42]\n", "")
         .replace("FADE\n\n", channel)
         .replace("\"load\"\nto = \"2 N m\"", "\"ref\"\nto = \"1 rad\"");
-    let run = run(&(law + TOLD));
+    let run = run(&(law + EXPORTED_SIGNALS));
     let (reported, speed) = (signal(&run, "speed"), signal(&run, "arm.w"));
     assert!(speed.iter().any(|speed| *speed > 2.0));
     // Behind a step rows lie closer than samples.
@@ -171,33 +173,33 @@ fn what_is_found_is_foretold() {
 fn signals_that_no_law_exports_are_named() {
     let read = |name: &str| {
         let signal = format!("[block.read]\nkind = \"delay\"\ninput = \"{name}\"\nsample_time = \"1 ms\"\n");
-        let reported = study::check(&(HELD.replace("FADE", "") + &signal));
+        let reported = study::check(&(LOADED_ARM.replace("FADE", "") + &signal));
         reported.iter().map(|one| format!("{} {}", one.code, one.message)).collect::<Vec<_>>()
     };
     assert_eq!(read("unit.arm.disturbance"), Vec::<String>::new());
     let typo = read("unit.arm.disturbanse");
     assert!(typo.iter().any(|reported| reported.starts_with("name::unknown")), "{typo:?}");
-    let missing = HELD.replace("FADE", "excluded_elements = [\"whel\"]");
+    let missing = LOADED_ARM.replace("FADE", "excluded_elements = [\"whel\"]");
     let reported = study::check(&missing);
     assert!(reported.iter().any(|one| one.message.contains("there is no element `whel`")), "{reported:?}");
     // What a controller needs cannot be left out.
     for needed in ["drive", "arm", "encoder"] {
-        let reported = study::check(&HELD.replace("FADE", &format!("excluded_elements = [\"{needed}\"]")));
+        let reported = study::check(&LOADED_ARM.replace("FADE", &format!("excluded_elements = [\"{needed}\"]")));
         assert!(reported.iter().any(|one| one.code == "control::excluded-elements"), "{needed}: {reported:?}");
     }
     // A signal that nothing sets would switch it off.
-    let reported = study::check(&HELD.replace("FADE", "blending_signal = \"powr\""));
+    let reported = study::check(&LOADED_ARM.replace("FADE", "blending_signal = \"powr\""));
     assert!(reported.iter().any(|one| one.code == "control::blending-signal"), "{reported:?}");
     let set = "\n[[scenario.event]]\nat = \"0 s\"\nsignal = \"power\"\nto = 1\n";
-    assert_eq!(study::check(&(HELD.replace("FADE", "blending_signal = \"power\"") + set)), []);
+    assert_eq!(study::check(&(LOADED_ARM.replace("FADE", "blending_signal = \"power\"") + set)), []);
     // Where the controller is not in the loop, it tells nothing.
     let variants = "[[variant]]\nname = \"with\"\n[[variant]]\nname = \"other\"\ncontrols = []\n";
-    let reported = study::check(&(HELD.replace("FADE", "") + TOLD + variants));
+    let reported = study::check(&(LOADED_ARM.replace("FADE", "") + EXPORTED_SIGNALS + variants));
     assert!(
         reported.iter().any(|one| one.code == "block::unavailable-signal" && one.message.contains("(variant `other`)")),
         "{reported:?}"
     );
-    let continuous = HELD.replace("FADE", "blending_signal = \"x\"").replace("sample_time = \"1 ms\"\n", "");
+    let continuous = LOADED_ARM.replace("FADE", "blending_signal = \"x\"").replace("sample_time = \"1 ms\"\n", "");
     let reported = study::check(&continuous);
     assert!(reported.iter().any(|one| one.message.contains("blending_signal")), "{reported:?}");
 }
@@ -205,7 +207,7 @@ fn signals_that_no_law_exports_are_named() {
 /// The opposite of a signal is an expression like any other.
 #[test]
 fn the_opposite_of_a_signal_is_measured() {
-    let source = HELD.replace("FADE", "")
+    let source = LOADED_ARM.replace("FADE", "")
         + "[[requirement]]\nsignal = \"-drive.tau\"\nmeasure = \"final\"\nabove = \"1.9 N m\"\nbelow = \"2.1 N m\"\n";
     let run = run(&source);
     assert!(run.requirements[0].passed, "{:?}", run.requirements);

@@ -62,13 +62,13 @@ fn a_motor_that_brakes() {
 #[test]
 fn a_motor_whose_supply_is_low() {
     let low = "kind = \"undervoltage\"\nvalue = 0.5\nat = \"1 s\"\nuntil = \"2 s\"";
-    for (limit, [before, within]) in [(3.0, [3.0, 1.5]), (6.0, [4.0, 3.0]), (10.0, [4.0, 4.0])] {
+    for (limit, [before, during]) in [(3.0, [3.0, 1.5]), (6.0, [4.0, 3.0]), (10.0, [4.0, 4.0])] {
         let source = wheel(&format!("torque_limit = \"{limit} N m\""), &[low]);
         every_method(&source, |run| {
-            for (time, expected) in [(0.5, before), (1.5, within), (1.0, within), (2.0, before), (2.5, before)] {
+            for (time, expected) in [(0.5, before), (1.5, during), (1.0, during), (2.0, before), (2.5, before)] {
                 assert!((at(run, "m.tau", time) - expected).abs() < 1e-12, "{limit} N m at {time} s");
             }
-            assert!((at(run, "a.w", 3.0) - 0.5 * (2.0 * before + within)).abs() < 1e-11, "{limit} N m");
+            assert!((at(run, "a.w", 3.0) - 0.5 * (2.0 * before + during)).abs() < 1e-11, "{limit} N m");
         });
     }
 }
@@ -113,7 +113,7 @@ fn sensors_that_read_something_else() {
 
 /// A lost sensor is one that is stuck, for blocks that bound what they read and for a law, but for a monitor, which sees that there is no number.
 #[test]
-fn a_lost_sensor_is_held_by_all_but_monitors() {
+fn all_but_monitors_use_the_last_value_of_a_lost_sensor() {
     let run = |kind: &str, law: &str| {
         let source = format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
@@ -187,9 +187,9 @@ fn all_who_read_a_failing_sensor_read_the_same() {
                 );
                 assert!((column - one).abs() < 1e-9, "{kind} {own} at {t} s: {column} for {one}");
             }
-            let (before, there) = (at(&run, "r1", 0.311), at(&run, "r20", 0.5));
+            let (before, during) = (at(&run, "r1", 0.311), at(&run, "r20", 0.5));
             if kind == "stuck" {
-                assert!((there - 3.0 * 0.312).abs() < if own.is_empty() { 1e-9 } else { 4e-3 }, "{own}: {there}");
+                assert!((during - 3.0 * 0.312).abs() < if own.is_empty() { 1e-9 } else { 4e-3 }, "{own}: {during}");
             }
             assert!((before - 3.0 * 0.311).abs() < 8e-3 && (at(&run, "r20", 0.7) - 2.1).abs() < 8e-3, "{kind} {own}");
         }
@@ -202,7 +202,7 @@ fn all_who_read_a_failing_sensor_read_the_same() {
 
 /// A program has no estimate: what it cannot compute is told as that, with a delay of its commands too.
 #[test]
-fn a_program_without_a_number_is_reported() {
+fn a_program_that_computes_nan_is_reported() {
     for delay in ["", "delay = \"1 ms\"\n"] {
         let source = format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.5 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\n\
@@ -231,7 +231,7 @@ fn unit(kind: &str) -> Run {
 #[test]
 fn control_units_that_stop_or_come_late() {
     let sampled = |time: f64| (time * 100.0 + 1e-9).floor() / 100.0;
-    let within = |time: f64| (0.5..0.7 - 1e-12).contains(&time);
+    let failing = |time: f64| (0.5..0.7 - 1e-12).contains(&time);
     let reset = unit("kind = \"reset\"");
     let missed = unit("kind = \"missed\"");
     let stale = unit("kind = \"stale\"");
@@ -242,8 +242,8 @@ fn control_units_that_stop_or_come_late() {
         let near = |run: &Run, name: &str, expected: f64| {
             assert!((at(run, name, time) - expected).abs() < 1e-9, "{name} at {time} s: {expected}");
         };
-        near(&reset, "m.tau", if within(time) { 0.0 } else { sampled(time) });
-        near(&missed, "m.tau", if within(time) { 0.49 } else { sampled(time) });
+        near(&reset, "m.tau", if failing(time) { 0.0 } else { sampled(time) });
+        near(&missed, "m.tau", if failing(time) { 0.49 } else { sampled(time) });
         near(&stale, "m.tau", sampled(time));
         // The counter starts anew behind the reset; where samples are missed it stands still.
         let counted = |run: &Run| at(run, "n.tau", time);
@@ -251,7 +251,7 @@ fn control_units_that_stop_or_come_late() {
             assert!((counted(&reset) - (sampled(time) - 0.7)).abs() < 1e-9, "at {time} s: {}", counted(&reset));
             assert!((counted(&missed) - (sampled(time) - 0.2)).abs() < 1e-9, "at {time} s: {}", counted(&missed));
         }
-        if within(time) {
+        if failing(time) {
             assert_eq!(at(&stale, "o.tau", time), at(&stale, "o.tau", 0.49), "at {time} s");
             assert!(time < 0.51 || at(&missed, "a.phi", time) != at(&missed, "a.phi", 0.49), "it moves");
             // Late by up to 6 ms, each sample by its own time.
@@ -316,8 +316,8 @@ fn faults_that_cannot_be() {
     let encoder = "[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n\
                    [block.seen]\nkind = \"hold\"\ninput = \"enc\"\nsample_time = \"10 ms\"\n";
     for (keys, message, help) in cases {
-        let rest = if keys.contains("enc") { encoder } else { "" };
-        let source = wheel(rest, &[]) + "[[scenario.fault]]\n" + keys + "\n";
+        let extra = if keys.contains("enc") { encoder } else { "" };
+        let source = wheel(extra, &[]) + "[[scenario.fault]]\n" + keys + "\n";
         let reported = study::prepare(&source).1;
         let found = reported.iter().find(|one| one.message.contains(message));
         let found = found.unwrap_or_else(|| panic!("{keys}: {}", plain(&source, &reported)));
@@ -325,8 +325,8 @@ fn faults_that_cannot_be() {
         assert!(found.help.as_ref().is_some_and(helps), "{keys}: {found:?}");
         assert!(!found.labels.is_empty(), "{keys}: {found:?}");
     }
-    let twice = wheel("", &["at = \"1 s\"", "kind = \"reversed\"\nat = \"2 s\""]);
-    let reported = study::prepare(&twice).1;
+    let overlapping = wheel("", &["at = \"1 s\"", "kind = \"reversed\"\nat = \"2 s\""]);
+    let reported = study::prepare(&overlapping).1;
     assert!(
         reported.iter().any(|one| one.code == "fault::overlap" && one.message.contains("another fault then")),
         "{reported:?}"
@@ -341,13 +341,13 @@ fn a_torque_that_sticks() {
         let source = wheel(limit, &["kind = \"stuck\"\nat = \"1 s\"\nuntil = \"2 s\""])
             .replace("to = \"4 N m\"", "to = \"4 N m\"\nover = \"2.5 s\"");
         every_method(&source, |run| {
-            let held = at(run, "m.tau", 1.0);
-            assert!((at(run, "m.tau", 0.99) - held).abs() < 0.04 && held > 1.0, "{limit}: {held}");
+            let stuck = at(run, "m.tau", 1.0);
+            assert!((at(run, "m.tau", 0.99) - stuck).abs() < 0.04 && stuck > 1.0, "{limit}: {stuck}");
             for (time, torque) in run.series.time.iter().zip(signal(run, "m.tau")) {
-                assert!(!(1.0..2.0).contains(time) || *torque == held, "{limit} at {time} s: {torque}");
+                assert!(!(1.0..2.0).contains(time) || *torque == stuck, "{limit} at {time} s: {torque}");
             }
-            assert!((at(run, "a.w", 2.0) - at(run, "a.w", 1.0) - 0.5 * held).abs() < 1e-11, "{limit}");
-            assert!(at(run, "m.tau", 2.01) != held && run.energy.residual.abs() < 1e-9, "{limit}: {:?}", run.energy);
+            assert!((at(run, "a.w", 2.0) - at(run, "a.w", 1.0) - 0.5 * stuck).abs() < 1e-11, "{limit}");
+            assert!(at(run, "m.tau", 2.01) != stuck && run.energy.residual.abs() < 1e-9, "{limit}: {:?}", run.energy);
         });
     }
 }
@@ -397,7 +397,7 @@ fn a_bar_that_breaks() {
 
 /// A hub that slips by 0.1 rad goes on from there: speeds stay, the spring holds ½ s (x − 0.1)² in place of ½ s x².
 #[test]
-fn teeth_that_jump() {
+fn a_spring_that_jumps() {
     let jump = "[[scenario.fault]]\nelement = \"bar\"\nkind = \"jump\"\nvalue = \"0.1 rad\"\nat = \"0.77 s\"\n";
     every_method(&two_wheels(jump).replace("damping = \"D\"\n", ""), |run| {
         let rate = f64::sqrt(45.0);
@@ -453,7 +453,7 @@ fn what_cannot_break() {
     let bare = two_wheels("").replace("damping = \"D\"\n", "");
     let gear =
         bare.clone() + "[shaft.c]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nratio = 2\n";
-    let play = bare
+    let backlash = bare
         .replace("[sensor.felt]\nmeasures = \"torque\"\nelement = \"bar\"\n", "")
         .replace("\"felt\"", "\"a.phi\"")
         .replace("stiffness =", "backlash = \"0.1 rad\"\nstiffness =");
@@ -471,7 +471,7 @@ fn what_cannot_break() {
         (&bare, "element = \"bar\"\nkind = \"jump\"\nvalue = \"1 N m\"\nat = \"1 s\"", "expected an angle", "deg"),
         (&bare, "element = \"bar\"\nat = \"1 s\"\nuntil = \"1.5 s\"", "stays broken", "remove `until`"),
         (&bare, "element = \"bar\"\nkind = \"dead\"\nat = \"1 s\"", "an element cannot be `dead`", "broken"),
-        (&play, "element = \"bar\"\nat = \"1 s\"", "has backlash", "backlash"),
+        (&backlash, "element = \"bar\"\nat = \"1 s\"", "has backlash", "backlash"),
         (&rubs, "element = \"bar\"\nat = \"1 s\"", "Coulomb friction", "of its own"),
     ];
     for (source, keys, message, help) in cases {
@@ -495,10 +495,10 @@ fn faults_with_a_name() {
         study::run(&source, &settings, &study::Silent)
     };
     let both = study::run(&source, &crate::common::runs_only(), &study::Silent).expect("no mistakes").runs;
-    let asked = run(&["dead"]).expect("no mistakes").runs;
-    assert_eq!(both[1].series.signals, asked[0].series.signals);
-    assert!(both[0].series.time == asked[0].series.time && (at(&both[0], "a.w", 3.0) - 6.0).abs() < 1e-12);
-    assert!((at(&asked[0], "a.w", 3.0) - 2.0).abs() < 1e-12);
+    let requested = run(&["dead"]).expect("no mistakes").runs;
+    assert_eq!(both[1].series.signals, requested[0].series.signals);
+    assert!(both[0].series.time == requested[0].series.time && (at(&both[0], "a.w", 3.0) - 6.0).abs() < 1e-12);
+    assert!((at(&requested[0], "a.w", 3.0) - 2.0).abs() < 1e-12);
     let reported = |faults: &[&str]| run(faults).expect_err("refused").remove(0);
     assert!(reported(&["ded"]).help.is_some_and(|help| help.contains("dead")));
     assert!(reported(&["dead", "back"]).message.contains("two ways at once"));

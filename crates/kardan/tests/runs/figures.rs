@@ -101,7 +101,7 @@ fn rough() -> Vec<Column> {
 }
 
 #[test]
-fn drive_without_friction() {
+fn frictionless_drive() {
     compare(include_str!("../golden/hd_linear_pos.csv"), &drive("position"), &smooth());
     compare(include_str!("../golden/hd_linear_torque.csv"), &drive("torque"), &smooth());
 }

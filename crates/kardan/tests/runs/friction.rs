@@ -83,8 +83,8 @@ fn gauss_seidel(p: &Problem, sweeps: usize) -> Vec<f64> {
     let mut x = vec![0.0; m];
     for _ in 0..sweeps {
         for i in (0..m).filter(|i| p.w[i * m + i] > 0.0) {
-            let rest = p.r[i] - (0..m).map(|j| p.w[i * m + j] * x[j]).sum::<f64>();
-            x[i] = (x[i] + rest / p.w[i * m + i]).clamp(-p.b[i], p.c[i]);
+            let residual = p.r[i] - (0..m).map(|j| p.w[i * m + j] * x[j]).sum::<f64>();
+            x[i] = (x[i] + residual / p.w[i * m + i]).clamp(-p.b[i], p.c[i]);
         }
     }
     x
@@ -109,7 +109,7 @@ proptest! {
 /// Three wheels that freewheels and two stops hold in more ways than one, `a₀ ≥ 0`, `a₁ ≥ a₀`, `a₂ ≥ a₁`, `a₁ ≤ 0`, `a₂ ≤ 0`: nothing moves, and what
 /// rounding makes of the torques that hold is no contradiction; that one of them accelerates on its own is.
 #[test]
-fn rounding_of_what_holds_is_no_contradiction() {
+fn rounding_of_constraint_torques_is_no_contradiction() {
     let (inertia, ratio) = ([0.04, 0.06, 0.03 + 0.01 * (7.0f64 / 19.0).powi(2)], 7.0 / 19.0);
     let rows = [[1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, -1.0, 0.0], [0.0, 0.0, -ratio]];
     let w: Vec<f64> = (0..25).map(|i| (0..3).map(|k| rows[i / 5][k] * rows[i % 5][k] / inertia[k]).sum()).collect();
@@ -121,8 +121,8 @@ fn rounding_of_what_holds_is_no_contradiction() {
         let (mut problem, bounds) = (BoxProblem::new(5), Bounds { forward: &free, backward: &inf });
         assert!(problem.solve(&w, &r, bounds, &mut lambda), "{f:e} {:?}", problem.unbounded());
         for (i, r) in r.iter().enumerate() {
-            let left = r - (0..5).map(|j| w[5 * i + j] * lambda[j]).sum::<f64>();
-            assert!(left.abs() <= 1e-12 * 87.3, "{f:e}: {left:e} along {i}");
+            let residual = r - (0..5).map(|j| w[5 * i + j] * lambda[j]).sum::<f64>();
+            assert!(residual.abs() <= 1e-12 * 87.3, "{f:e}: {residual:e} along {i}");
         }
         // Along the last one a speed is prescribed that changes.
         let mut pressed = r.clone();
@@ -217,9 +217,9 @@ fn free_decay_stops_after_five_half_turns() {
     };
     // Shafts at -2 and 1/2 times the speed of a: inertias and Coulomb torques add up to what the single shaft has.
     let gears: String = (0..4).map(gear).collect();
-    let alone = ("0.01", "0.1", String::new());
+    let single_shaft = ("0.01", "0.1", String::new());
     let geared = ("0.01", "0.05", gears);
-    for (inertia, friction, more) in [alone, geared] {
+    for (inertia, friction, more) in [single_shaft, geared] {
         let single = more.is_empty();
         let run = run(&format!(
             r#"
@@ -419,7 +419,7 @@ fn position_loop(motor: &str) -> Run {
 
 /// The torque is the clamped command in every row, through hundreds of entries into the limit and ways out.
 #[test]
-fn torque_limit_is_left_and_entered_on_time() {
+fn torque_limit_is_entered_and_exited_on_time() {
     let run = position_loop("torque_limit = \"1 N m\"");
     balanced(&run);
     let (torque, command) = (values(&run, "m.tau"), values(&run, "m.command"));
@@ -432,7 +432,7 @@ fn torque_limit_is_left_and_entered_on_time() {
 /// Limit, then rate limit: the torque never changes faster than allowed, and where it differs from the limited command
 /// it moves towards it at full rate.
 #[test]
-fn rate_limit_is_kept_and_used() {
+fn rate_limit_is_respected_and_used() {
     let run = position_loop("torque_limit = \"1 N m\"\nrate_limit = \"20 N m/s\"");
     balanced(&run);
     let (time, torque, command) = (&run.series.time, values(&run, "m.tau"), values(&run, "m.command"));
@@ -454,7 +454,7 @@ fn rate_limit_is_kept_and_used() {
 /// Three frictions share the torque of one ramp. About the limit an event is seen exactly where the modes decided there are other ones; seen
 /// but not done it would be seen again at the next number of the time, and end the run as chatter.
 #[test]
-fn an_event_is_seen_where_it_happens() {
+fn an_event_is_detected_where_it_happens() {
     let text = r#"
         [shaft.a]
         inertia = "0.013 kg m^2"
@@ -510,8 +510,8 @@ fn an_event_is_seen_where_it_happens() {
         let mut state = vec![0.0; machine.size()];
         machine.enter_segment(0.0);
         machine.settle(0.0, &mut state, &[], true, &names, &[]);
-        let seen = machine.breaks_away(time, &state);
-        (seen, !machine.settle(time, &mut state, &[], false, &names, &["load".into()]).is_empty())
+        let detected = machine.breaks_away(time, &state);
+        (detected, !machine.settle(time, &mut state, &[], false, &names, &["load".into()]).is_empty())
     };
     // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
     let (mut low, mut high) = (0, 100_000);
@@ -521,8 +521,8 @@ fn an_event_is_seen_where_it_happens() {
         if both(middle).1 { high = middle } else { low = middle }
     }
     for k in high - 500..high + 500 {
-        let (seen, happens) = both(k);
-        assert_eq!(seen, happens, "{k}, the limit is at {high}");
+        let (detected, happens) = both(k);
+        assert_eq!(detected, happens, "{k}, the limit is at {high}");
     }
 }
 
@@ -599,10 +599,10 @@ fn a_direction_that_cancels_does_not_stop_the_drive() {
     let swing = ((1.0 - c) / (2.0 * c.sqrt())).atan();
     let extreme = (1.0 / c.sqrt()).atan();
     let half_turns = (last("a.phi") / std::f64::consts::PI).floor();
-    let rest = last("a.phi") - half_turns * std::f64::consts::PI;
+    let remainder = last("a.phi") - half_turns * std::f64::consts::PI;
     let difference = last("c.phi");
     let way = 4.0 * swing * half_turns
-        + match rest {
+        + match remainder {
             y if y <= extreme => -difference,
             y if y <= std::f64::consts::PI - extreme => 2.0 * swing + difference,
             _ => 4.0 * swing - difference,
@@ -614,12 +614,12 @@ fn a_direction_that_cancels_does_not_stop_the_drive() {
 }
 
 /// Friction of the shaft `a`: what holds, what slides, and the speed between.
-const HOLDS: f64 = 0.1;
-const SLIDES: f64 = 0.06;
+const BREAKAWAY: f64 = 0.1;
+const SLIDING: f64 = 0.06;
 const SPEED: f64 = 0.5;
 
 fn falling(speed: f64) -> f64 {
-    SLIDES + (HOLDS - SLIDES) * (-(speed / SPEED).powi(2)).exp()
+    SLIDING + (BREAKAWAY - SLIDING) * (-(speed / SPEED).powi(2)).exp()
 }
 
 /// ```text
@@ -627,7 +627,7 @@ fn falling(speed: f64) -> f64 {
 /// ```
 fn pulled(keys: &str, events: &str) -> Run {
     run(&format!(
-        "[shaft.a]\ninertia = \"0.01 kg m^2\"\nfriction = \"{SLIDES} N m\"\n{keys}\n[disturbance.T]\nshaft = \"a\"\n\
+        "[shaft.a]\ninertia = \"0.01 kg m^2\"\nfriction = \"{SLIDING} N m\"\n{keys}\n[disturbance.T]\nshaft = \"a\"\n\
          [scenario]\nduration = \"2 s\"\n{events}"
     ))
 }
@@ -642,7 +642,7 @@ const STRIBECK: &str = "breakaway = \"0.1 N m\"\nstribeck_speed = \"0.5 rad/s\""
 /// (Simpson, 2000 intervals, error below 1e-12) knows nothing of the integration over time. The shown torque is the law's.
 #[test]
 fn friction_falls_from_breakaway_as_speed_grows() {
-    for torque in [HOLDS.next_down(), HOLDS] {
+    for torque in [BREAKAWAY.next_down(), BREAKAWAY] {
         let still = pulled(STRIBECK, &event(0.5, -torque, 0.0));
         assert!(values(&still, "a.phi").iter().all(|x| *x == 0.0), "creeps at {torque:?} N m");
     }
@@ -650,7 +650,7 @@ fn friction_falls_from_breakaway_as_speed_grows() {
     let moving = pulled(STRIBECK, &event(0.5, torque, 0.0));
     balanced(&moving);
     let (speeds, shown) = (values(&moving, "a.w"), values(&moving, "a.friction"));
-    let mut seen = 0;
+    let mut compared = 0;
     for (k, t) in moving.series.time.iter().enumerate().filter(|(_, t)| **t > 0.5) {
         let (w, n) = (speeds[k], 2000);
         let at = |i: usize| 0.01 / (torque - falling(w * i as f64 / n as f64));
@@ -658,9 +658,9 @@ fn friction_falls_from_breakaway_as_speed_grows() {
         let expected = w / (3.0 * n as f64) * (at(0) + inner + at(n));
         assert!((t - 0.5 - expected).abs() < 1e-8, "{w} rad/s at {t} s, expected {expected} s later");
         assert!((shown[k] - falling(w)).abs() < 1e-15, "{} at {w} rad/s", shown[k]);
-        seen += 1;
+        compared += 1;
     }
-    assert!(seen > 1000 && speeds.last().is_some_and(|w| *w > 5.0 * SPEED));
+    assert!(compared > 1000 && speeds.last().is_some_and(|w| *w > 5.0 * SPEED));
 }
 
 /// Steady sliding against a damper: `T = d w + c(w)` at the end.
@@ -677,12 +677,12 @@ fn steady_sliding_balances_the_law() {
 fn equal_breakaway_is_coulomb_friction() {
     let events = event(0.1, 0.2, 0.3) + &event(0.6, -0.3, 0.1) + &event(1.2, 0.0, 0.2);
     let same = "breakaway = \"0.06 N m\"\nstribeck_speed = \"1 rad/s\"";
-    let (with, without) = (pulled(same, &events), pulled("", &events));
-    assert_eq!((&with.series, &with.events), (&without.series, &without.events));
+    let (with_breakaway, coulomb) = (pulled(same, &events), pulled("", &events));
+    assert_eq!((&with_breakaway.series, &with_breakaway.events), (&coulomb.series, &coulomb.events));
     assert!(
-        with.events.iter().filter(|event| event.description.starts_with("a slips")).count() >= 2,
+        with_breakaway.events.iter().filter(|event| event.description.starts_with("a slips")).count() >= 2,
         "{:?}",
-        with.events
+        with_breakaway.events
     );
 }
 
@@ -722,9 +722,9 @@ fn a_pulled_mass_jerks() {
     for at in &breaks {
         let row = time.iter().position(|t| t > at).unwrap();
         // Between two rows the spring goes on by 10 N m/rad · 0.02 rad/s · 1 ms.
-        assert!((spring[row - 1] - HOLDS).abs() < 3e-4, "{} at {at} s", spring[row - 1]);
+        assert!((spring[row - 1] - BREAKAWAY).abs() < 3e-4, "{} at {at} s", spring[row - 1]);
     }
-    assert!(values(&run, "mass.friction").iter().all(|x| x.abs() <= HOLDS * (1.0 + 1e-12)));
+    assert!(values(&run, "mass.friction").iter().all(|x| x.abs() <= BREAKAWAY * (1.0 + 1e-12)));
 }
 
 /// Events of a run without what the scenario does.
@@ -746,7 +746,7 @@ fn nudge(at: f64) -> String {
 /// `ẇ = ε c/J` for 1 ms, then `ẇ = −c/2J`: 1e-7 rad/s at most, at rest again 0.2 us later, after
 /// `½ 1e-4 (1e-3)² + ½ 1e-7 · 2e-7` rad.
 #[test]
-fn a_slip_that_hardly_begins_is_one_slip() {
+fn a_minimal_slip_is_one_slip() {
     let model = "[shaft.a]\ninertia = \"1 kg m^2\"\nfriction = \"1 N m\"\n[disturbance.T]\nshaft = \"a\"\n\
                  [scenario]\nduration = \"1 s\"\n";
     let run = run(&(model.to_string() + &nudge(0.1)));
@@ -768,9 +768,9 @@ fn a_fast_phase_before_changes_nothing() {
     let run = run(&(model.to_string() + &before + &nudge(2.0)));
     assert_eq!(run.outcome, Outcome::Completed);
     let found = changes(&run);
-    let words: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
+    let descriptions: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
     // It slips from the beginning on, which is no event.
-    assert_eq!(words, ["a sticks", "a slips forward", "a sticks"], "{found:?}");
+    assert_eq!(descriptions, ["a sticks", "a slips forward", "a sticks"], "{found:?}");
     // 500 rad/s, less 1000 rad/s² over 0.4995 s, less 1 rad/s².
     assert!((found[0].0 - 1.4995).abs() < 1e-9, "{}", found[0].0);
     assert_eq!(found[1].0, 2.0);
@@ -864,8 +864,8 @@ fn a_sine_that_barely_exceeds_the_friction_slips_once() {
         ));
         assert_eq!(run.outcome, Outcome::Completed);
         let found = changes(&run);
-        let words: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
-        assert_eq!(words, ["mass slips forward", "mass sticks"], "{found:?}");
+        let descriptions: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
+        assert_eq!(descriptions, ["mass slips forward", "mass sticks"], "{found:?}");
         // The oscillator is known to 1e-9 or so, which is 3e-4 of what exceeds the friction; the times go with its root, the
         // slip with its square.
         assert!((found[0].0 - peak - begin / omega).abs() < 1e-3 * -begin / omega, "{} s", found[0].0);
@@ -914,8 +914,8 @@ fn scales_change_no_event() {
     for (f, tau) in [(1e8, 1.0), (1e-8, 1.0), (1.0, 1e3), (1.0, 1e-3), (1e8, 1e-3), (1e-8, 1e3)] {
         let run = scaled(f, tau);
         let found = changes(&run);
-        let words = |list: &[(f64, String)]| list.iter().map(|(_, what)| what.clone()).collect::<Vec<_>>();
-        assert_eq!(words(&found), words(&expected), "f {f:e}, tau {tau:e}");
+        let descriptions = |list: &[(f64, String)]| list.iter().map(|(_, what)| what.clone()).collect::<Vec<_>>();
+        assert_eq!(descriptions(&found), descriptions(&expected), "f {f:e}, tau {tau:e}");
         for ((time, what), (at, _)) in found.iter().zip(&expected) {
             // Absolute tolerances of the integrator are 1e-12 rad/s, of speeds of 1e-3 rad/s where times are long.
             assert!((time / tau - at).abs() < 1e-5, "{what} at {time} s, f {f:e}, tau {tau:e}, against {at}");
@@ -972,7 +972,7 @@ const DRIVE_WITH_THREE_FRICTIONS: &str = r#"
 /// Three frictions along two coordinates: one shaft comes to rest, then the two others together. Then everything stands exactly still, and
 /// the torques hold each other: `λ_wg − λ_fs/50 = τ_wg`, `λ_cs + 51/50 λ_fs = τ_cs`.
 #[test]
-fn three_frictions_along_two_coordinates_come_to_rest() {
+fn three_frictions_on_two_coordinates_come_to_rest() {
     let run = run(DRIVE_WITH_THREE_FRICTIONS);
     balanced(&run);
     let last = |signal: &str| *values(&run, signal).last().unwrap();
@@ -991,7 +991,7 @@ fn three_frictions_along_two_coordinates_come_to_rest() {
 
 /// Where rounding lets one of two directions reverse that stop together, the other rests all the same: it depends on those that do.
 #[test]
-fn a_direction_that_others_hold_rests_with_them() {
+fn a_dependent_friction_direction_sticks_too() {
     let (prepared, _) = kardan::study::prepare(DRIVE_WITH_THREE_FRICTIONS);
     let variant = &prepared.variants[0];
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
@@ -1000,7 +1000,7 @@ fn a_direction_that_others_hold_rests_with_them() {
     let coordinates = variant.reduced.coordinate_names();
     let wg = coordinates.iter().position(|name| name == "wg").unwrap();
     let moves = |name: &str| names.iter().position(|other| other == name).unwrap();
-    for stops in ["wg", "fs"] {
+    for stopping in ["wg", "fs"] {
         let mut machine = Machine::new(setup);
         let mut state = vec![0.0; machine.size()];
         machine.enter_segment(0.0);
@@ -1009,8 +1009,8 @@ fn a_direction_that_others_hold_rests_with_them() {
         machine.settle(0.0, &mut state, &[], true, &names, &inputs);
         assert!(machine.shared_friction().is_empty());
         state[coordinates.len() + wg] = 0.0;
-        machine.settle(0.01, &mut state, &[moves(stops)], false, &names, &inputs);
-        assert_eq!(machine.shared_friction(), [0, 1, 2], "{stops} has come to rest");
+        machine.settle(0.01, &mut state, &[moves(stopping)], false, &names, &inputs);
+        assert_eq!(machine.shared_friction(), [0, 1, 2], "{stopping} has come to rest");
         assert!(!machine.breaks_away(0.02, &state));
     }
 }

@@ -25,9 +25,9 @@ const SIGNALS: &[(&str, &str, f64, f64)] = &[
 
 fn steering(friction: bool, variant: &str) -> Run {
     let source = model::builtin("sia-steering").expect("built in").source;
-    let without: String =
+    let frictionless: String =
         source.lines().filter(|line| !line.starts_with("friction")).map(|l| format!("{l}\n")).collect();
-    let source = if friction { source } else { &without };
+    let source = if friction { source } else { &frictionless };
     let settings = study::Settings { variants: vec![variant.to_string()], ..crate::common::runs_only() };
     let mut study = study::run(source, &settings, &study::Silent).expect("the built-in model is right");
     study.runs.remove(0)

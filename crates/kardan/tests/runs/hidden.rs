@@ -59,7 +59,7 @@ fn pulses_of_time_are_felt() {
 
 /// Braked by `c (1 − 2/(exp(w/w₀) + 1))` from 100 rad/s: `d/dt (2 w₀ sinh(w/2w₀)) = …`, so that `sinh(w/2w₀) = sinh(w(0)/2w₀) exp(−c t/2J w₀)`; it never turns back.
 #[test]
-fn what_brakes_does_not_turn_back() {
+fn braking_does_not_reverse_the_motion() {
     let source = shaft(
         "-100 N m * (2/(1 + exp(-a.w/(0.01 rad/s))) - 1)",
         "duration = \"2 s\"\ninitial = { \"a.w\" = \"100 rad/s\" }",
@@ -85,11 +85,11 @@ fn brake(limit: &str, pull: &str, more: &str, duration: &str) -> String {
 fn slips(inertia: f64, limit: &dyn Fn(f64) -> f64, pull: &dyn Fn(f64) -> f64, end: f64, count: usize) -> [f64; 2] {
     let step = end / count as f64;
     let (mut t, mut angle, mut speed, mut sense) = (0.0, 0.0, 0.0, 0.0);
-    let halve = |low: f64, high: f64, beyond: &dyn Fn(f64) -> bool| {
+    let halve = |low: f64, high: f64, condition: &dyn Fn(f64) -> bool| {
         let (mut low, mut high) = (low, high);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if beyond(middle) { high = middle } else { low = middle }
+            if condition(middle) { high = middle } else { low = middle }
         }
         high
     };
@@ -119,11 +119,11 @@ fn slips(inertia: f64, limit: &dyn Fn(f64) -> f64, pull: &dyn Fn(f64) -> f64, en
         let [more, faster] = moved(t, h, sense);
         if (speed + faster) * sense < 0.0 {
             let from = (t, speed);
-            let stands = halve(0.0, h, &|h| (from.1 + moved(from.0, h, sense)[1]) * sense < 0.0);
-            let [more, _] = moved(t, stands, sense);
-            (angle, speed, t) = (angle + speed * stands + more, 0.0, t + stands);
+            let stop_time = halve(0.0, h, &|h| (from.1 + moved(from.0, h, sense)[1]) * sense < 0.0);
+            let [more, _] = moved(t, stop_time, sense);
+            (angle, speed, t) = (angle + speed * stop_time + more, 0.0, t + stop_time);
             sense = if breaks(t) { pull(t).signum() } else { 0.0 };
-            if h - stands < 1e-15 {
+            if h - stop_time < 1e-15 {
                 t = next;
             }
             continue;
@@ -349,7 +349,7 @@ impl Law {
     /// Angle and speed at the end by the classical method of order 4 in steps of 0.1 ms, sums compensated.
     fn reference(&self) -> [f64; 2] {
         let (count, mut x, mut command) = (100_000, [0.0, self.start], 0.0);
-        let (h, mut lost) = (END / count as f64, [0.0; 2]);
+        let (h, mut compensation) = (END / count as f64, [0.0; 2]);
         for step in 0..count {
             if step % 1000 == 0 {
                 command = -self.gain * x[1];
@@ -363,9 +363,9 @@ impl Law {
             let c = rates(t + 0.5 * h, moved(b, 0.5));
             let d = rates(t + h, moved(c, 1.0));
             for i in 0..2 {
-                let change = h * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0 - lost[i];
+                let change = h * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0 - compensation[i];
                 let next = x[i] + change;
-                lost[i] = (next - x[i]) - change;
+                compensation[i] = (next - x[i]) - change;
                 x[i] = next;
             }
         }
@@ -375,9 +375,9 @@ impl Law {
 
 /// Which of the random models are drawn.
 fn models(first: usize) -> std::ops::Range<u64> {
-    let asked = std::env::var("KARDAN_MODELS").ok();
-    let asked = asked.as_deref().and_then(|text| text.split_once(".."));
-    asked.map_or(0..first as u64, |(from, to)| from.parse().expect("a number")..to.parse().expect("a number"))
+    let range = std::env::var("KARDAN_MODELS").ok();
+    let range = range.as_deref().and_then(|text| text.split_once(".."));
+    range.map_or(0..first as u64, |(from, to)| from.parse().expect("a number")..to.parse().expect("a number"))
 }
 
 const RELATIVE: f64 = 1e-8;

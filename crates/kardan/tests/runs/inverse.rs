@@ -73,18 +73,18 @@ fn a_motion_that_is_all_prescribed_meets_losses_and_stops() {
 fn where_all_is_prescribed_nothing_is_analysed() {
     for motion in ["angle = \"1 rad * sin(2 pi t / 1 s)\"", "speed = \"1 rad/s * cos(2 pi t / 1 s)\""] {
         let model = all_prescribed(motion, "[motor.m]\nshaft = \"b\"\n");
-        let said = "no free motion remains: `pm` prescribes all motion";
+        let message = "no free motion remains: `pm` prescribes all motion";
         let project = Project::open(&model);
         assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
         let found = project.analyze(&AnalyzeSettings::default(), &Silent).expect_err("no free motion");
-        assert_eq!(found[0].message, said);
+        assert_eq!(found[0].message, message);
         let found = project.design(&DesignSettings::default(), &Silent).expect_err("no free motion");
-        assert_eq!(found[0].message, said);
+        assert_eq!(found[0].message, message);
         let controlled =
             model + "[control.c]\nlaw = \"pole_placement\"\ninputs = [\"m\"]\npoles = [\"-1 1/s\", \"-2 1/s\"]\n";
         let project = Project::open(&controlled);
         assert!(
-            project.diagnostics().iter().any(|diagnostic| diagnostic.message == said),
+            project.diagnostics().iter().any(|diagnostic| diagnostic.message == message),
             "{:?}",
             project.diagnostics()
         );

@@ -134,7 +134,7 @@ fn swinging_chain_follows_masing() {
 ///   a ~~s1~~ m1 ~~s2~~ m2        m1 and m2 rub on the ground with c1 and c2
 /// ```
 #[test]
-fn joined_sliders_drag_each_other() {
+fn joined_friction_elements_drag_each_other() {
     let (s1, s2, c1, c2, top) = (200.0, 80.0, 0.5, 0.7, 0.025);
     let node = |k: usize, from: &str, s: f64, c: f64| {
         format!(

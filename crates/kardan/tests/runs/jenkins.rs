@@ -128,7 +128,7 @@ fn iwan_follows_masing() {
 
 /// A slider between two bodies, beside ordinary friction and a torque: the balance of energy closes, all methods agree.
 #[test]
-fn slider_between_bodies_balances() {
+fn jenkins_element_between_bodies_balances() {
     let model = "[shaft.a]\ninertia = \"0.5 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\nfriction = \"0.3 N m\"\n[shaft.m]\n\
         [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"m\"\nstiffness = \"40 N m/rad\"\n\
         [spring_damper.f]\nshaft_1 = \"m\"\nshaft_2 = \"b\"\nfriction = \"1 N m\"\n\
@@ -153,12 +153,12 @@ fn slider_between_bodies_balances() {
 /// What would jump, or what sliders hold together, is refused by name.
 #[test]
 fn what_jumps_is_refused() {
-    let refused = |model: &str, words: &[&str]| {
+    let refused = |model: &str, fragments: &[&str]| {
         let found = study::check(&(body(1.0, 10.0) + &jenkins(1, (20.0, 1.0)) + model));
         let errors: Vec<_> = found.iter().filter(|one| one.severity == Severity::Error).collect();
         assert_eq!(errors.len(), 1, "{found:#?}");
-        for word in words {
-            assert!(errors[0].message.contains(word), "{word}: {}", errors[0].message);
+        for fragment in fragments {
+            assert!(errors[0].message.contains(fragment), "{fragment}: {}", errors[0].message);
         }
         assert!(errors[0].help.is_some() && !errors[0].labels.is_empty());
     };

@@ -189,7 +189,7 @@ fn small_motions_are_those_of_the_slopes() {
 /// A shaft that turns freely, `φ = 5 rad/s · t`, leaves the points of a table over its angle at 1 rad: told once for the table, whoever calls it, with
 /// the first row beyond, and by how much at most. One that is not left is not told.
 #[test]
-fn a_run_shows_which_tables_it_left() {
+fn a_run_reports_which_table_ranges_it_exceeded() {
     let source = "[model]\nname = \"tables\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[table.left]\n\
                   points = { x = [\"-1 rad\", \"1 rad\"], value = [\"0 N m\", \"0 N m\"] }\n[table.wide]\n\
                   points = { x = [\"0 rad\", \"5 rad\"], y = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"0 N m\", \"0 N m\", \"0 N m\"] }\n\
@@ -200,7 +200,7 @@ fn a_run_shows_which_tables_it_left() {
     let found = kardan::study::run(source, &kardan::study::Settings::default(), &kardan::study::Silent).expect("a run");
     let reported: Vec<&String> = found.runs[0].notes.iter().filter(|note| note.contains("outside its range")).collect();
     // Of 2 φ = 10 rad/s · t the row after 0.1 s is the first beyond 1 rad, and at the end 10 rad are asked.
-    let words = [
+    let curve = [
         "`two` read table `left` outside its range from 0.110000 s on: at 1.000000 s by 9.000000 rad above its last point at 1.000000 rad, \
          where the value of that point is used",
     ];
@@ -208,8 +208,8 @@ fn a_run_shows_which_tables_it_left() {
         "`two` read table `short` outside its range along y from 0.510000 s on: at 1.000000 s by 0.500000 s above its last point at 0.500000 s",
     ];
     assert_eq!(reported.len(), 2, "{reported:?}");
-    for (note, words) in reported.iter().zip([words, short]) {
-        words.iter().for_each(|words| assert!(note.contains(words), "{note}"));
+    for (note, messages) in reported.iter().zip([curve, short]) {
+        messages.iter().for_each(|message| assert!(note.contains(message), "{note}"));
     }
     // A surface that is left along both: each is told, and what holds there.
     let surface = "[shaft.a]\ninertia = \"1 kg m^2\"\n[table.map]\nextrapolation = \"linear\"\n\
@@ -239,10 +239,10 @@ fn a_run_shows_which_tables_it_left() {
 /// Tables that blocks and signals read beyond their points are told too, also where a sensor is what they are read at; those of lanes are not.
 #[test]
 fn tables_that_blocks_leave_are_reported() {
-    let run = |rest: &str| {
+    let run = |parts: &str| {
         let source = format!(
             "[shaft.a]\ninertia = \"1 kg m^2\"\n[sensor.enc]\nmeasures = \"angle\"\nshaft = \"a\"\n\
-             [table.tb]\npoints = {{ x = [\"0 rad\", \"1 rad\"], value = [\"0 N m\", \"1 N m\"] }}\n{rest}\n\
+             [table.tb]\npoints = {{ x = [\"0 rad\", \"1 rad\"], value = [\"0 N m\", \"1 N m\"] }}\n{parts}\n\
              [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = {{ \"a.w\" = \"1 rad/s\" }}\n"
         );
         let found = kardan::study::run(&source, &kardan::study::Settings::default(), &kardan::study::Silent);
@@ -251,7 +251,7 @@ fn tables_that_blocks_leave_are_reported() {
     };
     let block = "[block.l]\nkind = \"table\"\ntable = \"tb\"\nsample_time = \"10 ms\"\ninput = ";
     let signal = "[signal.s]\nkind = \"expression\"\nvalue = ";
-    for (rest, who, by) in [
+    for (parts, who, by) in [
         (format!("{block}\"2 * enc\""), "l", 1.0),
         (
             format!("{block}\"k\"\n[block.k]\nkind = \"gain\"\ninput = \"enc\"\ngain = 2\nsample_time = \"10 ms\""),
@@ -261,14 +261,14 @@ fn tables_that_blocks_leave_are_reported() {
         (format!("{signal}\"tb(a.phi + 3 rad)\""), "s", 3.0),
         (format!("{signal}\"tb(a.phi + t * 0.5 rad/s)\""), "s", 0.5),
     ] {
-        let reported = run(&rest);
+        let reported = run(&parts);
         let end =
             format!("s by {by:.6} rad above its last point at 1.000000 rad, where the value of that point is used");
         assert!(
             reported.len() == 1 && reported[0].contains(&format!("`{who}` read table `tb` outside its range")),
-            "{rest}: {reported:?}"
+            "{parts}: {reported:?}"
         );
-        assert!(reported[0].contains(&end), "{rest}: {reported:?}");
+        assert!(reported[0].contains(&end), "{parts}: {reported:?}");
     }
     assert_eq!(run(&format!("{block}\"enc\"\n{signal}\"tb(0.5 * a.phi)\"")), Vec::<String>::new());
     let lanes = "[path.lane]\nkind = \"iso_3888_1\"\nwidth = \"2 m\"\nstart = \"10 m\"\n";
@@ -280,7 +280,7 @@ fn tables_that_blocks_leave_are_reported() {
 
 /// Where a function has no value a run ends with what it is of, by whatever method, and does not say that something grows.
 #[test]
-fn a_law_without_a_value_ends_the_run_by_name() {
+fn an_undefined_law_ends_the_run_by_name() {
     for method in METHODS {
         let settings = Settings { method, ..runs_only() };
         let project = Project::open(body("-1 N m * sqrt(0.5 - t / (1 s))", [0.0, 0.0], 1.0));
@@ -289,7 +289,7 @@ fn a_law_without_a_value_ends_the_run_by_name() {
         assert!((time - 0.5).abs() < 1e-3, "{method:?}: {cause}");
         let named = cause.contains("square_root") && cause.contains("it is undefined there");
         let other =
-            ["a function is undefined there", "changes at an infinite rate"].iter().any(|words| cause.contains(words));
+            ["a function is undefined there", "changes at an infinite rate"].iter().any(|text| cause.contains(text));
         assert!(named || other, "{method:?}: {cause}");
         assert!(!(named && cause.contains("the inertia becomes singular")), "{method:?}: {cause}");
     }

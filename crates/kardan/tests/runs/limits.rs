@@ -6,19 +6,19 @@ use kardan::study::{self, Progress};
 
 use super::common::runs_only;
 
-/// Ends runs after so many steps, or after it was asked so often.
+/// Ends runs after so many steps, or after so many polls.
 struct Limited {
     steps: usize,
-    asked: Option<std::sync::atomic::AtomicUsize>,
+    polls: Option<std::sync::atomic::AtomicUsize>,
 }
 
 impl Progress for Limited {
     fn advance(&self, _: usize, _: &str, _: f64) {}
 
     fn stop(&self) -> Option<String> {
-        let left = self.asked.as_ref()?;
+        let remaining = self.polls.as_ref()?;
         let before =
-            left.fetch_update(std::sync::atomic::Ordering::Relaxed, std::sync::atomic::Ordering::Relaxed, |x| {
+            remaining.fetch_update(std::sync::atomic::Ordering::Relaxed, std::sync::atomic::Ordering::Relaxed, |x| {
                 Some(x.saturating_sub(1))
             });
         (before == Ok(0)).then(|| "somebody asked for the end".into())
@@ -83,7 +83,7 @@ fn endless_runs_are_foretold_and_end_with_a_word() {
         assert!(found.iter().all(|d| d.severity == Severity::Warning), "{name}: {found:?}");
         let reported = found.iter().find(|d| d.code == "run::steps").unwrap_or_else(|| panic!("{name}: {found:?}"));
         assert!(reported.message.contains(element) && reported.message.contains(value), "{name}: {}", reported.message);
-        let run = run(&source, &Limited { steps: 3000, asked: None });
+        let run = run(&source, &Limited { steps: 3000, polls: None });
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{name}: {:?}", run.effort) };
         assert!(cause.contains("3000 steps"), "{name}: {cause}");
         assert!(run.effort.steps >= 3000 && run.effort.steps < 3010, "{name}: {:?}", run.effort);
@@ -120,7 +120,7 @@ fn the_estimate_is_about_right() {
         // 10 N m s/rad on 1e-3 kg m² against 1 kg m²; √(1e4/1).
         let rate = if head == damped { 10.0 * (1.0 + 1e3) } else { 100.0 };
         assert!((expected.rate / rate - 1.0).abs() < 1e-6, "{expected:?}");
-        let run = run(&source, &Limited { steps: usize::MAX, asked: None });
+        let run = run(&source, &Limited { steps: usize::MAX, polls: None });
         assert_eq!(run.outcome, Outcome::Completed);
         let ratio = expected.steps / run.effort.steps as f64;
         assert!((0.25..4.0).contains(&ratio), "{expected:?} against {:?}", run.effort);
@@ -128,9 +128,9 @@ fn the_estimate_is_about_right() {
 }
 
 #[test]
-fn a_run_ends_when_asked_and_keeps_what_it_has() {
+fn a_run_ends_on_request_and_keeps_its_rows() {
     let (_, source, ..) = endless().remove(0);
-    let run = run(&source, &Limited { steps: usize::MAX, asked: Some(20.into()) });
+    let run = run(&source, &Limited { steps: usize::MAX, polls: Some(20.into()) });
     let Outcome::Failed { cause, .. } = &run.outcome else { panic!("{:?}", run.effort) };
     assert!(cause.ends_with("somebody asked for the end"), "{cause}");
     assert!(run.effort.steps > 64 && run.effort.steps < 64 * 30, "{:?}", run.effort);
@@ -177,12 +177,12 @@ fn events_of_one_signal_at_one_time() {
 
 /// What leaves its mode at rounding and comes back changes nothing that a list of events could show: it is named all the same.
 #[test]
-fn what_alternates_without_an_event_is_named() {
+fn alternation_that_is_no_event_is_named() {
     let model = "[shaft.a]\ninertia = \"0.1 kg m^2\"\n[shaft.b]\ninertia = \"0.1 kg m^2\"\n[shaft.c]\ninertia = \"0.1 kg m^2\"\n\
                  [universal_joint.e0]\nshaft_1 = \"a\"\nshaft_2 = \"c\"\nangle = \"20 deg\"\n[one_way_clutch.e1]\ndriving = \"a\"\ndriven = \"c\"\n\
                  [universal_joint.e2]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nangle = \"20 deg\"\n[scenario]\nduration = \"2 s\"\n\
                  initial = { \"a.w\" = \"2 rad/s\" }\n";
-    let run = run(model, &Limited { steps: 1_000_000, asked: None });
+    let run = run(model, &Limited { steps: 1_000_000, polls: None });
     if let Outcome::Failed { cause, .. } = &run.outcome {
         assert!(
             cause.contains("the contact state of `e1` switches repeatedly at its limit, to the last digits"),
@@ -193,10 +193,10 @@ fn what_alternates_without_an_event_is_named() {
 
 /// Nothing is said of a loop where there is none.
 #[test]
-fn without_a_controller_no_loop_diverges() {
+fn an_uncontrolled_model_has_no_diverging_loop() {
     let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.t]\nshaft = \"a\"\nlaw = \"1 N m s^2/rad^2 * a.w^2\"\n\
                  [scenario]\nduration = \"2 s\"\ninitial = { \"a.w\" = \"1 rad/s\" }\n";
-    let run = run(model, &Limited { steps: 1_000_000, asked: None });
+    let run = run(model, &Limited { steps: 1_000_000, polls: None });
     // w = 1 / (1 - t)
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("it diverges at one second") };
     assert!((time - 1.0).abs() < 1e-5, "{time}");

@@ -18,11 +18,11 @@ fn difference(one: &Run, other: &Run) -> (f64, String) {
     assert_eq!(one.series.time, other.series.time);
     let mut worst = (0.0, String::new());
     for signal in &one.series.signals {
-        let alike = one.series.signals.iter().filter(|other| other.physical == signal.physical);
-        let size = alike.flat_map(|other| &other.values).fold(0.0f64, |most, x| most.max(x.abs()));
-        let there = other.series.signal(&signal.name).unwrap();
-        assert_eq!(signal.values.len(), there.values.len(), "{}", signal.name);
-        for (a, b) in signal.values.iter().zip(&there.values) {
+        let same_kind = one.series.signals.iter().filter(|other| other.physical == signal.physical);
+        let size = same_kind.flat_map(|other| &other.values).fold(0.0f64, |most, x| most.max(x.abs()));
+        let counterpart = other.series.signal(&signal.name).unwrap();
+        assert_eq!(signal.values.len(), counterpart.values.len(), "{}", signal.name);
+        for (a, b) in signal.values.iter().zip(&counterpart.values) {
             let part = (a - b).abs() / size.max(f64::MIN_POSITIVE);
             if part > worst.0 {
                 worst = (part, signal.name.clone());
@@ -154,7 +154,7 @@ fn sensors_read_in_linear_loops() {
 
 /// What grows without bound is left to the reference method, which tells when it does; and what is not linear, always.
 #[test]
-fn what_diverges_or_bends_is_integrated() {
+fn diverging_and_nonlinear_models_are_integrated() {
     let growing = r#"
 [model]
 name = "growing"
@@ -198,7 +198,7 @@ to = "1e7 N m"
 /// Evenly spaced rows, which are taken eight at once, are those that are taken one by one because others stand between them; also where
 /// breakpoints lie between two rows.
 #[test]
-fn evenly_spaced_rows_are_those_taken_one_by_one() {
+fn evenly_spaced_rows_are_those_computed_one_by_one() {
     let builtin = |name: &str| kardan::model::builtin(name).unwrap().source.to_string();
     for (source, duration) in [(builtin("two-bodies"), 15.0), (RAMPS.to_string(), 1.5)] {
         for count in [3001, 2998] {

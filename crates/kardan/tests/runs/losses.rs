@@ -51,14 +51,14 @@ fn efficiencies_hold_for_each_way_of_the_power() {
     let run = only(&drive(keys, "0 N m", "-10 N m", ""));
     assert!((at(&run, "motor.w", 2.0) + 2.0 * a).abs() < 1e-9);
     // The power that is lost is that of the loss.
-    let lost = 0.5 * (at(&run, "gear.friction", 1.0) * at(&run, "motor.w", 2.0)).abs() * 2.0;
-    assert!((run.energy.dissipated - lost).abs() < 1e-9 * lost, "{:?} {lost}", run.energy);
+    let loss = 0.5 * (at(&run, "gear.friction", 1.0) * at(&run, "motor.w", 2.0)).abs() * 2.0;
+    assert!((run.energy.dissipated - loss).abs() < 1e-9 * loss, "{:?} {loss}", run.energy);
 }
 
 /// Teeth that hardly let anything through move all the same, one gear or two behind each other: 1 N m on the first of shafts of 1 kg m² with ratios of
 /// 10, or of 2 and 2, with nothing but `J/η i²` behind each.
 #[test]
-fn little_efficiency_stands_still_for_no_torque() {
+fn low_efficiency_moves_at_any_torque() {
     let shafts =
         |names: &[&str]| names.iter().map(|n| format!("[shaft.{n}]\ninertia = \"1 kg m^2\"\n")).collect::<String>();
     let gear = |first: &str, second: &str, ratio: f64, part: f64| {
@@ -82,7 +82,7 @@ fn little_efficiency_stands_still_for_no_torque() {
 
 /// At rest teeth hold up to their loss: a load that pushes 10 N m is held by the motor with anything from η·2.5 to 2.5/η N m.
 #[test]
-fn a_load_is_held_between_two_torques() {
+fn a_load_sticks_between_two_torques() {
     let keys = "efficiency = 0.8\nefficiency_back = 0.7";
     for (motor, moves) in [(-1.7499, 1.0), (-1.7501, 0.0), (-2.5, 0.0), (-3.1249, 0.0), (-3.1251, -1.0)] {
         let run = only(&drive(keys, &format!("{motor} N m"), "10 N m", ""));
@@ -147,7 +147,7 @@ fn a_loss_map_is_a_table() {
 
 /// A loss map that is left is told, with the size of the speed or of the load that it was asked.
 #[test]
-fn a_loss_map_that_is_left_is_reported() {
+fn exceeding_a_loss_map_is_reported() {
     let run = |argument: &str, unit: &str, last: f64| {
         let map = format!(
             "[table.map]\npoints = {{ x = [\"0 {unit}\", \"{last} {unit}\"], value = [\"0.1 N m\", \"0.1 N m\"] }}\n"
@@ -161,8 +161,8 @@ fn a_loss_map_that_is_left_is_reported() {
         [("speed", "rad/s", 1.0, 2.0 * acceleration), ("load", "N m", 0.05, 0.5 / 16.0 * acceleration)]
     {
         let note = reported(&run(argument, unit, last)).expect("a note");
-        let asked = format!("s by {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
-        assert!(note.contains(by) && note.contains(&asked), "{note}: {asked}");
+        let excess = format!("s by {:.6} {unit} above its last point at {last:.6} {unit}", largest - last);
+        assert!(note.contains(by) && note.contains(&excess), "{note}: {excess}");
         assert_eq!(reported(&run(argument, unit, 2.0 * largest)), None);
     }
 }
@@ -183,21 +183,21 @@ fn losses_may_depend_on_time_and_signals() {
 
 /// With friction c₁ before the teeth and c₂ behind them, they hold a load up to `c₂ + c₁/(1 − κ)`, whoever holds how much.
 #[test]
-fn frictions_on_both_sides_hold_with_the_teeth() {
+fn frictions_on_both_sides_stick_with_the_gear_loss() {
     let (c1, c2, kappa) = (0.2, 1.5, 0.3);
     let most = c2 + 4.0 * c1 / (1.0 - kappa);
-    for (part, holds) in [(0.999, true), (1.001, false)] {
+    for (part, sticks) in [(0.999, true), (1.001, false)] {
         let model = drive("efficiency = 0.8\nefficiency_back = 0.7", "0 N m", &format!("{} N m", part * most), "")
             .replace("\"0.3 kg m^2\"", "\"0.3 kg m^2\"\nfriction = \"0.2 N m\"")
             .replace("\"0.5 kg m^2\"", "\"0.5 kg m^2\"\nfriction = \"1.5 N m\"");
         let run = only(&model);
-        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, holds, "{part}");
+        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, sticks, "{part}");
     }
 }
 
 /// What holds nothing does not help teeth to hold: a freewheel on the way that it turns freely, and teeth that lose nothing on that way.
 #[test]
-fn nothing_is_held_by_what_holds_nothing() {
+fn lossless_elements_do_not_help_to_stick() {
     for (keys, more, load) in [
         ("efficiency = 0.8\nefficiency_back = 0.7", "[one_way_clutch.free]\ndriven = \"motor\"\n", 10.0f64),
         ("efficiency = 0.8\nefficiency_back = 1", "", 10.0),
@@ -222,9 +222,9 @@ fn nothing_is_held_by_what_holds_nothing() {
 
 /// Two gears behind each other with friction before them hold `c i₁ i₂ / ((1 − κ₁)(1 − κ₂))`.
 #[test]
-fn teeth_behind_teeth_hold_together() {
+fn gears_in_series_stick() {
     let most = 0.2 * 4.0 * 3.0 / ((1.0 - 0.3) * (1.0 - 0.4));
-    for (part, holds) in [(-0.999, true), (0.5, true), (0.999, true), (1.001, false), (-1.001, false)] {
+    for (part, sticks) in [(-0.999, true), (0.5, true), (0.999, true), (1.001, false), (-1.001, false)] {
         let load = part * most;
         let run = only(&format!(
             "[shaft.motor]\ninertia = \"0.3 kg m^2\"\nfriction = \"0.2 N m\"\n[shaft.between]\ninertia = \"0.1 kg m^2\"\n\
@@ -233,8 +233,8 @@ fn teeth_behind_teeth_hold_together() {
              [gear.second]\nshaft_1 = \"between\"\nshaft_2 = \"load\"\nratio = 3\nefficiency = 0.7\nefficiency_back = 0.6\n\
              [torque.push]\nshaft = \"load\"\nlaw = \"{load} N m\"\n[scenario]\nduration = \"2 s\"\noutput_step = \"10 ms\"\n"
         ));
-        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, holds, "{part}");
-        if holds {
+        assert_eq!(at(&run, "motor.w", 2.0) == 0.0, sticks, "{part}");
+        if sticks {
             // Torques at rest balance on each shaft, and none is above what it may be.
             let value = |name: &str| at(&run, name, 1.0);
             let (first, second) = (value("first.tau"), value("second.tau"));
@@ -262,13 +262,13 @@ fn a_harmonic_drive_loses_relative_to_its_circular_spline() {
     for t in [0.3, 0.9] {
         let value = |name: &str| at(&run, name, t);
         let slip = value("wg.w") - value("cs.w");
-        let (carried, lost) = (value("hd.tau"), value("hd.friction"));
+        let (carried, loss) = (value("hd.tau"), value("hd.friction"));
         let part = if carried * slip < 0.0 { 1.0 / 0.7 - 1.0 } else { 0.3 };
-        assert!((lost - slip.signum() * part * carried.abs()).abs() < 1e-9, "{lost} {carried} {slip}");
+        assert!((loss - slip.signum() * part * carried.abs()).abs() < 1e-9, "{loss} {carried} {slip}");
         // Momentum of each shaft: the loss acts on wg and back on cs.
         let change = |name: &str| (at(&run, name, t + 0.01) - at(&run, name, t - 0.01)) / 0.02;
-        assert!((1e-4 * change("wg.w") - (0.2 + carried - lost)).abs() < 1e-6);
-        assert!((0.05 * change("cs.w") - (-0.2 - 51.0 * carried + lost)).abs() < 1e-6);
+        assert!((1e-4 * change("wg.w") - (0.2 + carried - loss)).abs() < 1e-6);
+        assert!((0.05 * change("cs.w") - (-0.2 - 51.0 * carried + loss)).abs() < 1e-6);
         assert!((0.04 * change("fs.w") - (3.0 + 50.0 * carried)).abs() < 1e-6);
     }
 }
@@ -285,17 +285,17 @@ fn an_elastic_harmonic_drive_loses_a_part_of_its_spring_torque() {
          [torque.load]\nshaft = \"fs\"\nlaw = \"4 N m * sin(2 pi * 2 Hz * t)\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n",
     );
     let column = |name: &str| signal(&run, name);
-    let (carried, lost, speed) = (column("hd.tau"), column("hd.friction"), column("wg.w"));
+    let (carried, loss, speed) = (column("hd.tau"), column("hd.friction"), column("wg.w"));
     let mut slid = 0;
     for k in 0..carried.len() {
         let forth = carried[k] * speed[k] <= 0.0;
         let part = if forth { 1.0 / 0.7 - 1.0 } else { 0.4 };
         if speed[k] != 0.0 {
             slid += 1;
-            assert!((lost[k] - speed[k].signum() * (0.01 + part * carried[k].abs())).abs() < 1e-9, "{k}");
+            assert!((loss[k] - speed[k].signum() * (0.01 + part * carried[k].abs())).abs() < 1e-9, "{k}");
         } else {
             let most = 0.01 + (1.0 / 0.7 - 1.0f64).max(0.4) * carried[k].abs();
-            assert!(lost[k].abs() <= most + 1e-9, "{k}");
+            assert!(loss[k].abs() <= most + 1e-9, "{k}");
         }
     }
     assert!(slid > 100, "{slid}");
@@ -324,7 +324,7 @@ fn a_screw_lifts_and_locks() {
 
 /// A worm that turns a heavy load: where the load drives it against its own inertia, two motions go on or none (Painlevé). Both are told.
 #[test]
-fn teeth_that_jam_are_reported() {
+fn gear_jamming_is_reported() {
     // Λ = (50/16)/(0.3 + 50/16) = 0.912, κ = 1.5: 1 − κ Λ < 0.
     let heavy = |motor: &str, load: &str| {
         drive("efficiency = 0.4\nefficiency_back = -0.5", motor, load, "initial = { \"motor.w\" = \"5 rad/s\" }")
@@ -338,12 +338,16 @@ fn teeth_that_jam_are_reported() {
     assert!((run.energy.dissipated - energy).abs() < 1e-9 * energy, "{:?}", run.energy);
     // A motor that drives, and is then turned off: it jams where the load begins to push.
     let run = only(&heavy("8 N m * cos(2 pi * 0.5 Hz * t)", "0 N m"));
-    let jam = run.events.iter().find(|event| event.description.starts_with("gear jams")).expect("it jams");
-    assert!((jam.time - 0.5).abs() < 1e-6, "{jam:?}");
+    let jamming = run.events.iter().find(|event| event.description.starts_with("gear jams")).expect("it jams");
+    assert!((jamming.time - 0.5).abs() < 1e-6, "{jamming:?}");
     // 5 rad/s, and 8 N m on J₁ + J₂/(i² η) for a quarter of a period.
     let speed = 5.0 + 8.0 / (0.3 + 50.0 / 16.0 / 0.4) / std::f64::consts::PI;
     let energy = 0.5 * (0.3 + 50.0 / 16.0) * speed * speed;
-    assert!(jam.description.ends_with(&format!("the impact dissipates {energy:.6} J")), "{} {energy}", jam.description);
+    assert!(
+        jamming.description.ends_with(&format!("the impact dissipates {energy:.6} J")),
+        "{} {energy}",
+        jamming.description
+    );
     let run = tried(&heavy("8 N m", "0 N m"));
     assert_eq!(run.outcome, Outcome::Completed);
     assert!(
@@ -375,7 +379,7 @@ fn two_motions_are_reported_from_their_beginning() {
 /// A flywheel of 1 kg m² at 2 rad/s beside teeth that jam, 0.5 and 0.2 kg m² at 1 and 2 rad/s: a clutch of 0.3 N m between them gives no impulse, whether it
 /// sticks or slips, and only brakes it then; a lock does.
 #[test]
-fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
+fn bounded_torques_give_no_impulse_at_gear_jamming() {
     let model = |between: &str, speed: f64| {
         format!(
             "[shaft.w]\ninertia = \"0.5 kg m^2\"\n[shaft.c]\ninertia = \"0.2 kg m^2\"\n[shaft.f]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"w\"\n\
@@ -387,8 +391,11 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
     let clutch = "[clutch.e]\ntorque = \"0.3 N m\"";
     for speed in [2.0, 3.0, 1.5] {
         let run = only(&model(clutch, speed));
-        let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
-        assert!(jam.time == 0.0 && jam.description.ends_with("the impact dissipates 0.650000 J"), "{jam:?}");
+        let jamming = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
+        assert!(
+            jamming.time == 0.0 && jamming.description.ends_with("the impact dissipates 0.650000 J"),
+            "{jamming:?}"
+        );
         for time in [0.0, 0.5, 1.0] {
             assert!((at(&run, "f.w", time) - (speed - 0.3 * time)).abs() < 1e-9, "{speed} {}", at(&run, "f.w", time));
         }
@@ -397,14 +404,14 @@ fn what_holds_with_a_bounded_torque_gives_no_impulse_where_teeth_jam() {
         assert!((run.energy.dissipated - 0.65 - slipped).abs() < 1e-9, "{:?}", run.energy);
     }
     let run = only(&model("[lock.e]\nengaged = \"1\"", 2.0));
-    let jam = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
-    assert!(jam.description.ends_with("the impact dissipates 2.650000 J"), "{jam:?}");
+    let jamming = run.events.iter().find(|event| event.description.starts_with("g jams")).expect("it jams");
+    assert!(jamming.description.ends_with("the impact dissipates 2.650000 J"), "{jamming:?}");
     assert_eq!(at(&run, "f.w", 1.0), 0.0);
 }
 
 /// Play closes, the teeth jam while a clutch slips, and the balance of energy closes.
 #[test]
-fn a_clutch_that_slips_where_teeth_with_play_jam_keeps_its_energy() {
+fn a_slipping_clutch_at_jamming_gears_with_backlash_balances_its_energy() {
     let run = only(
         "[shaft.w]\ninertia = \"0.5 kg m^2\"\n[shaft.c]\ninertia = \"0.2 kg m^2\"\n[shaft.f]\ninertia = \"1 kg m^2\"\n[gear.g]\nshaft_1 = \"w\"\nshaft_2 = \"c\"\n\
          ratio = 0.5\nefficiency = 0.9\nefficiency_back = -5\nbacklash = \"0.05 rad\"\n[clutch.e]\nshaft_1 = \"f\"\nshaft_2 = \"c\"\ntorque = \"0.3 N m\"\n\
@@ -418,7 +425,7 @@ fn a_clutch_that_slips_where_teeth_with_play_jam_keeps_its_energy() {
 
 /// A rigid blow passes teeth that lock themselves, and the run says so; a stop that gives leaves it to the teeth.
 #[test]
-fn a_blow_that_passes_teeth_is_reported() {
+fn an_impact_through_a_gear_is_reported() {
     let model = |stop: &str| {
         format!(
             "[shaft.h]\ninertia = \"1 kg m^2\"\n[shaft.l]\ninertia = \"0.5 kg m^2\"\n[shaft.w]\ninertia = \"1e-3 kg m^2\"\n[gear.worm]\nshaft_1 = \"w\"\n\
@@ -439,7 +446,7 @@ fn a_blow_that_passes_teeth_is_reported() {
 
 /// `J₁ + η J₂ / i² < 0` is foretold; what jams and starts again and again ends by name, after as many jams.
 #[test]
-fn teeth_that_would_jam_are_foretold_and_end_by_name() {
+fn gear_jamming_is_predicted_and_ends_by_name() {
     // ½ · 50 / 16 = 1.5625 kg m².
     for (inertia, jams) in [("1.56", 1), ("1.57", 0)] {
         let model = drive("efficiency = 0.4\nefficiency_back = -0.5", "1 N m", "0 N m", "")

@@ -357,8 +357,8 @@ fn lanes_have_the_sizes_of_the_standard() {
 #[test]
 fn a_manoeuvre_that_nothing_follows_is_reported() {
     let step = "[manoeuvre.turn]\nkind = \"step_steer\"\namplitude = \"30 deg\"\n[scenario]\noutput_step = \"10 ms\"\n";
-    let reported = |rest: &str| {
-        let project = Project::open(format!("{CAR}{step}{rest}"));
+    let reported = |parts: &str| {
+        let project = Project::open(format!("{CAR}{step}{parts}"));
         let all: Vec<_> =
             project.diagnostics().iter().filter(|one| one.code == "manoeuvre::unused-signal").cloned().collect();
         all.into_iter().map(|one| (one.message, one.help.unwrap_or_default())).collect::<Vec<_>>()
@@ -368,16 +368,16 @@ fn a_manoeuvre_that_nothing_follows_is_reported() {
     let other = ROBOT.replace("angle = \"steer\"", "angle = \"20 deg\"");
     // What a signal that nothing reads makes of it moves nothing.
     let shown = "[signal.twice]\nkind = \"expression\"\nvalue = \"2 * steer\"\n";
-    for (rest, help) in [
+    for (parts, help) in [
         ("", "add a `[driver.NAME]` with `angle = \"steer\"`"),
         (other.as_str(), "write `angle = \"steer\"` in `[driver.robot]`"),
         (shown, "add a `[driver.NAME]`"),
     ] {
-        let found = reported(rest);
-        assert!(found.len() == 1 && found[0].0 == message && found[0].1.starts_with(help), "{rest}: {found:#?}");
+        let found = reported(parts);
+        assert!(found.len() == 1 && found[0].0 == message && found[0].1.starts_with(help), "{parts}: {found:#?}");
     }
-    for rest in [ROBOT.to_string(), format!("{torque}steer\"\n"), format!("{torque}twice\"\n{shown}")] {
-        assert_eq!(reported(&rest), [], "{rest}");
+    for parts in [ROBOT.to_string(), format!("{torque}steer\"\n"), format!("{torque}twice\"\n{shown}")] {
+        assert_eq!(reported(&parts), [], "{parts}");
     }
 }
 
@@ -385,7 +385,7 @@ fn a_manoeuvre_that_nothing_follows_is_reported() {
 #[test]
 fn the_page_runs() {
     let page = include_str!("../../../../docs/manoeuvres.md");
-    let model = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a model");
+    let model = page.split("```toml\n").nth(1).and_then(|tail| tail.split("```").next()).expect("a model");
     let study = study(model);
     assert!(study.runs.len() >= 4);
     for run in &study.runs {

@@ -231,7 +231,7 @@ fn long_chains_balance() {
 /// A motor without inductance drives a load by teeth with losses: the teeth feel what its current follows at once. Of η of what it gives
 /// the load has M, `(J + J_L/(η n²)) ω' = k (u − k ω)/R − M/(η n)`.
 #[test]
-fn a_winding_without_inductance_drives_teeth_with_losses() {
+fn a_winding_of_zero_inductance_drives_a_gear_with_losses() {
     let [k, resistance, j, load, ratio, efficiency, weight, voltage] = [0.02, 0.5, 1e-4, 0.1, 40.0, 0.6, 3.0, 12.0];
     let source = format!(
         "[voltage_source.supply]\nfrom = \"b\"\nto = \"ground\"\n[dc_motor.m]\nfrom = \"b\"\nto = \"ground\"\nshaft = \"motor\"\n\
@@ -262,13 +262,13 @@ fn a_winding_without_inductance_drives_teeth_with_losses() {
 
 /// What none of these holds is refused by name, with the reason.
 #[test]
-fn what_nothing_holds_is_refused_by_name() {
-    let refused = |model: &str, words: &[&str]| {
+fn undetermined_motions_are_refused_by_name() {
+    let refused = |model: &str, fragments: &[&str]| {
         let found = study::check(&(shaft("a", 1.0) + &shaft("m", 0.0) + model));
         let errors: Vec<_> = found.iter().filter(|one| one.severity == Severity::Error).collect();
         assert_eq!(errors.len(), 1, "{found:#?}");
-        for word in words {
-            assert!(errors[0].message.contains(word), "{word}: {}", errors[0].message);
+        for fragment in fragments {
+            assert!(errors[0].message.contains(fragment), "{fragment}: {}", errors[0].message);
         }
         assert!(errors[0].help.is_some() && !errors[0].labels.is_empty());
     };
@@ -296,7 +296,7 @@ fn what_nothing_holds_is_refused_by_name() {
 
 /// Runs with everything beside them, analyses and equations take such models.
 #[test]
-fn commands_take_motions_without_inertia() {
+fn commands_accept_massless_motions() {
     let start = shaft("a", 1.0) + &shaft("m", 0.0) + &scenario(1.0, "\"a.w\" = \"1 rad/s\"");
     let jenkins = "[spring_damper.f]\nshaft_1 = \"m\"\nfriction = \"0.1 N m\"\n";
     let soft = spring("s", "a", "m", "stiffness = \"5 N m/rad\"");

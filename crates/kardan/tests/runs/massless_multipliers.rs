@@ -62,7 +62,7 @@ fn maxwell_elements_beside_a_rolling_wheel() {
         let run = run_by(&model, method, None);
         for (row, &t) in run.series.time.iter().enumerate() {
             let [phi, w, n] = maxwell(own + mass * radius * radius, axle, 0.5, [0.0; 3], t);
-            let [psi, turn, o] = maxwell(turning, steering, 0.0, [0.0, 2.0, 0.1], t);
+            let [psi, yaw_rate, o] = maxwell(turning, steering, 0.0, [0.0, 2.0, 0.1], t);
             let pull = axle.0 * (phi - n);
             let expected = [
                 ("wheel.phi", phi),
@@ -70,14 +70,15 @@ fn maxwell_elements_beside_a_rolling_wheel() {
                 ("n.phi", n),
                 ("n.w", pull / axle.1),
                 ("heading.phi", psi),
-                ("heading.w", turn),
+                ("heading.w", yaw_rate),
                 ("o.phi", o),
                 ("x.v", radius * w * psi.cos()),
                 ("y.v", radius * w * psi.sin()),
                 // m ẍ, in which ẇ follows from the torques.
                 (
                     "along.f",
-                    mass * radius * ((0.5 - pull) / (own + mass * radius * radius) * psi.cos() - w * turn * psi.sin()),
+                    mass * radius
+                        * ((0.5 - pull) / (own + mass * radius * radius) * psi.cos() - w * yaw_rate * psi.sin()),
                 ),
             ];
             for (name, value) in expected {
@@ -90,7 +91,7 @@ fn maxwell_elements_beside_a_rolling_wheel() {
 
 /// A Scotch yoke whose crank is held by two springs in series: `½ (J + m r² cos² φ) φ̇² + ½ s φ²` is kept; then with a slider between the two.
 #[test]
-fn series_springs_and_sliders_on_the_crank_of_a_yoke() {
+fn series_springs_and_friction_elements_on_the_crank_of_a_yoke() {
     let (j, m, r, s1, s2, c) = (0.02, 3.0, 0.1, 0.8, 0.5, 0.05);
     let model = format!(
         "[shaft.crank]\ninertia = \"{j} kg m^2\"\n[mass.slide]\nmass = \"{m} kg\"\n[shaft.n]\n\
@@ -113,19 +114,20 @@ fn series_springs_and_sliders_on_the_crank_of_a_yoke() {
         let run = run_by(&model.replace("FRICTION", &format!("friction = \"{c} N m\"")), method, None);
         let names = ["crank.phi", "crank.w", "n.phi", "n.w", "s1.tau", "s2.friction"];
         let [phi, w, n, speed, tau, friction] = names.map(|name| signal(&run, name));
-        let mut turned = 0.0;
+        let mut sticking = 0.0;
         for row in 0..phi.len() {
             close(tau[row], friction[row] + s2 * n[row], 1e-10, &what);
             assert!(friction[row].abs() <= c * (1.0 + 1e-9), "{what}");
             if speed[row] != 0.0 {
                 close(friction[row], c * speed[row].signum(), 1e-10, &what);
             }
-            turned += f64::from(u8::from(speed[row] == 0.0));
+            sticking += f64::from(u8::from(speed[row] == 0.0));
         }
         let last = phi.len() - 1;
-        let kept = stored(phi[last], w[last]) + 0.5 * s1 * (phi[last] - n[last]).powi(2) + 0.5 * s2 * n[last].powi(2);
-        close(run.energy.dissipated, stored(0.0, 5.0) - kept, 1e-9, "what is lost is friction times slip");
-        assert!(turned > 3.0 && run.energy.dissipated > 0.1, "{what}: {:?}", run.energy);
+        let remaining =
+            stored(phi[last], w[last]) + 0.5 * s1 * (phi[last] - n[last]).powi(2) + 0.5 * s2 * n[last].powi(2);
+        close(run.energy.dissipated, stored(0.0, 5.0) - remaining, 1e-9, "what is lost is friction times slip");
+        assert!(sticking > 3.0 && run.energy.dissipated > 0.1, "{what}: {:?}", run.energy);
         balances(&run, &what);
     }
 }
@@ -134,7 +136,7 @@ fn series_springs_and_sliders_on_the_crank_of_a_yoke() {
 ///   p ~~s~~ n --d--[ b ]      p turns with a prescribed speed or acceleration, n has no inertia: b follows as by its angle
 /// ```
 #[test]
-fn a_shaft_whose_speed_is_prescribed_drives_through_a_node_without_inertia() {
+fn a_shaft_whose_speed_is_prescribed_drives_through_a_massless_node() {
     let (own, j, s, d) = (0.2, 0.5, 30.0, 1.5);
     let model = |motion: &str| {
         format!(
@@ -181,7 +183,7 @@ fn a_shaft_whose_speed_is_prescribed_drives_through_a_node_without_inertia() {
 
 /// A slider that rubs on the prescribed shaft itself, its node held by a spring to the ground: it sticks to the shaft until its spring asks for more.
 #[test]
-fn a_slider_is_carried_by_a_prescribed_shaft() {
+fn a_friction_element_is_carried_by_a_prescribed_shaft() {
     let (s, c, top) = (10.0, 0.4, 0.1);
     let model = format!(
         "[shaft.p]\ninertia = \"0.1 kg m^2\"\n[shaft.m]\n\
@@ -215,22 +217,22 @@ fn a_slider_is_carried_by_a_prescribed_shaft() {
 
 /// What moves a shaft of a kept row is refused by name.
 #[test]
-fn what_takes_part_in_a_kept_row_is_refused() {
-    let refused = |model: &str, words: &[&str]| {
+fn massless_shafts_of_multiplier_constraints_are_refused() {
+    let refused = |model: &str, fragments: &[&str]| {
         let found = study::check(model);
         let errors: Vec<_> = found.iter().filter(|one| one.severity == Severity::Error).collect();
         assert_eq!(errors.len(), 1, "{found:#?}");
-        for word in words {
-            assert!(errors[0].message.contains(word), "{word}: {}", errors[0].message);
+        for fragment in fragments {
+            assert!(errors[0].message.contains(fragment), "{fragment}: {}", errors[0].message);
         }
         assert!(errors[0].help.is_some() && errors[0].labels.len() > 1, "{found:#?}");
     };
     let wheel = "[shaft.wheel]\ninertia = \"0.2 kg m^2\"\n[mass.x]\nmass = \"1 kg\"\n[shaft.h]\n\
         [constraint.along]\nrates = { x = 1, wheel = \"-0.3 m * cos(h.phi)\" }\n";
     // The heading has no inertia: springs hold it, or a damper does.
-    let held = "[spring_damper.s]\nshaft_1 = \"h\"\nshaft_2 = \"wheel\"\nstiffness = \"1 N m/rad\"\n";
-    refused(&(wheel.to_string() + held), &["`h`", "cannot be simulated with `along`"]);
-    let damped = held.replace("stiffness = \"1 N m/rad\"", "damping = \"1 N m s/rad\"");
+    let sprung = "[spring_damper.s]\nshaft_1 = \"h\"\nshaft_2 = \"wheel\"\nstiffness = \"1 N m/rad\"\n";
+    refused(&(wheel.to_string() + sprung), &["`h`", "cannot be simulated with `along`"]);
+    let damped = sprung.replace("stiffness = \"1 N m/rad\"", "damping = \"1 N m s/rad\"");
     refused(&(wheel.to_string() + &damped), &["`h`", "cannot be simulated with `along`"]);
     let driven = "[shaft.p]\n[shaft.b]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s\"\n\
         [spring_damper.d]\nshaft_1 = \"p\"\nshaft_2 = \"b\"\ndamping = \"1 N m s/rad\"\n";
@@ -251,7 +253,7 @@ fn what_takes_part_in_a_kept_row_is_refused() {
 /// A bead on a cycloid, whose angle has no inertia of its own: it swings in the same time from everywhere, `sin(ϑ/2) = sin(A/2) cos(√(g/4R) t)`
 /// (Huygens). What the rows carry is the weight and the inertia of the bead.
 #[test]
-fn a_coordinate_without_inertia_follows_from_rows() {
+fn a_massless_coordinate_follows_from_constraints() {
     let source = "[parameters]\nR = \"0.5 m\"\nm = \"1 kg\"\ng = \"9.81 m/s^2\"\n[mass.x]\nmass = \"m\"\n[mass.y]\nmass = \"m\"\n[shaft.th]\n\
                   [constraint.cx]\nexpression = \"x.s - R * (th.phi + sin(th.phi))\"\n[constraint.cy]\nexpression = \"y.s - R * (1 - cos(th.phi))\"\n\
                   [torque.w]\nmass = \"y\"\nlaw = \"-m * g\"\n"
@@ -269,7 +271,7 @@ fn a_coordinate_without_inertia_follows_from_rows() {
 
 /// The distance from the origin as a coordinate of its own, on which a spring acts, is the same as the spring's law over both coordinates.
 #[test]
-fn a_distance_without_mass_is_a_coordinate() {
+fn a_massless_distance_is_a_coordinate() {
     let bodies = "[mass.x]\nmass = \"2 kg\"\n[mass.y]\nmass = \"2 kg\"\n";
     let end = scenario(
         2.0,

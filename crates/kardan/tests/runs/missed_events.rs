@@ -56,14 +56,14 @@ fn a_load_at_rest_is_felt() {
             }
             let sign = (omega * (t + 1e-7)).sin().signum();
             let v = |later: f64| sign * a / omega * ((omega * t).cos() - (omega * later).cos()) - c * (later - t);
-            let stands = first_positive(t + 1e-6, |later| -v(later));
-            let end = stands.min(duration);
+            let stop_time = first_positive(t + 1e-6, |later| -v(later));
+            let end = stop_time.min(duration);
             let wave = (omega * t).cos() * (end - t) - ((omega * end).sin() - (omega * t).sin()) / omega;
             x += sign * (sign * a / omega * wave - 0.5 * c * (end - t) * (end - t));
-            if stands >= duration {
+            if stop_time >= duration {
                 break sign * v(duration);
             }
-            t = stands;
+            t = stop_time;
         };
         for method in METHODS {
             let run = by(&source, method);
@@ -103,10 +103,10 @@ fn what_coasts_meets_what_is_moved() {
 fn a_lock_engages_where_its_signal_says() {
     let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[lock.l]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
          engaged = \"sin(a.phi)^8\"\n[scenario]\nduration = \"3 s\"\ninitial = { \"a.w\" = \"20 rad/s\" }\n";
-    let turned = 0.5_f64.powf(0.125).asin();
+    let angle = 0.5_f64.powf(0.125).asin();
     for method in METHODS {
         let run = by(source, method);
-        ends(&run, "a.phi", turned + 10.0 * (3.0 - turned / 20.0), 1e-8, &format!("{method:?}"));
+        ends(&run, "a.phi", angle + 10.0 * (3.0 - angle / 20.0), 1e-8, &format!("{method:?}"));
         ends(&run, "b.w", 10.0, 1e-10, &format!("{method:?}"));
     }
 }
@@ -146,11 +146,11 @@ fn peaks_over_the_angle_are_not_passed() {
     let wave = "max(0 N m, 5 N m * (sin(a.phi) - 0.95))";
     // Of each turn: 5 (2 cos asin 0.95 − 0.95 (π − 2 asin 0.95)) J; of 60 rad, ten peaks, the last one at 58.1 rad.
     let half = 0.95_f64.asin();
-    let turn = 5.0 * (2.0 * half.cos() - 0.95 * (PI - 2.0 * half));
+    let revolution_work = 5.0 * (2.0 * half.cos() - 0.95 * (PI - 2.0 * half));
     let cases = [
         (torque("p(a.phi)", peak) + start, (49.0_f64 + 2.0 * 5.0).sqrt()),
         (torque("if(abs(a.phi - 12 rad) < 0.01 rad, 100 N m, 0 N m)", "") + start, (49.0_f64 + 4.0).sqrt()),
-        (torque(wave, "") + from, (400.0 + 20.0 * turn).sqrt()),
+        (torque(wave, "") + from, (400.0 + 20.0 * revolution_work).sqrt()),
     ];
     for (source, speed) in cases {
         for method in METHODS {
@@ -175,7 +175,7 @@ fn a_jump_where_the_motion_begins() {
 /// Both sides of a bend have the same value: a spring by its angle's size, `w = w₀ cos t`, and a torque of 1 N m with a damping by `w |w|`, both
 /// from where they bend: `w = tanh t`.
 #[test]
-fn bends_where_the_motion_begins() {
+fn non_smooth_points_at_the_start() {
     let spring = torque("-1 N m * max(a.phi / (1 rad), -a.phi / (1 rad)) * if(a.phi > 0 rad, 1, -1)", "");
     let drag = torque("1 N m - 1 N m s^2 * a.w * abs(a.w)", "");
     for method in METHODS {
@@ -199,7 +199,7 @@ fn a_jump_at_rest_away_from_zero() {
 
 /// Pulses by a condition that is no polynomial, of a torque that is one: each turn gives 5 N m over the angle for which the sine is above 0.95.
 #[test]
-fn conditions_are_known_as_well_as_states() {
+fn conditions_are_located_as_precisely_as_states() {
     let width = PI - 2.0 * 0.95_f64.asin();
     let source = torque("if(sin(a.phi) > 0.95, 5 N m, 0 N m)", "") + "initial = { \"a.w\" = \"20 rad/s\" }\n";
     for method in METHODS {
@@ -229,7 +229,7 @@ fn conditions_whose_series_do_not_reach() {
 
 /// A root of what is zero for a while has no series: `w² = w₀² + 4 φ^(3/2)`.
 #[test]
-fn what_has_no_series_goes_on_without() {
+fn motions_that_have_no_series_continue() {
     let law = torque("3 N m * sqrt(max(0, a.phi / (1 rad)))", "");
     let source = law + "initial = { \"a.phi\" = \"-1 rad\", \"a.w\" = \"1 rad/s\" }\n";
     for method in METHODS {
@@ -242,7 +242,7 @@ fn what_has_no_series_goes_on_without() {
 
 /// A power of the time that is no whole one has no series where it begins: the angle is `4/35` and the speed `2/5` at one second, times powers of the end.
 #[test]
-fn a_broken_power_of_the_time_begins_without_series() {
+fn a_fractional_power_of_time_has_no_series_at_the_start() {
     let source = torque("1 N m * (t / (1 s))^1.5", "");
     for method in METHODS {
         let run = by(&source, method);

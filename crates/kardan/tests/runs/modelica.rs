@@ -163,7 +163,7 @@ fn run_of(example: &Example) -> Run {
 /// The rows of the table in `docs/numbers.md`, one for each signal.
 #[test]
 fn examples_of_modelica_are_those_of_their_library() {
-    let (mut table, mut beyond) = (String::new(), String::new());
+    let (mut table, mut exceeding) = (String::new(), String::new());
     for example in &EXAMPLES {
         let run = run_of(example);
         let mut lines = example.results.lines();
@@ -178,12 +178,12 @@ fn examples_of_modelica_are_those_of_their_library() {
             let most = rows.iter().map(difference).fold(0.0, f64::max);
             let size = rows.iter().map(|row| row[columns[reference]].abs()).fold(0.0, f64::max);
             if most > *tolerance {
-                beyond += &format!("{} {reference}: {most:e}\n", example.name);
+                exceeding += &format!("{} {reference}: {most:e}\n", example.name);
             }
             table += &format!("| {} | `{reference}` | {size:.2e} | {most:.0e} | {tolerance:.0e} |\n", example.name);
         }
     }
-    assert!(beyond.is_empty(), "beyond their tolerance:\n{beyond}{table}");
+    assert!(exceeding.is_empty(), "beyond their tolerance:\n{exceeding}{table}");
     let reported = include_str!("../../../../docs/numbers.md");
     assert!(reported.contains(&table), "the table in docs/numbers.md should be\n{table}");
 }

@@ -12,7 +12,7 @@ fn run_of(source: &str) -> Run {
 }
 
 /// A motor of 2 N m that is asked for 5 N m from 1 s to 2 s, and for a ramp to 4 N m from 3 s to 5 s, held to the end.
-const ASKED: &str = r#"
+const LIMITED_MOTOR: &str = r#"
 [shaft.a]
 inertia = "1 kg m^2"
 damping = "1 N m s/rad"
@@ -70,7 +70,7 @@ below = "2 N m"
 /// Of a ramp from 0 to 2 N m the root of the mean square is 2/√3, around the mean of 1 N m it is 1/√3.
 #[test]
 fn means_are_those_over_the_time() {
-    let run = run_of(ASKED);
+    let run = run_of(LIMITED_MOTOR);
     let [.., rms, ripple] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
     assert_eq!(rms.text, "rms m.tau from 3 s to 4 s < 2 N m");
     for (found, expected) in [(rms, 2.0 / 3f64.sqrt()), (ripple, 1.0 / 3f64.sqrt())] {
@@ -80,8 +80,8 @@ fn means_are_those_over_the_time() {
 }
 
 #[test]
-fn time_at_a_limit_is_that_of_the_torque_asked() {
-    let run = run_of(ASKED);
+fn time_at_a_limit_is_that_of_the_command() {
+    let run = run_of(LIMITED_MOTOR);
     assert_eq!(run.outcome, Outcome::Completed);
     let motor_load = &run.motor_loads[0];
     assert_eq!(motor_load.motor, "m");
@@ -107,8 +107,8 @@ fn time_at_a_limit_is_that_of_the_torque_asked() {
 
 /// A motor of 1 N m that nobody controls is asked for 2 N m sin t: it is at its limit from t = π/6 to 5π/6.
 #[test]
-fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
-    let (head, _) = ASKED.split_once("[scenario]").expect("a scenario");
+fn a_command_that_is_a_function_of_time_reaches_the_limit() {
+    let (head, _) = LIMITED_MOTOR.split_once("[scenario]").expect("a scenario");
     let head = head.replace("torque_limit = \"2 N m\"", "torque_limit = \"1 N m\"");
     let source =
         format!("{head}[scenario]\nduration = \"3 s\"\nsignals = {{ \"m.tau\" = \"2 N m * sin(t / (1 s))\" }}\n");
@@ -125,7 +125,7 @@ fn what_is_asked_by_a_function_of_time_comes_to_the_limit() {
 
 #[test]
 fn a_rate_limit_is_reported_too() {
-    let source = ASKED.replace("torque_limit = \"2 N m\"", "rate_limit = \"10 N m/s\"");
+    let source = LIMITED_MOTOR.replace("torque_limit = \"2 N m\"", "rate_limit = \"10 N m/s\"");
     let source = &source[..source.find("[[requirement]]").unwrap()];
     let run = run_of(source);
     // 5 N m take 0.5 s up and 0.5 s down; the ramp of 2 N m/s is slower.
@@ -174,7 +174,7 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
 }
 
 #[test]
-fn a_motor_within_its_limits_is_silent() {
+fn a_motor_below_its_limits_gives_no_warning() {
     let source = limited_steering("1000 N m");
     let settings = DesignSettings { simulate: true, ..DesignSettings::default() };
     let design = study::design(&source, &settings, &Silent).unwrap();

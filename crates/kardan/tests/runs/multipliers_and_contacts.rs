@@ -37,7 +37,7 @@ fn zero(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
 fn a_block_comes_to_rest_on_a_moving_belt() {
     let omega = 2.0 * PI;
     let sticks = zero(|t| 3.0 * t - 0.05 * omega * (omega * t).cos(), 0.0, 0.25);
-    let lost = 3.0 * (0.05 * (omega * sticks).sin() - 1.5 * sticks * sticks);
+    let dissipated = 3.0 * (0.05 * (omega * sticks).sin() - 1.5 * sticks * sticks);
     for moves in ["position = \"50 mm * sin(2 pi t / 1 s)\"", "speed = \"50 mm * 2 pi / 1 s * cos(2 pi t / 1 s)\""] {
         let source = format!(
             "[mass.block]\nmass = \"1 kg\"\n[mass.belt]\nmass = \"2 kg\"\n[prescribed_motion.drive]\nmass = \"belt\"\n{moves}\n\
@@ -47,7 +47,7 @@ fn a_block_comes_to_rest_on_a_moving_belt() {
         for method in METHODS {
             let (run, what) = (by(&source, method), format!("{method:?} {moves}"));
             near(time_of(&run, "rub sticks"), sticks, 1e-9, &what);
-            near(run.energy.dissipated, lost, 1e-9, &what);
+            near(run.energy.dissipated, dissipated, 1e-9, &what);
             for t in [0.5, 1.2, 2.0] {
                 near(at(&run, "block.v", t), 0.05 * omega * (omega * t).cos(), 1e-9, &what);
                 // The drive then moves both, before the belt against the friction.
@@ -70,9 +70,9 @@ fn the_drive_pays_for_the_friction_of_what_it_moves() {
         for method in METHODS {
             let run = by(&source, method);
             for t in [0.1, 0.4, 0.6, 0.9] {
-                let [rate, bend] = [PI * (2.0 * PI * t).cos(), -2.0 * PI * PI * (2.0 * PI * t).sin()];
+                let [rate, acceleration] = [PI * (2.0 * PI * t).cos(), -2.0 * PI * PI * (2.0 * PI * t).sin()];
                 let damper = 0.1 * (rate - at(&run, "q.w", t));
-                let expected = 2.0 * bend + 0.3 * rate.signum() + damper;
+                let expected = 2.0 * acceleration + 0.3 * rate.signum() + damper;
                 near(at(&run, "drive.tau", t), expected, 1e-8, &format!("{method:?} {moves} {t}"));
             }
         }
@@ -81,7 +81,7 @@ fn the_drive_pays_for_the_friction_of_what_it_moves() {
 
 /// A ball between walls that move: it leaves each with `v_w − e (v − v_w)`, and what the drive gives in the blow counts.
 #[test]
-fn a_moving_wall_gives_a_blow() {
+fn an_impact_with_a_moving_wall_exchanges_energy() {
     let source = "[mass.ball]\nmass = \"1 kg\"\n[mass.wall]\nmass = \"3 kg\"\n[prescribed_motion.drive]\nmass = \"wall\"\n\
                   MOVES\n[end_stop.hit]\nmass_1 = \"ball\"\nmass_2 = \"wall\"\nupper = \"100 mm\"\nrestitution = 0.5\n\
                   [scenario]\nduration = \"0.6 s\"\noutput_step = \"1 ms\"\ninitial = { \"ball.v\" = \"0.3 m/s\" }\n";
@@ -111,18 +111,18 @@ fn a_unicycle_rolls_out_and_rests() {
                   [scenario]\nduration = \"10 h\"\noutput_step = \"10 s\"\n\
                   initial = { \"roll.w\" = \"8 rad/s\", \"heading.w\" = \"3 rad/s\", \"x.v\" = \"0.8 m/s\" }\n";
     // 0.05 kg m² seen by the wheel.
-    let (stops, straight) = (8.0 * 0.05 / 0.1, 3.0);
+    let (stop_time, straight) = (8.0 * 0.05 / 0.1, 3.0);
     // Simpson's rule over the path: heading 3 t − t²/2 until 3 s, then it stays.
     let heading = |t: f64| if t < straight { 3.0 * t - 0.5 * t * t } else { 4.5 };
     let path = |direction: fn(f64) -> f64| -> f64 {
         let (count, f) = (4000, |t: f64| 0.1 * (8.0 - 2.0 * t) * direction(heading(t)));
-        let step = stops / f64::from(count);
+        let step = stop_time / f64::from(count);
         let weight = |k: i32| if k == 0 || k == count { 1.0 } else { 2.0 + 2.0 * f64::from(k % 2) };
         (0..=count).map(|k| weight(k) * f(f64::from(k) * step)).sum::<f64>() * step / 3.0
     };
     for method in METHODS {
         let (run, what) = (by(source, method), format!("{method:?}"));
-        near(time_of(&run, "roll sticks"), stops, 1e-8, &what);
+        near(time_of(&run, "roll sticks"), stop_time, 1e-8, &what);
         near(time_of(&run, "heading sticks"), straight, 1e-8, &what);
         near(at(&run, "x.s", 10.0), path(f64::cos), 1e-8, &what);
         near(at(&run, "y.s", 10.0), path(f64::sin), 1e-8, &what);
@@ -141,18 +141,18 @@ fn a_yoke_knocks_and_passes_its_dead_centre() {
     let source = "[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[mass.slide]\nmass = \"3 kg\"\nMORE\
                   [constraint.yoke]\nexpression = \"slide.s - 0.1 m * sin(crank.phi)\"\n\
                   [scenario]\nduration = \"0.4 s\"\noutput_step = \"1 ms\"\ninitial = { \"crank.w\" = \"5 rad/s\", \"slide.v\" = \"0.5 m/s\" }\n";
-    let seen = |angle: f64| 0.02 + 0.03 * angle.cos() * angle.cos();
+    let inertia = |angle: f64| 0.02 + 0.03 * angle.cos() * angle.cos();
     let stop = f64::asin(0.5);
     let knocks = source.replace("MORE", "[end_stop.stop]\nshaft_1 = \"slide\"\nupper = \"50 mm\"\nrestitution = 0.6\n");
     let passes = source.replace("MORE", "friction = \"1 N\"\n");
     for method in METHODS {
         let (run, what) = (by(&knocks, method), format!("{method:?}"));
-        let energy = 0.5 * seen(0.0) * 25.0;
+        let energy = 0.5 * inertia(0.0) * 25.0;
         near(run.energy.dissipated, (1.0 - 0.36) * energy, 1e-9, &what);
         // Where the crank comes back through the middle it has 0.6 of its speed.
         let back = signal(&run, "crank.phi").iter().zip(signal(&run, "crank.w")).rev().find(|(angle, _)| **angle > 0.0);
         let (angle, speed) = back.expect("it comes back");
-        near(*speed, -(0.36 * 2.0 * energy / seen(*angle)).sqrt(), 1e-8, &what);
+        near(*speed, -(0.36 * 2.0 * energy / inertia(*angle)).sqrt(), 1e-8, &what);
         assert!(signal(&run, "crank.phi").iter().all(|angle| *angle <= stop + 1e-9), "{what}");
         // What the yoke carries is what moves the slide, until it touches: m s̈ with φ̇² = 2 E/(J + m r² cos² φ).
         let rows = ["crank.phi", "crank.w", "yoke.f"].map(|name| signal(&run, name));
@@ -160,8 +160,8 @@ fn a_yoke_knocks_and_passes_its_dead_centre() {
         assert!(until > 10, "{until}");
         for row in 0..until {
             let (angle, speed) = (rows[0][row], rows[1][row]);
-            let bend = energy * 0.06 * angle.cos() * angle.sin() / seen(angle).powi(2);
-            near(rows[2][row], 0.3 * (angle.cos() * bend - angle.sin() * speed * speed), 1e-7, &what);
+            let acceleration = energy * 0.06 * angle.cos() * angle.sin() / inertia(angle).powi(2);
+            near(rows[2][row], 0.3 * (angle.cos() * acceleration - angle.sin() * speed * speed), 1e-7, &what);
         }
 
         let run = by(&passes, method);
@@ -171,7 +171,7 @@ fn a_yoke_knocks_and_passes_its_dead_centre() {
         let way = 0.2 - 0.1 * last.sin();
         near(run.energy.dissipated, way, 1e-8, &what);
         let speed = signal(&run, "crank.w").last().copied().expect("rows");
-        near(0.5 * seen(last) * speed * speed, energy - way, 1e-8, &what);
+        near(0.5 * inertia(last) * speed * speed, energy - way, 1e-8, &what);
     }
 }
 
@@ -194,7 +194,7 @@ fn what_cannot_both_hold_is_named() {
 
 /// Kept rows stand in the written equations with their multipliers, at every position, and in the plan with what their coefficients change by.
 #[test]
-fn equations_have_the_multipliers_of_kept_rows() {
+fn equations_have_the_multipliers_of_their_constraints() {
     let source = "[shaft.crank]\ninertia = \"0.02 kg m^2\"\n[mass.slide]\nmass = \"3 kg\"\nfriction = \"1 N\"\n\
                   [constraint.yoke]\nexpression = \"slide.s - 0.5 m * sin(crank.phi)\"\n\
                   [shaft.p]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s * sin(3 rad/s * t)\"\n\
@@ -215,15 +215,15 @@ fn equations_have_the_multipliers_of_kept_rows() {
     assert!(latex.contains(r"&= -\frac{1}{2}\cos(\varphi_{\mathrm{crank}}) f_{\mathrm{yoke}} \\"), "{latex}");
     // Half of sin φ, times the square of the speed, is what the row of accelerations has besides.
     let plan = kardan::plan::parse(&written(EquationsForm::Plan)).expect("a plan");
-    let mut memory = plan.memory();
+    let mut workspace = plan.memory();
     let values = [("crank.phi", 0.7), ("crank.w", 3.0)];
     for (k, name) in plan.inputs.iter().enumerate() {
-        memory[k] = values.iter().find(|(other, _)| other == name).map_or(0.0, |(_, value)| *value);
+        workspace[k] = values.iter().find(|(other, _)| other == name).map_or(0.0, |(_, value)| *value);
     }
-    assert!(plan.block().evaluate(&mut memory));
+    assert!(plan.block().evaluate(&mut workspace));
     let found = |name: &str| {
         let k = plan.outputs.iter().position(|output| output == name).unwrap_or_else(|| panic!("no {name}"));
-        memory[plan.place(k)]
+        workspace[plan.place(k)]
     };
     near(found("kept[yoke,crank]"), -0.5 * f64::cos(0.7), 1e-15, "row");
     near(found("kept[yoke]"), 0.5 * f64::sin(0.7) * 9.0, 1e-15, "bias");
@@ -232,7 +232,7 @@ fn equations_have_the_multipliers_of_kept_rows() {
 /// A wheel that heads along x carries nothing aside, so a friction aside rests there though the wheel rolls; as it turns, it slips, and takes its
 /// force times the way. The same for a slide at its dead centre, from which a crank sets out.
 #[test]
-fn rows_turn_away_from_what_they_carried() {
+fn constraints_rotate_away_from_the_forces_that_they_carried() {
     let wheel = "[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\nfriction = \"1 N\"\n[shaft.h]\ninertia = \"0.1 kg m^2\"\n[motor.m]\nshaft = \"h\"\n\
                  [constraint.rolls]\nrates = { x = \"-sin(h.phi)\", y = \"cos(h.phi)\" }\n\
                  [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"x.v\" = \"1 m/s\" }\n\

@@ -84,7 +84,7 @@ fn sampled_controllers_read_it() {
         study::run(&source, &settings, &Silent).expect("no mistakes").runs.remove(0)
     };
     let noise = "noise = \"0.05 N m\"";
-    let (one, again, other, without) = (noisy(noise, 1), noisy(noise, 1), noisy(noise, 2), noisy("", 1));
+    let (one, again, other, noiseless) = (noisy(noise, 1), noisy(noise, 1), noisy(noise, 2), noisy("", 1));
     assert_eq!(one.series, again.series);
     let command = |run: &Run| signal(run, "wg_motor.command").to_vec();
     assert_ne!(command(&one), command(&other));
@@ -93,5 +93,5 @@ fn sampled_controllers_read_it() {
         let before = run.series.time.iter().take_while(|t| **t < 0.1).count();
         command(run)[..before].windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum()
     };
-    assert!(rough(&one) > 1e-3 && rough(&without) == 0.0, "{} against {}", rough(&one), rough(&without));
+    assert!(rough(&one) > 1e-3 && rough(&noiseless) == 0.0, "{} against {}", rough(&one), rough(&noiseless));
 }

@@ -48,8 +48,8 @@ fn a_sampled_observer_error_follows_its_poles() {
     for k in 0..100 {
         let (t, count) = (f64::from(k) * h, f64::from(k));
         let grown = |i: usize| {
-            let turned: f64 = (0..2).map(|n| (f[i][n] - if i == n { z } else { 0.0 }) / z * start[n]).sum();
-            z.powi(k) * (start[i] + count * turned)
+            let increment: f64 = (0..2).map(|n| (f[i][n] - if i == n { z } else { 0.0 }) / z * start[n]).sum();
+            z.powi(k) * (start[i] + count * increment)
         };
         let found = [at(&run, "arm.w", t) - at(&run, "est.speed", t), 0.8 - at(&run, "est.load", t)];
         for i in 0..2 {
@@ -84,7 +84,7 @@ fn a_continuous_observer_error_follows_its_poles() {
 
 /// Gains as they are given, of two measurements, one of which is no state: what the block of `kardan-rt` does.
 #[test]
-fn given_gains_are_those_of_the_block() {
+fn explicit_gains_are_those_of_the_block() {
     let source = format!(
         "{PLANT}[torque.drive]\nshaft = \"arm\"\nlaw = \"wave\"\n[block.u]\nkind = \"hold\"\ninput = \"wave\"\nsample_time = \"10 ms\"\n\
          [block.est]\nkind = \"observer\"\nstates = {{ angle = \"0.2 rad\", speed = \"0 rad/s\" }}\n\
@@ -97,17 +97,17 @@ fn given_gains_are_those_of_the_block() {
     let h = 0.01;
     let (a, b) = ([1.0, h, 0.0, 1.0], [h * h / 2.0 / 0.5, h / 0.5]);
     let block = kardan_rt::Observer { a: &a, b: &b, c: &[2.0, 0.1, 0.0, 1.0], gain: &[0.1, 0.05, 0.3, 0.2] };
-    let mut memory = [0.0, 0.0, 0.2, 0.0];
+    let mut state = [0.0, 0.0, 0.2, 0.0];
     for k in 0..100 {
         let t = f64::from(k) * h;
         let [phi, w] = ["arm.phi", "arm.w"].map(|name| at(&run, name, t));
         // What is said of the mixture has an offset, which is no state.
-        assert!(block.step(&[at(&run, "u", t)], &[2.0 * phi + 0.1 * w + 0.3, w], &mut memory));
-        for (name, expected) in [("est.angle", memory[0]), ("est.speed", memory[1])] {
+        assert!(block.step(&[at(&run, "u", t)], &[2.0 * phi + 0.1 * w + 0.3, w], &mut state));
+        for (name, expected) in [("est.angle", state[0]), ("est.speed", state[1])] {
             let found = at(&run, name, t);
             assert!((found - expected).abs() < 1e-11, "{name}: {found} for {expected} at {t} s");
         }
-        let residual = 2.0 * phi + 0.1 * w + 0.3 - 2.0 * memory[0] - 0.1 * memory[1];
+        let residual = 2.0 * phi + 0.1 * w + 0.3 - 2.0 * state[0] - 0.1 * state[1];
         assert!((at(&run, "est.residual_mix", t) - residual).abs() < 1e-11, "at {t} s");
     }
 }
@@ -116,7 +116,7 @@ fn given_gains_are_those_of_the_block() {
 #[test]
 fn errors_of_observers_are_reported() {
     let observer =
-        |rest: &str| format!("kind = \"observer\"\nstates = {{ speed = \"0 rad/s\", load = \"0 N m\" }}\n{rest}");
+        |keys: &str| format!("kind = \"observer\"\nstates = {{ speed = \"0 rad/s\", load = \"0 N m\" }}\n{keys}");
     let rates = "rates = { speed = \"-a.load / J\" }\n";
     let measured = "measured = { speed = \"arm.w\" }\n";
     let both = format!("{rates}{measured}");

@@ -21,7 +21,7 @@ fn near(value: f64, expected: f64, tolerance: f64, what: &str) {
 }
 
 /// Times at which something meets something.
-fn blows(run: &Run, name: &str) -> Vec<f64> {
+fn impacts(run: &Run, name: &str) -> Vec<f64> {
     let meets = format!("{name} meets");
     run.events.iter().filter(|event| event.description.starts_with(&meets)).map(|event| event.time).collect()
 }
@@ -42,7 +42,7 @@ fn root(mut low: f64, mut high: f64, of: impl Fn(f64) -> f64) -> f64 {
 /// A pinion, a screw and a belt with 0.02 kg m² against 2 kg at 0.1 m, and play of 4 mm: the mass flies 2 mm, and keeps of 1 m/s what the restitution
 /// leaves; then it flies over the whole play.
 #[test]
-fn straight_transmissions_fly_over_their_play() {
+fn straight_transmissions_cross_their_backlash() {
     let elements = [
         "[rack_and_pinion.teeth]\npinion = \"shaft\"\nrack = \"mass\"\nradius = \"0.1 m\"\n",
         "[screw.teeth]\nshaft = \"shaft\"\nnut = \"mass\"\nlead = \"0.1 m/rad\"\n",
@@ -55,14 +55,14 @@ fn straight_transmissions_fly_over_their_play() {
         );
         let run = by(&source.replace("10 ms", "1 ms"), method);
         // Both have 2 kg at the teeth: the gap opens with half of 1 m/s, the mass keeps a quarter of it.
-        let blows = blows(&run, "teeth");
-        near(blows[0], 0.002, 1e-12, element);
+        let impacts = impacts(&run, "teeth");
+        near(impacts[0], 0.002, 1e-12, element);
         near(at(&run, "mass.v", 0.005), 0.25, 1e-12, element);
         near(at(&run, "shaft.w", 0.005), 7.5, 1e-11, element);
-        near(blows[1], 0.002 + 0.004 / 0.5, 1e-11, element);
+        near(impacts[1], 0.002 + 0.004 / 0.5, 1e-11, element);
         // What is lost: ½ μ (1 − e²) v², μ = 1 kg, with v = 1, 1/2, 1/4, ...
-        let lost = (0..blows.len()).map(|k| 0.5 * 0.75 * 0.25_f64.powi(k as i32)).sum::<f64>();
-        near(run.energy.dissipated, lost, 1e-11, element);
+        let loss = (0..impacts.len()).map(|k| 0.5 * 0.75 * 0.25_f64.powi(k as i32)).sum::<f64>();
+        near(run.energy.dissipated, loss, 1e-11, element);
         let gaps = signal(&run, "mass.s").iter().zip(signal(&run, "shaft.phi")).map(|(s, phi)| s - 0.1 * phi - 1.0);
         gaps.for_each(|gap| assert!(gap.abs() <= 0.002 + 1e-12, "{element}: {gap}"));
     }
@@ -70,7 +70,7 @@ fn straight_transmissions_fly_over_their_play() {
 
 /// What a force on one side does to the other in contact: the reading on each body, in its own unit.
 #[test]
-fn both_sides_of_a_play_are_read() {
+fn both_sides_of_a_backlash_are_read() {
     let source = format!(
         "[shaft.pinion]\ninertia = \"0.02 kg m^2\"\n[mass.rack]\nmass = \"2 kg\"\n[rack_and_pinion.teeth]\npinion = \"pinion\"\nrack = \"rack\"\n\
          radius = \"0.1 m\"\nbacklash = \"4 mm\"\n[torque.push]\nshaft = \"rack\"\nlaw = \"8 N\"\n{}",
@@ -93,16 +93,16 @@ const DRIVE: &str = "[shaft.wg]\ninertia = \"1e-3 kg m^2\"\n[shaft.fs]\ninertia 
 
 /// Of the wave generator 0.25 rad are half of the play at the flexspline; both feel 1e-3 kg m² there, so that half of its speed is what the teeth take.
 #[test]
-fn a_harmonic_drive_flies_over_its_play() {
+fn a_harmonic_drive_crosses_its_backlash() {
     for method in METHODS {
         let source = format!("{DRIVE}restitution = 0.5\n{}", scenario("2 s", "\"wg.w\" = \"1 rad/s\""));
         let run = by(&source, method);
         let what = format!("{method:?}");
-        let blows = blows(&run, "hd");
-        near(blows[0], 0.25, 1e-11, &what);
+        let impacts = impacts(&run, "hd");
+        near(impacts[0], 0.25, 1e-11, &what);
         near(at(&run, "wg.w", 0.5), 0.25, 1e-12, &what);
         near(at(&run, "fs.w", 0.5), -0.015, 1e-13, &what);
-        near(blows[1], 0.25 + 0.5 / 0.5, 1e-10, &what);
+        near(impacts[1], 0.25 + 0.5 / 0.5, 1e-10, &what);
         // ½ μ (1 − e²) v² with μ = 5e-4 kg m², v = 1, then 1/2.
         near(run.energy.dissipated, 0.5 * 5e-4 * 0.75 * (1.0 + 0.25), 1e-13, &what);
     }
@@ -110,7 +110,7 @@ fn a_harmonic_drive_flies_over_its_play() {
 
 /// Soft teeth behind play: half a swing of the reduced inertia 1/(1/J₁ + i²/J₂) on s/i², and back over the whole play; no energy is lost without damping.
 #[test]
-fn a_soft_harmonic_drive_swings_behind_its_play() {
+fn a_soft_harmonic_drive_swings_behind_its_backlash() {
     for method in METHODS {
         let source = format!("{DRIVE}stiffness = \"200 N m/rad\"\n{}", scenario("2 s", "\"wg.w\" = \"1 rad/s\""));
         let run = by(&source, method);
@@ -143,18 +143,18 @@ fn a_bent_joint_meets_where_its_curve_says() {
     let g = slope(meets);
     let impulse = (1.0 + e) * (2.0 - g) / (1.0 / j1 + g * g / j2);
     let (w1, w2) = (2.0 - impulse / j1, 1.0 + g * impulse / j2);
-    let lost = 0.5 * (j1 * (4.0 - w1 * w1) + j2 * (1.0 - w2 * w2));
+    let loss = 0.5 * (j1 * (4.0 - w1 * w1) + j2 * (1.0 - w2 * w2));
     for method in METHODS {
         let run = by(&source, method);
         let what = format!("{method:?}");
-        near(blows(&run, "joint")[0], meets, 1e-10, &what);
+        near(impacts(&run, "joint")[0], meets, 1e-10, &what);
         let later = (meets * 100.0).ceil() / 100.0;
         near(at(&run, "a.w", later), w1, 1e-10, &what);
         near(at(&run, "b.w", later), w2, 1e-10, &what);
         near(at(&run, "a.phi", later), 2.0 * meets + w1 * (later - meets), 1e-10, &what);
-        near(lost, 0.5 * (1.0 - e * e) * (2.0 - g).powi(2) / (1.0 / j1 + g * g / j2), 1e-12, &what);
-        if blows(&run, "joint").len() == 1 {
-            near(run.energy.dissipated, lost, 1e-10, &what);
+        near(loss, 0.5 * (1.0 - e * e) * (2.0 - g).powi(2) / (1.0 / j1 + g * g / j2), 1e-12, &what);
+        if impacts(&run, "joint").len() == 1 {
+            near(run.energy.dissipated, loss, 1e-10, &what);
         }
         for (a, b) in signal(&run, "a.phi").iter().zip(signal(&run, "b.phi")) {
             assert!((a - curve(*b)).abs() <= half + 1e-10, "{what}: {a} {b}");
@@ -164,7 +164,7 @@ fn a_bent_joint_meets_where_its_curve_says() {
 
 /// A light shaft driven against damping presses one flank for turns.
 #[test]
-fn a_bent_joint_in_contact_is_one_without_play() {
+fn a_bent_joint_in_contact_is_one_with_no_backlash() {
     let joint = |keys: &str| {
         format!(
             "[shaft.a]\ninertia = \"0.01 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\ndamping = \"2 N m s/rad\"\n[torque.drive]\nshaft = \"a\"\n\
@@ -175,24 +175,24 @@ fn a_bent_joint_in_contact_is_one_without_play() {
     let source = joint("backlash = \"0.1 rad\"");
     for method in METHODS {
         let with = by(&format!("{source}{}", scenario("4 s", "\"a.phi\" = \"0.05 rad\"")), method);
-        let without = by(&format!("{}{}", joint(""), scenario("4 s", "\"a.phi\" = \"0 rad\"")), method);
+        let no_backlash = by(&format!("{}{}", joint(""), scenario("4 s", "\"a.phi\" = \"0 rad\"")), method);
         let what = format!("{method:?}");
         for k in 0..with.series.time.len() {
             let of = |run: &Run, name: &str| signal(run, name)[k];
-            near(of(&with, "b.phi"), of(&without, "b.phi"), 2e-8, &what);
-            near(of(&with, "a.phi") - 0.05, of(&without, "a.phi"), 2e-8, &what);
-            near(of(&with, "joint.tau"), of(&without, "joint.tau"), 1e-6, &what);
-            near(of(&with, "joint.a.tau"), of(&without, "joint.a.tau"), 1e-6, &what);
-            near(of(&with, "joint.b.tau"), of(&without, "joint.b.tau"), 1e-6, &what);
+            near(of(&with, "b.phi"), of(&no_backlash, "b.phi"), 2e-8, &what);
+            near(of(&with, "a.phi") - 0.05, of(&no_backlash, "a.phi"), 2e-8, &what);
+            near(of(&with, "joint.tau"), of(&no_backlash, "joint.tau"), 1e-6, &what);
+            near(of(&with, "joint.a.tau"), of(&no_backlash, "joint.a.tau"), 1e-6, &what);
+            near(of(&with, "joint.b.tau"), of(&no_backlash, "joint.b.tau"), 1e-6, &what);
         }
         assert!(at(&with, "b.phi", 4.0) > 10.0, "{what}: it turns");
-        assert_eq!(with.energy.dissipated > 0.0, without.energy.dissipated > 0.0);
+        assert_eq!(with.energy.dissipated > 0.0, no_backlash.energy.dissipated > 0.0);
     }
 }
 
 /// A rack whose ratio varies, pressed by its pinion, is one without play half of it behind.
 #[test]
-fn a_rack_with_a_curve_in_contact_is_one_without_play() {
+fn a_rack_with_a_curve_in_contact_is_one_with_no_backlash() {
     let rack = |behind: i32, keys: &str| {
         let point = |angle: i32, position: i32| {
             format!("{{ angle = \"{angle} rad\", position = \"{} mm\" }}", position - behind)
@@ -207,14 +207,14 @@ fn a_rack_with_a_curve_in_contact_is_one_without_play() {
     };
     for method in METHODS {
         let with = by(&(rack(0, "backlash = \"2 mm\"") + &scenario("0.1 s", "\"rack.s\" = \"-1 mm\"")), method);
-        let without = by(&(rack(1, "") + &scenario("0.1 s", "\"pinion.phi\" = \"0 rad\"")), method);
+        let no_backlash = by(&(rack(1, "") + &scenario("0.1 s", "\"pinion.phi\" = \"0 rad\"")), method);
         let what = format!("{method:?}");
         for k in 0..with.series.time.len() {
             let of = |run: &Run, name: &str| signal(run, name)[k];
-            near(of(&with, "rack.s"), of(&without, "rack.s"), 1e-9, &what);
-            near(of(&with, "pinion.phi"), of(&without, "pinion.phi"), 1e-7, &what);
-            near(of(&with, "joint.f"), of(&without, "joint.f"), 1e-5, &what);
-            near(of(&with, "joint.pinion.tau"), of(&without, "joint.pinion.tau"), 1e-7, &what);
+            near(of(&with, "rack.s"), of(&no_backlash, "rack.s"), 1e-9, &what);
+            near(of(&with, "pinion.phi"), of(&no_backlash, "pinion.phi"), 1e-7, &what);
+            near(of(&with, "joint.f"), of(&no_backlash, "joint.f"), 1e-5, &what);
+            near(of(&with, "joint.pinion.tau"), of(&no_backlash, "joint.pinion.tau"), 1e-7, &what);
         }
         assert!(at(&with, "pinion.phi", 0.1) > 0.3, "{what}: it turns");
     }
@@ -234,11 +234,11 @@ const RUBS: &str = "efficiency = 0.8\nefficiency_back = 0.7";
 
 /// In the gap nothing is carried and nothing lost; behind the blow the motor drives the load with 1/η more, or the load the motor with η less.
 #[test]
-fn teeth_with_play_rub_where_they_carry() {
+fn gear_loss_with_backlash_acts_in_contact_only() {
     let (j1, j2, i) = (0.3, 0.5, 4.0);
     let run = by(&lossy(RUBS, "1 N m", "0 N m", ""), Method::Automatic);
     let meets = f64::sqrt(2.0 * 0.1 * j1);
-    near(blows(&run, "gear")[0], meets, 1e-9, "flight");
+    near(impacts(&run, "gear")[0], meets, 1e-9, "flight");
     near(at(&run, "gear.friction", 0.2), 0.0, 0.0, "no loss in the gap");
     let a = 1.0 / (j1 + j2 / (0.8 * i * i));
     let struck = meets / j1 * j1 / (j1 + j2 / (i * i));
@@ -255,7 +255,7 @@ fn teeth_with_play_rub_where_they_carry() {
 
 /// At rest teeth that press hold up to their loss: a load that pushes 10 N m is held with anything from η·2.5 to 2.5/η N m.
 #[test]
-fn a_load_on_a_flank_is_held_between_two_torques() {
+fn a_load_on_a_flank_sticks_between_two_torques() {
     for (motor, moves) in [(-1.7499, 1.0), (-1.7501, 0.0), (-2.5, 0.0), (-3.1249, 0.0), (-3.1251, -1.0)] {
         let initial = "\"motor.phi\" = \"-0.1 rad\"";
         let run = by(&lossy(RUBS, &format!("{motor} N m"), "10 N m", initial), Method::Automatic);
@@ -267,7 +267,7 @@ fn a_load_on_a_flank_is_held_between_two_torques() {
 
 /// A worm with play: the load moves until it meets the thread, and no further, whatever pushes it.
 #[test]
-fn a_worm_with_play_locks_itself_on_either_flank() {
+fn a_worm_with_backlash_locks_itself_on_either_flank() {
     let keys = "efficiency = 0.4\nefficiency_back = -0.5";
     for load in ["10 N m", "-1000 N m"] {
         for start in ["0 rad", "0.1 rad", "-0.1 rad"] {
@@ -282,7 +282,7 @@ fn a_worm_with_play_locks_itself_on_either_flank() {
 
 /// A spring in the teeth of a harmonic drive, play before it, and losses: the load is what the soft flank presses with.
 #[test]
-fn soft_teeth_with_play_rub() {
+fn soft_gears_with_backlash_have_losses() {
     let source = format!(
         "{DRIVE}stiffness = \"200 N m/rad\"\ndamping = \"40 N m s/rad\"\nefficiency = 0.8\n[torque.drive]\nshaft = \"wg\"\nlaw = \"0.1 N m\"\n{}",
         scenario("3 s", "")
@@ -309,7 +309,7 @@ fn soft_teeth_with_play_rub() {
 /// Teeth that lock themselves between two plays, with frictions on their load: where they come to rest no acceleration fits while they slide, and
 /// they hold whatever they have to. Bodies that they tie move together all the same, and what drives never gives back more than it got.
 #[test]
-fn teeth_that_lock_themselves_hold_beside_frictions() {
+fn self_locking_gears_stick_beside_frictions() {
     let shaft = |k: usize, inertia: f64, friction: f64| {
         format!("[shaft.s{k}]\ninertia = \"{inertia} kg m^2\"\nfriction = \"{friction} N m\"\n")
     };
@@ -351,14 +351,14 @@ fn random_model(seed: u64) -> String {
     }
     for k in 0..count {
         let next = k + 1;
-        let play =
+        let backlash =
             if dice.below(4) == 0 { String::new() } else { format!("backlash = \"{}e-2 rad\"\n", dice.between(1, 20)) };
-        let rebound = if play.is_empty() { 0 } else { dice.below(8) };
-        let play = format!("{play}restitution = {}\n", rebound as f64 / 10.0);
+        let rebound = if backlash.is_empty() { 0 } else { dice.below(8) };
+        let backlash = format!("{backlash}restitution = {}\n", rebound as f64 / 10.0);
         if dice.below(3) == 0 {
             let angle = dice.between(5, 50);
             source += &format!(
-                "[universal_joint.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nangle = \"{angle} deg\"\n{play}"
+                "[universal_joint.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nangle = \"{angle} deg\"\n{backlash}"
             );
             continue;
         }
@@ -369,7 +369,7 @@ fn random_model(seed: u64) -> String {
             _ => format!("efficiency = 0.{}\nefficiency_back = 0.{}\n", dice.between(3, 6), dice.between(1, 5)),
         };
         source += &format!(
-            "[gear.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nratio = {}\n{play}{loss}",
+            "[gear.e{k}]\nshaft_1 = \"s{k}\"\nshaft_2 = \"s{next}\"\nratio = {}\n{backlash}{loss}",
             dice.between(1, 6)
         );
     }
@@ -383,8 +383,8 @@ fn random_model(seed: u64) -> String {
 
 /// Energy balances close.
 #[test]
-fn random_drives_with_play_balance_their_energy() {
-    let (first, end) = match std::env::var("KARDAN_MODELS").ok().and_then(|asked| asked.parse().ok()) {
+fn random_drives_with_backlash_balance_their_energy() {
+    let (first, end) = match std::env::var("KARDAN_MODELS").ok().and_then(|text| text.parse().ok()) {
         Some(end) => (0, end),
         None => (0, 30),
     };

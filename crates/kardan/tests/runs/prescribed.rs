@@ -70,8 +70,8 @@ fn a_shaken_body_moves_as_in_closed_form_and_takes_the_torque_that_it_must() {
             assert!((columns[0][k] - phi(t)).abs() < 2e-9, "{method:?} {t}");
         }
         balances(&run, 1e-9, "shaker");
-        let given = work(&run, "drive.tau", |t| size * omega * (omega * t).cos());
-        assert!((given - run.energy.input).abs() < 1e-8, "{method:?}: {given} {:?}", run.energy);
+        let drive_work = work(&run, "drive.tau", |t| size * omega * (omega * t).cos());
+        assert!((drive_work - run.energy.input).abs() < 1e-8, "{method:?}: {drive_work} {:?}", run.energy);
     }
 }
 
@@ -95,10 +95,10 @@ fn a_rheonomic_row_between_two_free_bodies_moves_both_as_in_closed_form() {
             // The coordinate, which begins at rest, is the one that the row leaves.
             let begins = signal(&run, "b.w")[0];
             for (k, &t) in run.series.time.iter().enumerate() {
-                let (f, bend) = (size * (omega * t).sin(), -size * omega * omega * (omega * t).sin());
+                let (f, f_dd) = (size * (omega * t).sin(), -size * omega * omega * (omega * t).sin());
                 let share = -2.0 * 3.0 / (4.0 * 3.0 + 5.0);
                 let b = share * (f - size * omega * t) + begins * t;
-                let torque = 3.0 * (2.0 * share * bend + bend);
+                let torque = 3.0 * (2.0 * share * f_dd + f_dd);
                 for (column, expected) in columns.iter().zip([2.0 * b + f, b, torque, -2.0 * torque]) {
                     assert!((column[k] - expected).abs() < 1e-8, "{offset} {method:?} {t}: {} {expected}", column[k]);
                 }
@@ -174,8 +174,8 @@ fn prescribed_speeds_and_accelerations_move_as_the_angle_that_they_add_up_to() {
                 }
             }
             balances(&run, 1e-9, motion);
-            let given = work(&run, "drive.tau", |t| 1.2 * (6.0 * t).cos());
-            assert!((given - run.energy.input).abs() < 1e-7, "{method:?}: {given} {:?}", run.energy);
+            let drive_work = work(&run, "drive.tau", |t| 1.2 * (6.0 * t).cos());
+            assert!((drive_work - run.energy.input).abs() < 1e-7, "{method:?}: {drive_work} {:?}", run.energy);
         }
     }
 }
@@ -205,13 +205,13 @@ initial = { \"x.v\" = \"1.5 m/s\", \"heading.w\" = \"2 rad/s\" }
             ["x.s", "y.s", "heading.phi", "wheel.f", "wheel.x.f"].map(|name| signal(&run, name));
         let [vx, vy] = ["x.v", "y.v"].map(|name| signal(&run, name));
         for (k, &t) in run.series.time.iter().enumerate() {
-            let turned = omega * t;
-            let expected = [v / omega * turned.sin(), v / omega * (1.0 - turned.cos()), turned];
+            let angle = omega * t;
+            let expected = [v / omega * angle.sin(), v / omega * (1.0 - angle.cos()), angle];
             for (found, expected) in [x[k], y[k], heading[k]].into_iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-8, "{method:?} {t}: {found} {expected}");
             }
             assert!((force[k] - mass * v * omega).abs() < 1e-7, "{method:?} {t}: {}", force[k]);
-            assert!((on_x[k] + turned.sin() * force[k]).abs() < 1e-7, "{method:?} {t}");
+            assert!((on_x[k] + angle.sin() * force[k]).abs() < 1e-7, "{method:?} {t}");
             let aside = vy[k] * heading[k].cos() - vx[k] * heading[k].sin();
             assert!(aside.abs() < 1e-8, "{method:?} {t}: {aside}");
         }
@@ -223,7 +223,7 @@ initial = { \"x.v\" = \"1.5 m/s\", \"heading.w\" = \"2 rad/s\" }
 
 /// A wheel that rolls without slipping, driven and turned: `(J + m R²) φ̈ = τ`, and the path follows from `ẋ = R φ̇ cos ψ`.
 #[test]
-fn a_rolling_wheel_is_driven_along_the_path_that_it_is_turned_to() {
+fn a_rolling_wheel_follows_the_path_that_it_is_steered_to() {
     let source = "\
 [shaft.wheel]
 inertia = \"0.2 kg m^2\"
@@ -253,14 +253,17 @@ output_step = \"10 ms\"
         let [wheel, heading, vx, vy, direction, across] =
             ["wheel.phi", "heading.phi", "x.v", "y.v", "along.f", "across.f"].map(|name| signal(&run, name));
         for (k, &t) in run.series.time.iter().enumerate() {
-            let (psi, rate, bend) = (t - t.sin(), 0.5 / inertia * t, 0.5 / inertia);
-            assert!((wheel[k] - 0.5 * bend * t * t).abs() < 1e-8, "{method:?} {t}");
+            let (psi, rate, acceleration) = (t - t.sin(), 0.5 / inertia * t, 0.5 / inertia);
+            assert!((wheel[k] - 0.5 * acceleration * t * t).abs() < 1e-8, "{method:?} {t}");
             assert!((heading[k] - psi).abs() < 1e-8, "{method:?} {t}");
             assert!((vx[k] - radius * rate * psi.cos()).abs() < 1e-8, "{method:?} {t}");
             assert!((vy[k] - radius * rate * psi.sin()).abs() < 1e-8, "{method:?} {t}");
             // m ẍ and m ÿ
-            let turn = 1.0 - t.cos();
-            let [ax, ay] = [bend * psi.cos() - rate * psi.sin() * turn, bend * psi.sin() + rate * psi.cos() * turn];
+            let yaw_rate = 1.0 - t.cos();
+            let [ax, ay] = [
+                acceleration * psi.cos() - rate * psi.sin() * yaw_rate,
+                acceleration * psi.sin() + rate * psi.cos() * yaw_rate,
+            ];
             assert!((direction[k] - 3.0 * radius * ax).abs() < 1e-6, "{method:?} {t}: {}", direction[k]);
             assert!((across[k] - 3.0 * radius * ay).abs() < 1e-6, "{method:?} {t}: {}", across[k]);
         }
@@ -270,7 +273,7 @@ output_step = \"10 ms\"
 
 /// A slider-crank written as one nonlinear relation: the slider stays where the rod holds it, and the energy stays, over many turns.
 #[test]
-fn a_nonlinear_relation_of_positions_holds_without_drift() {
+fn a_nonlinear_relation_of_positions_does_not_drift() {
     let source = "\
 [shaft.crank]
 inertia = \"0.5 kg m^2\"
@@ -303,7 +306,7 @@ initial = { \"slider.s\" = \"0.4 m\", \"crank.w\" = \"10 rad/s\" }
 /// A body that a belt of constant speed drags: a block on a spring sticks until the spring holds the static friction, and slips to where
 /// its swing brings it, `x = μ/k + √((x₀ − μ/k)² + (v/ω)²)`; the position of the belt is a straight line in time, so its speed never changes.
 #[test]
-fn what_rubs_holds_and_strikes_sees_a_prescribed_speed_that_is_constant() {
+fn clutches_springs_and_impacts_use_a_constant_prescribed_speed() {
     let scenario = "[scenario]\nduration = \"2 s\"\noutput_step = \"1 ms\"\n";
     let belt = format!(
         "[mass.block]\nmass = \"1 kg\"\n[mass.belt]\n[prescribed_motion.drive]\nmass = \"belt\"\nposition = \"0.1 m/s * t\"\n\

@@ -87,7 +87,7 @@ fn random_model(seed: u64) -> String {
 }
 
 /// The same beside a relation of speeds or angles that is kept with its multiplier, or held and struck by what moves as prescribed.
-fn beside_kept_rows(seed: u64) -> String {
+fn beside_multiplier_constraints(seed: u64) -> String {
     let mut dice = Dice(seed.wrapping_add(0x5eed));
     let body = |name: &str, dice: &mut Dice| {
         let friction = if dice.below(2) == 0 { "friction = \"0.2 N m\"\n" } else { "" };
@@ -119,12 +119,12 @@ fn beside_kept_rows(seed: u64) -> String {
 
 /// Which random models are drawn; `KARDAN_MODELS` asks for others, `10000` or `1300..2000`, and `--nocapture` then shows how far it is.
 fn models() -> impl Iterator<Item = u64> {
-    let asked = std::env::var("KARDAN_MODELS").ok();
+    let requested = std::env::var("KARDAN_MODELS").ok();
     // Beside the first ones those that once failed among the first 20 000: rows parted by rounding, blows among what is
     // held, bodies that a prescribed motion presses, speeds of what rests that were not quite zero, also of what several directions
     // hold together (from 890 on), a contact that ended again within a step, speeds below what the last bits of an instant make of them (2609),
     // a step whose error was not seen (3296), torques that kept rows share with what holds (122).
-    let found: &[u64] = if asked.is_some() {
+    let found: &[u64] = if requested.is_some() {
         &[]
     } else {
         &[
@@ -132,12 +132,12 @@ fn models() -> impl Iterator<Item = u64> {
             2609, 3296, 122,
         ]
     };
-    let (first, end) = match asked.as_deref().map(|text| text.split_once("..").unwrap_or(("0", text))) {
+    let (first, end) = match requested.as_deref().map(|text| text.split_once("..").unwrap_or(("0", text))) {
         Some((first, end)) => (first.parse().expect("a first number"), end.parse().expect("a number of models")),
         None => (0, 120),
     };
     (first..end).chain(found.iter().copied()).inspect(move |seed| {
-        if asked.is_some() {
+        if requested.is_some() {
             eprintln!("model {seed}");
         }
     })
@@ -152,8 +152,8 @@ fn random_models_that_hold_balance_their_energy() {
 
 /// The same beside rows that are kept with their multipliers, and what is prescribed.
 #[test]
-fn random_models_beside_kept_rows_balance_their_energy() {
-    all_balance(beside_kept_rows);
+fn random_models_beside_multiplier_constraints_balance_their_energy() {
+    all_balance(beside_multiplier_constraints);
 }
 
 /// The same beside motions without inertia: a spring in series with a damper, a coil's loop without inductance, and a friction, beside which teeth have no losses.
@@ -167,8 +167,8 @@ fn beside_massless(seed: u64) -> String {
     let model = random_model(seed);
     let massless = dice.below(3);
     let rubs = |line: &&str| line.starts_with("efficiency") || line.starts_with("loss");
-    let kept = model.lines().filter(|line| massless < 2 || !rubs(line));
-    let kept: String = kept.map(|line| format!("{line}\n")).collect();
+    let retained = model.lines().filter(|line| massless < 2 || !rubs(line));
+    let retained: String = retained.map(|line| format!("{line}\n")).collect();
     let more = match massless {
         0 => format!(
             "[shaft.n]\ninertia = \"0 kg m^2\"\n[spring_damper.series]\nshaft_1 = \"s0\"\nshaft_2 = \"n\"\nstiffness = \"{} N m/rad\"\n\
@@ -186,16 +186,16 @@ fn beside_massless(seed: u64) -> String {
             dice.between(1, 9)
         ),
     };
-    kept.replace("[torque.drive]", &format!("{more}[torque.drive]"))
+    retained.replace("[torque.drive]", &format!("{more}[torque.drive]"))
 }
 
 /// What is wrong is shown at once: a long run may be stopped.
 fn all_balance(model: impl Fn(u64) -> String) {
     // One alone is asked for to be seen.
-    let alone = std::env::var("KARDAN_MODELS").is_ok() && models().count() == 1;
+    let single_model = std::env::var("KARDAN_MODELS").is_ok() && models().count() == 1;
     let found = models().filter_map(|seed| {
         let source = model(seed);
-        if alone {
+        if single_model {
             eprintln!("{source}");
         }
         wrong_with(seed, &source)

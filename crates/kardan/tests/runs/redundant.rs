@@ -39,8 +39,8 @@ fn two_equal_gears_share_by_halves() {
     let both = run(&shafts(&(gear("one", "a", "b", "2", "5") + &gear("two", "a", "b", "2", "5") + &bc)));
     same_motion(&one, &both);
     for time in [0.0, 0.7, 2.0] {
-        let alone = at(&one, "one.tau", time);
-        assert!(alone.abs() > 0.01);
+        let single = at(&one, "one.tau", time);
+        assert!(single.abs() > 0.01);
         for name in ["one.tau", "two.tau", "one.a.tau", "two.a.tau"] {
             let sum = at(&one, if name.contains(".a.") { "one.a.tau" } else { "one.tau" }, time);
             assert_eq!(at(&both, name, time), 0.5 * sum, "{name} at {time}");
@@ -104,7 +104,7 @@ fn analysis_and_equations_show_the_split() {
     let (one, two) = (gear("one", "a", "b", "2", "0"), gear("two", "a", "b", "2", "0"));
     let analyze =
         |source: &str| Project::open(source).analyze(&AnalyzeSettings::default(), &Silent).expect("an analysis");
-    let (alone, both) = (analyze(&source(&one)), analyze(&source(&(one.clone() + &two))));
+    let (single, both) = (analyze(&source(&one)), analyze(&source(&(one.clone() + &two))));
     let class = both.class.expect("a class");
     let row = class.constraints.iter().find(|row| row.element == "two").expect("the row that follows");
     assert!(row.equation.contains("which follows from one"), "{}", row.equation);
@@ -118,7 +118,7 @@ fn analysis_and_equations_show_the_split() {
         let row = matrix.rows.iter().position(|row| row == name).expect("a row");
         matrix.values[row][0]
     };
-    let whole = multipliers(alone.constraint_forces, "one");
+    let whole = multipliers(single.constraint_forces, "one");
     assert!(whole.abs() > 0.1);
     for name in ["one", "two"] {
         close(multipliers(both.constraint_forces.clone(), name), 0.5 * whole, 1e-15, name);
@@ -129,7 +129,7 @@ fn analysis_and_equations_show_the_split() {
 
 /// Redundant rows cost the motion nothing: states, reduced equations and steps are those of the independent ones.
 #[test]
-fn rows_are_kept_once() {
+fn redundant_rows_are_enforced_once() {
     let many: String = (0..6).map(|k| gear(&format!("g{k}"), "a", "b", "2", "0")).collect();
     let variant = prepared(&shafts(&(many + &gear("bc", "b", "c", "3", "0")))).variants.remove(0);
     assert_eq!((variant.reduced.equations.constraints.len(), variant.reduced.redundant.len()), (2, 5));
@@ -141,7 +141,7 @@ fn rows_are_kept_once() {
 ///   τ → [ a ]==2:1==[ b ]--rack 0.2 m--[ x ]      a row of speeds x' = 0.1 m a' beside: kept once, J a'' = τ with J = 1 + 1/4 + 0.1²
 /// ```
 #[test]
-fn a_row_of_speeds_that_follows_is_kept_once() {
+fn a_dependent_row_of_speeds_is_enforced_once() {
     let source = |rates: &str| {
         format!(
             "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[mass.x]\nmass = \"1 kg\"\n\
@@ -168,11 +168,11 @@ fn a_row_of_speeds_that_follows_is_kept_once() {
     };
     assert_eq!(reported(&row("x = 1, a = \"-0.1 m\"")), None);
     // Another ratio holds everything.
-    let held = "the constraints leave no motion: 1 coordinates and 1 more constraints".to_string();
-    assert_eq!(reported(&row("x = 1, a = \"-0.2 m\"")), Some(("constraint::no-motion", held)));
+    let no_motion = "the constraints leave no motion: 1 coordinates and 1 more constraints".to_string();
+    assert_eq!(reported(&row("x = 1, a = \"-0.2 m\"")), Some(("constraint::no-motion", no_motion)));
     // Rows of speeds that say the same are kept once.
-    let twice = "[mass.y]\nmass = \"1 kg\"\n[mass.z]\nmass = \"1 kg\"\n".to_string()
+    let repeated = "[mass.y]\nmass = \"1 kg\"\n[mass.z]\nmass = \"1 kg\"\n".to_string()
         + &row("y = 1, z = -1")
         + &row("y = -2, z = 2").replace(".r]", ".s]");
-    assert_eq!(reported(&twice), None);
+    assert_eq!(reported(&repeated), None);
 }

@@ -64,27 +64,27 @@ const SKATE: &str = "[mass.x]\nmass = \"3 kg\"\n[mass.y]\nmass = \"3 kg\"\n[shaf
 /// A blade written twice, the second time as −2 times the first: the motion to the last bit, and the force shared by least squares,
 /// `λ = λ₀/(1 + 4)`, `μ = −2 λ₀/5`, of which each part acts along its own row.
 #[test]
-fn a_row_of_speeds_that_says_the_same_again_is_kept_once() {
+fn a_repeated_row_of_speeds_is_enforced_once() {
     let again = "[constraint.twin]\nrates = { x = \"2 * sin(heading.phi)\", y = \"-cos(heading.phi) * 2\" }\n";
     let (one, two) = (run(SKATE), run(&format!("{SKATE}{again}")));
     for name in ["x.s", "y.s", "x.v", "heading.phi"] {
         assert_eq!(signal(&one, name), signal(&two, name), "{name}");
     }
-    let [alone, across] = ["blade.f", "blade.x.f"].map(|name| signal(&one, name));
+    let [single, across] = ["blade.f", "blade.x.f"].map(|name| signal(&one, name));
     let [own, twin, own_x, twin_x] = ["blade.f", "twin.f", "blade.x.f", "twin.x.f"].map(|name| signal(&two, name));
-    for k in 0..alone.len() {
-        close(own[k], alone[k] / 5.0, 1e-13, "blade");
-        close(twin[k], -2.0 * alone[k] / 5.0, 1e-13, "twin");
+    for k in 0..single.len() {
+        close(own[k], single[k] / 5.0, 1e-13, "blade");
+        close(twin[k], -2.0 * single[k] / 5.0, 1e-13, "twin");
         close(own_x[k] + twin_x[k], across[k], 1e-13, "both along x");
         close(twin_x[k], 4.0 * own_x[k], 1e-13, "each along its row");
     }
-    assert!(alone.iter().any(|force| force.abs() > 1.0));
+    assert!(single.iter().any(|force| force.abs() > 1.0));
     assert!(two.notes.iter().any(|note| note.contains("`blade`, `twin`")), "{:?}", two.notes);
 }
 
 /// Of rolling in two rows a third one is a sum; a row that is the first one times what varies is no sum with constant numbers.
 #[test]
-fn sums_with_constant_numbers_are_found_and_no_others() {
+fn only_sums_with_constant_numbers_are_found() {
     let wheel = "[mass.x]\nmass = \"3 kg\"\n[mass.y]\nmass = \"3 kg\"\n[shaft.heading]\ninertia = \"2 kg m^2\"\n[shaft.roll]\ninertia = \"1 kg m^2\"\n\
                  [constraint.a]\nrates = { x = 1, roll = \"-0.1 m * cos(heading.phi)\" }\n\
                  [constraint.b]\nrates = { y = 1, roll = \"-0.1 m * sin(heading.phi)\" }\n\
@@ -125,13 +125,13 @@ fn a_position_prescribed_behind_a_curve_moves_the_pinion() {
                   [prescribed_motion.drive]\nmass = \"rack\"\nposition = \"20 mm * sin(2 rad/s * t)\"\n\
                   [scenario]\nduration = \"4 s\"\noutput_step = \"10 ms\"\n";
     // Second derivatives 0, M, 0 at the points: M = 3/2 (y₋₁ − 2 y₀ + y₁).
-    let bend = 1.5 * (-0.04 + 0.06);
+    let middle_curvature = 1.5 * (-0.04 + 0.06);
     let curve = |x: f64| {
-        let (slope, sign) = (0.06 - bend / 3.0, if x < 0.0 { 1.0 } else { -1.0 });
+        let (slope, sign) = (0.06 - middle_curvature / 3.0, if x < 0.0 { 1.0 } else { -1.0 });
         [
-            slope * x + bend / 2.0 * x * x + sign * bend / 6.0 * x * x * x,
-            slope + bend * x + sign * bend / 2.0 * x * x,
-            bend + sign * bend * x,
+            slope * x + middle_curvature / 2.0 * x * x + sign * middle_curvature / 6.0 * x * x * x,
+            slope + middle_curvature * x + sign * middle_curvature / 2.0 * x * x,
+            middle_curvature + sign * middle_curvature * x,
         ]
     };
     assert!((curve(-1.0)[0] + 0.04).abs() < 1e-15 && (curve(1.0)[0] - 0.06).abs() < 1e-15);
@@ -141,11 +141,11 @@ fn a_position_prescribed_behind_a_curve_moves_the_pinion() {
         let [phi, w, s, f] = ["pinion.phi", "pinion.w", "rack.s", "drive.f"].map(|name| signal(&run, name));
         for (k, t) in run.series.time.iter().enumerate() {
             let place = [0.02 * (2.0 * t).sin(), 0.04 * (2.0 * t).cos(), -0.08 * (2.0 * t).sin()];
-            let [value, slope, turn] = curve(phi[k]);
+            let [value, slope, curvature] = curve(phi[k]);
             close(value, place[0], 1e-11, "on the curve");
             close(s[k], place[0], 1e-11, "as prescribed");
             close(w[k], place[1] / slope, 1e-8, "speed");
-            let acceleration = (place[2] - turn * w[k] * w[k]) / slope;
+            let acceleration = (place[2] - curvature * w[k] * w[k]) / slope;
             close(f[k], 4.0 * place[2] + 0.002 * acceleration / slope, 1e-7, "force");
         }
         assert!(run.energy.residual.abs() < 1e-8, "{:?}", run.energy);

@@ -33,19 +33,19 @@ fn the_functions_do_what_they_are_for() {
     }
     let of = |name: &str| study.runs.iter().find(|run| run.name == name).expect("a variant");
     assert!(at(of("gust"), "car.y", 3.0) < at(of("gust-plain"), "car.y", 3.0) / 3.0);
-    let [with, without] = ["dwell", "dwell-plain"].map(|name| at(of(name), "car.yaw_rate", 4.6));
-    assert!(with.abs() < 0.005 && without.abs() > 0.5, "{with} {without}");
+    let [assisted, plain] = ["dwell", "dwell-plain"].map(|name| at(of(name), "car.yaw_rate", 4.6));
+    assert!(assisted.abs() < 0.005 && plain.abs() > 0.5, "{assisted} {plain}");
     let superposed = of("superposed");
     let wheels = signal(superposed, "car_wheel.phi").iter().fold(0.0f64, |most, x| most.max(x.abs()));
     assert!(wheels.to_degrees() > 1.9, "{wheels}");
     let felt = signal(superposed, "hands_hands.tau").iter().zip(signal(superposed, "felt"));
-    assert!(felt.map(|(hands, asked)| (hands + asked).abs()).fold(0.0, f64::max) < 0.2);
+    assert!(felt.map(|(hands, target)| (hands + target).abs()).fold(0.0, f64::max) < 0.2);
 }
 
 /// The planetary gear ties wheel, pinion and carrier together, and whoever moves the carrier moves the rack; with its motor dead the worm holds,
 /// so that from then on rack and wheel stay where that leaves them to each other. Each requirement of these variants is met.
 #[test]
-fn a_worm_superposes_and_holds_by_itself() {
+fn a_worm_superposes_and_is_self_locking() {
     let source = include_str!("../../../../models/afs-steering.toml");
     let run = |variant: &str, faults: &[&str]| {
         let settings = Settings {

@@ -90,14 +90,14 @@ fn a_row_is_the_run_of_its_command() {
         project.run(&settings, &Silent).unwrap().runs.remove(0)
     };
     for row in table.rows.iter().filter(|row| !row.faults.is_empty()) {
-        let (with, without) = (run(row, &row.faults), run(row, &[]));
-        let speeds = [&with, &without].map(|run| run.series.signal("a.w").unwrap().values.clone());
+        let (faulty, healthy) = (run(row, &row.faults), run(row, &[]));
+        let speeds = [&faulty, &healthy].map(|run| run.series.signal("a.w").unwrap().values.clone());
         let mut most = 0.0_f64;
-        for (k, _) in with.series.time.iter().enumerate().filter(|(_, time)| (0.5..=0.6 + 1e-12).contains(*time)) {
+        for (k, _) in faulty.series.time.iter().enumerate().filter(|(_, time)| (0.5..=0.6 + 1e-12).contains(*time)) {
             most = most.max((speeds[0][k] - speeds[1][k]).abs());
         }
         assert_eq!(row.effects[0].measured, Some(most), "{}", row.command);
-        let alarms = with.series.signal("differ").unwrap().values.iter().zip(&with.series.time);
+        let alarms = faulty.series.signal("differ").unwrap().values.iter().zip(&faulty.series.time);
         let first = alarms.into_iter().find(|(alarm, _)| **alarm > 0.5).map(|(_, time)| time - 0.5);
         assert_eq!(row.detection_time, first, "{}", row.command);
         let push = if row.values[0].value == "4 N m" { 4.0 } else { 8.0 };
@@ -156,7 +156,7 @@ fn pairs_that_cannot_be() {
 
 /// What cannot be asked is told with its place and what to do.
 #[test]
-fn what_cannot_be_asked() {
+fn invalid_requests_are_reported() {
     let cases = [
         ("[safety]\nfaults = [\"dad\"]\ndetected = \"differ\"\n", "there is no fault `dad`", "did you mean `dead`?"),
         ("[safety]\nfaults = []\ndetected = \"differ\"\n", "empty list", "omit it"),
@@ -212,8 +212,8 @@ fn values_that_a_variant_sets() {
     let variants = "[[variant]]\nname = \"plain\"\n[[variant]]\nname = \"strong\"\nset = { push = \"8 N m\" }\n\
                     [[variant]]\nname = \"ill\"\nset = { threshold = \"1 rad\" }\nfaults = [\"dead\"]\n";
     let of = |chosen: &str, value: &str| {
-        let asked = format!("[safety]\ndetected = \"differ\"\n{chosen}values = {{ {value} }}\n{SPEED}");
-        wheel(DEAD, &(asked + variants))
+        let section = format!("[safety]\ndetected = \"differ\"\n{chosen}values = {{ {value} }}\n{SPEED}");
+        wheel(DEAD, &(section + variants))
     };
     let table = tried(&of("variants = [\"plain\"]\n", "push = [\"4 N m\", \"0 N m\"]"));
     // 2 rad/s² are missing for 0.1 s, and nothing where nothing was asked for.
@@ -233,7 +233,7 @@ fn values_that_a_variant_sets() {
 
 /// A grid of more rows than anybody reads is refused before it is written out, however many they would be.
 #[test]
-fn a_grid_without_end_is_refused_at_once() {
+fn an_oversized_grid_is_refused_at_once() {
     let values: Vec<String> = (0..60).map(|k| format!("\"{k} N m\"")).collect();
     let (mut names, mut lists) = (String::new(), Vec::new());
     for k in 0..8 {

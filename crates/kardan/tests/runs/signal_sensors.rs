@@ -28,17 +28,19 @@ const PROGRAM: &str =
 /// A sensor without errors reads its signal at its samples and holds it: as the block `hold` does, bit for bit, also where a program of another sample
 /// time reads it and the loop closes through it.
 #[test]
-fn a_sensor_holds_its_signal() {
+fn a_sensor_is_a_zero_order_hold_of_its_signal() {
     for period in ["1 ms", "5 ms", "8 ms"] {
         let measured = wheel(&format!("sample_time = \"{period}\""), &PROGRAM.replace("READ", "meter"));
-        let held = format!("[block.held]\nkind = \"hold\"\ninput = \"power\"\nsample_time = \"{period}\"\n");
+        let hold_block = format!("[block.held]\nkind = \"hold\"\ninput = \"power\"\nsample_time = \"{period}\"\n");
         let again = match period {
             "1 ms" => String::new(),
             _ => "[block.held_1]\nkind = \"hold\"\ninput = \"held\"\nsample_time = \"1 ms\"\n".into(),
         };
         let read = if period == "1 ms" { "held" } else { "held_1" };
-        let blocks =
-            wheel(&format!("sample_time = \"{period}\""), &format!("{held}{again}{}", PROGRAM.replace("READ", read)));
+        let blocks = wheel(
+            &format!("sample_time = \"{period}\""),
+            &format!("{hold_block}{again}{}", PROGRAM.replace("READ", read)),
+        );
         let [measured, blocks] = [measured, blocks].map(|source| run(&source));
         assert!(at(&measured, "a.phi", 1.0).abs() > 0.1);
         // What runs at 1 kHz reads a slower block as it was before this instant, and a slower sensor as it is.
@@ -78,16 +80,16 @@ fn a_sensor_is_noisy() {
     let noise = |run: &Run| -> Vec<f64> {
         signal(run, "meter").iter().zip(signal(run, "power")).map(|(reading, power)| reading - power).collect()
     };
-    let alone = noise(&run(&wheel(sensor, "")));
-    let (mean, n) = (alone.iter().sum::<f64>() / alone.len() as f64, alone.len() as f64);
-    let deviation = (alone.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
+    let baseline = noise(&run(&wheel(sensor, "")));
+    let (mean, n) = (baseline.iter().sum::<f64>() / baseline.len() as f64, baseline.len() as f64);
+    let deviation = (baseline.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
     // Four deviations of mean and deviation of 1000 draws.
     assert!(
         mean.abs() < 4.0 * 0.2 / n.sqrt() && (deviation - 0.2).abs() < 4.0 * 0.2 / (2.0 * n).sqrt(),
         "{mean} {deviation}"
     );
     let read = run(&wheel(sensor, &PROGRAM.replace("READ", "meter")));
-    for (k, (one, other)) in alone.iter().zip(noise(&read)).enumerate() {
+    for (k, (one, other)) in baseline.iter().zip(noise(&read)).enumerate() {
         assert!((one - other).abs() < 1e-12, "row {k}");
     }
     // The program commands what its own reading says: the same draw.
@@ -97,7 +99,7 @@ fn a_sensor_is_noisy() {
         assert!((tau[k] - reported).abs() < 1e-12, "row {k}");
     }
     let other = noise(&run(&wheel(sensor, "").replace("[scenario]\n", "[scenario]\nseed = 7\n")));
-    assert!(alone.iter().zip(other).filter(|(a, b)| *a != b).count() > 990);
+    assert!(baseline.iter().zip(other).filter(|(a, b)| *a != b).count() > 990);
 }
 
 /// Its faults are those of other sensors, in units of the signal; a lost one is held by all but monitors.
@@ -109,26 +111,26 @@ fn a_sensor_of_a_signal_fails() {
         let fault = format!("[[scenario.fault]]\nsensor = \"meter\"\nat = \"{at} s\"\nuntil = \"0.6 s\"\n{keys}\n");
         run(&format!("{}{fault}", wheel("sample_time = \"1 ms\"", &more)))
     };
-    let apart = |run: &Run, wanted: &dyn Fn(f64, f64, [f64; 2]) -> f64, keys: &str| {
+    let apart = |run: &Run, expected: &dyn Fn(f64, f64, [f64; 2]) -> f64, keys: &str| {
         let last = [at(run, "meter", 0.399), at(run, "power", 0.4)];
         for (k, t) in run.series.time.iter().enumerate().filter(|(k, _)| k % 7 == 0) {
             let (power, reading) = (signal(run, "power")[k], signal(run, "meter")[k]);
-            let wanted = if (0.4 - 1e-9..0.6 - 1e-9).contains(t) { wanted(power, *t, last) } else { power };
+            let expected = if (0.4 - 1e-9..0.6 - 1e-9).contains(t) { expected(power, *t, last) } else { power };
             // Rows between samples have what was read there.
             if ((t * 1e3).round() - t * 1e3).abs() < 1e-9 {
-                assert!((reading - wanted).abs() < 1e-9, "{keys} at {t} s: {reading} for {wanted}");
+                assert!((reading - expected).abs() < 1e-9, "{keys} at {t} s: {reading} for {expected}");
             }
         }
     };
-    for (keys, wanted) in [
+    for (keys, expected) in [
         ("kind = \"offset\"\nvalue = \"2 W\"", &(|power, _, _| power + 2.0) as &dyn Fn(f64, f64, [f64; 2]) -> f64),
         ("kind = \"drift\"\nvalue = \"3 W/s\"", &|power, t, _| power + 3.0 * (t - 0.4)),
         ("kind = \"reversed\"", &|power, _, _| -power),
-        ("kind = \"stuck\"", &|_, _, [_, there]| there),
+        ("kind = \"stuck\"", &|_, _, [_, current]| current),
         ("kind = \"lost\"", &|_, _, [before, _]| before),
     ] {
         let found = failing(keys, 0.4);
-        apart(&found, wanted, keys);
+        apart(&found, expected, keys);
         let alarms = signal(&found, "alarm").iter().filter(|x| **x > 0.5).count();
         assert_eq!(alarms > 0, keys.contains("lost"), "{keys}");
     }

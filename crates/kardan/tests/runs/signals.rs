@@ -297,8 +297,8 @@ fn a_multisine_is_the_sum_of_its_sines() {
     }
     let peak = values.iter().fold(0.0f64, |most, x| most.max(x.abs()));
     let in_phase = |t: &f64| (0..20).map(f64::from).map(|k| (TAU * (k + 1.0) * t).sin()).sum::<f64>().abs();
-    let together = run.series.time.iter().map(in_phase).fold(0.0, f64::max);
-    assert!(peak < 0.45 * together, "{peak} {together}");
+    let in_phase_peak = run.series.time.iter().map(in_phase).fold(0.0, f64::max);
+    assert!(peak < 0.45 * in_phase_peak, "{peak} {in_phase_peak}");
     let listed = "[[signal.m.line]]\namplitude = \"1 N m\"\nfrequency = \"2 Hz\"\nphase = \"90 deg\"\n\
                   [[signal.m.line]]\namplitude = \"0.5 N m\"\nfrequency = \"0.2 s\"\n";
     let run = run_of(&format!("[signal.m]\nkind = \"multisine\"\n{listed}"));

@@ -75,16 +75,16 @@ fn steering() -> Project {
 /// A coefficient may be a multiple of what varies.
 #[test]
 fn multiples_go_side_by_side_too() {
-    let twice = BODIES.replace(
+    let multiplied = BODIES.replace(
         "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"",
         "[parameters]\nm = \"2 kg ± 10 %\"\n[shaft.a]\ninertia = \"3*m*(1 m)^2\"",
     );
-    let (rows, found) = swept(&Project::open(twice.as_str()), &settings(20, Method::Automatic, 1e-10));
+    let (rows, found) = swept(&Project::open(multiplied.as_str()), &settings(20, Method::Automatic, 1e-10));
     assert!(found.compared.is_some_and(|compared| compared.difference < 1e-9));
     let place = |name: &str| found.varied.iter().position(|one| one.name == name).unwrap();
     for row in &rows {
-        let (left, inertia) = (3.0 - row.values[place("a.friction")], 3.0 * row.values[place("m")]);
-        let driven = left * left * left / (6.0 * inertia);
+        let (slip_time, inertia) = (3.0 - row.values[place("a.friction")], 3.0 * row.values[place("m")]);
+        let driven = slip_time * slip_time * slip_time / (6.0 * inertia);
         assert!((row.figures[0] - driven).abs() < 1e-9 * driven, "{row:?}: {driven}");
     }
 }
@@ -102,16 +102,16 @@ fn values_of_lists_count() {
     let (rows, found) = swept(&Project::open(text.as_str()), &settings(30, Method::Automatic, 1e-10));
     assert!(found.compared.is_some_and(|compared| compared.difference < 1e-9));
     let place = |name: &str| found.varied.iter().position(|one| one.name == name).unwrap();
-    let mut seen = [0; 2];
+    let mut counts = [0; 2];
     for row in &rows {
         // With a table the list alone varies, with the tolerances that it names.
         let inertia = row.values[place("j")];
-        seen[usize::from(inertia == 3.0)] += 1;
+        counts[usize::from(inertia == 3.0)] += 1;
         let stopped =
             inertia / 2.0 / found.varied.iter().position(|one| one.name == "b.friction").map_or(1.0, |k| row.values[k]);
         assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
     }
-    assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+    assert!(counts[0] > 0 && counts[1] > 0, "{counts:?}");
 }
 
 /// A ramp k t breaks away at c/k: the way is then k (T − c/k)³/6J. What slides with ω comes to rest after J ω²/2c.
@@ -123,8 +123,8 @@ fn breaking_away_and_coming_to_rest_have_their_closed_forms() {
     assert_eq!(names, ["a.friction", "a.inertia", "b.friction", "b.inertia"]);
     for row in &rows {
         let [ca, ja, cb, jb] = row.values[..] else { panic!("{row:?}") };
-        let left = 3.0 - ca;
-        let (driven, stopped) = (left * left * left / (6.0 * ja), jb / (2.0 * cb));
+        let slip_time = 3.0 - ca;
+        let (driven, stopped) = (slip_time * slip_time * slip_time / (6.0 * ja), jb / (2.0 * cb));
         assert!((row.figures[0] - driven).abs() < 1e-9 * driven, "{row:?}: {driven}");
         assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
     }
@@ -170,10 +170,10 @@ fn bits_do_not_depend_on_lanes_nor_threads() {
 fn lanes_are_near_the_reference() {
     let project = steering();
     let (rows, found) = swept(&project, &bent(settings(12, Method::Automatic, 1e-9)));
-    let (others, alone) = swept(&project, &bent(settings(12, Method::Dop853, 1e-11)));
-    assert!(alone.compared.is_none() && others.iter().all(|row| row.difference.is_none()));
+    let (reference_rows, reference) = swept(&project, &bent(settings(12, Method::Dop853, 1e-11)));
+    assert!(reference.compared.is_none() && reference_rows.iter().all(|row| row.difference.is_none()));
     let mut most = 0.0f64;
-    for (row, other) in rows.iter().zip(&others) {
+    for (row, other) in rows.iter().zip(&reference_rows) {
         for (a, b) in row.figures.iter().zip(&other.figures) {
             most = most.max((a - b).abs() / b.abs());
         }
@@ -186,7 +186,7 @@ fn lanes_are_near_the_reference() {
 
 /// Where what varies is more than a coefficient of the equations, or a loop is more than its plan, runs go one by one.
 #[test]
-fn others_run_one_by_one() {
+fn unsupported_sweeps_run_one_by_one() {
     let initial = BODIES.replace("\"1 rad/s\"", "\"1 rad/s ± 10 %\"");
     let follows = BODIES.replace(
         "[shaft.a]\ninertia = \"2 kg m^2 ± 10 %\"",
@@ -207,27 +207,29 @@ fn others_run_one_by_one() {
         (events, "figures or requirements count events"),
     ] {
         let project = Project::open(text.as_str());
-        let (settings, said) = (settings(4, Method::Automatic, 1e-8), Said::default());
+        let (settings, messages) = (settings(4, Method::Automatic, 1e-8), Messages::default());
         let (plan, mut rows) = (project.sweep_plan(&settings).unwrap(), SweepRows::default());
-        let found = project.sweep(&plan, &settings.run, &mut rows, &said, &mut |_, _| Ok(())).unwrap();
+        let found = project.sweep(&plan, &settings.run, &mut rows, &messages, &mut |_, _| Ok(())).unwrap();
         assert!(
             found.compared.is_none() && rows.iter().all(|row| row.reason.is_empty()),
             "{text}: {:?} {rows:?}",
             found.compared
         );
-        let said = said.0.into_inner().unwrap();
+        let messages = messages.0.into_inner().unwrap();
         assert!(
-            said.len() == 1 && said[0].starts_with("kardan runs samples one by one") && said[0].contains(why),
-            "{said:?}"
+            messages.len() == 1
+                && messages[0].starts_with("kardan runs samples one by one")
+                && messages[0].contains(why),
+            "{messages:?}"
         );
     }
 }
 
 /// What is said in a run.
 #[derive(Default)]
-struct Said(std::sync::Mutex<Vec<String>>);
+struct Messages(std::sync::Mutex<Vec<String>>);
 
-impl Progress for Said {
+impl Progress for Messages {
     fn advance(&self, _: usize, _: &str, _: f64) {}
 
     fn message(&self, text: &str) {
@@ -318,20 +320,22 @@ fn random_drivetrains_are_near_the_reference() {
 fn functions_of_time_go_side_by_side() {
     let sine = |t: &str| format!("3 N m * sin(2 pi {t} / 6 s)");
     let events = &BODIES[BODIES.find("[[scenario.event]]").unwrap()..BODIES.find("[[figure]]").unwrap()];
-    let without = BODIES.replace(events, "");
+    let no_events = BODIES.replace(events, "");
     let signals = format!("[scenario]\nsignals = {{ \"m.tau\" = \"{}\" }}", sine("t"));
     let torque = format!("[torque.t]\nshaft = \"a\"\nlaw = \"{}\"\n\n[scenario]", sine("t"));
     for more in [signals, torque] {
-        let text = without.replace("[scenario]", &more);
+        let text = no_events.replace("[scenario]", &more);
         let (rows, found) = swept(&Project::open(text.as_str()), &settings(20, Method::Automatic, 1e-10));
         assert!(found.compared.as_ref().is_some_and(|reported| reported.difference < 1e-8), "{:?}", found.compared);
         let frequency = std::f64::consts::PI / 3.0;
         for row in &rows {
             let [ca, ja, cb, jb] = row.values[..] else { panic!("{row:?}") };
             let begin = (ca / 3.0).asin() / frequency;
-            let left = 3.0 - begin;
+            let slip_time = 3.0 - begin;
             let swung = ((frequency * 3.0).sin() - (frequency * begin).sin()) / frequency;
-            let driven = (3.0 / frequency * (left * (frequency * begin).cos() - swung) - ca * left * left / 2.0) / ja;
+            let driven = (3.0 / frequency * (slip_time * (frequency * begin).cos() - swung)
+                - ca * slip_time * slip_time / 2.0)
+                / ja;
             let stopped = jb / (2.0 * cb);
             assert!((row.figures[0] - driven).abs() < 1e-8 * driven, "{row:?}: {driven}");
             assert!((row.figures[1] - stopped).abs() < 1e-9 * stopped, "{row:?}: {stopped}");
@@ -341,7 +345,7 @@ fn functions_of_time_go_side_by_side() {
 
 /// The torques that hold tell how long steps are also where nothing is read but by the machines of the lanes.
 #[test]
-fn what_holds_against_the_time_breaks_away() {
+fn static_friction_against_a_function_of_time_breaks_away() {
     let begin = BODIES.find("[[scenario.event]]").unwrap();
     let torque = "[torque.t]\nshaft = \"a\"\nlaw = \"1.3 N m * sin(2 pi t / 50 ms)\"\n\n[scenario]";
     let figure = "[[figure]]\nname = \"held\"\nsignal = \"a.friction\"\nmeasure = \"rms\"\n";
@@ -392,7 +396,7 @@ fn random_drivetrains_follow_the_time() {
 /// Behind a bent joint a wave generator rubs and rests while the others turn with a ratio that changes: what holds is a coordinate, or has a bias of every order. Series of
 /// the joint's angle have terms that are small by accident.
 #[test]
-fn what_holds_behind_a_bent_joint_moves_as_by_the_reference() {
+fn sticking_behind_a_bent_joint_moves_as_by_the_reference() {
     let model = "\
 [shaft.wg]\ninertia = \"0.02 kg m^2 ± 10 %\"\nfriction = \"50 N m ± 10 %\"\n\
 [shaft.cs]\ninertia = \"0.05 kg m^2 ± 10 %\"\n\
@@ -410,9 +414,9 @@ fn what_holds_behind_a_bent_joint_moves_as_by_the_reference() {
         let text = format!("{coordinates}{model}");
         let text = text.as_str();
         let (rows, found) = swept(&Project::open(text), &settings(8, Method::Automatic, 1e-9));
-        let (others, _) = swept(&Project::open(text), &settings(8, Method::Dop853, 1e-12));
+        let (reference_rows, _) = swept(&Project::open(text), &settings(8, Method::Dop853, 1e-12));
         assert!(found.compared.is_some());
-        for (row, other) in rows.iter().zip(&others) {
+        for (row, other) in rows.iter().zip(&reference_rows) {
             // It turns, and the wave generator stands: to a tolerance of the speeds that cancel in its own, 20 rad/s.
             assert!(other.figures[1] > 3.0 && other.figures[2] < 1e-9 && row.figures[2] < 2e-8, "{row:?} {other:?}");
             for (a, b) in row.figures[..2].iter().zip(&other.figures) {
@@ -443,8 +447,8 @@ damping_ratio = 0.5\nreference = \"r\"\nsample_time = \"20 ms\"\n\
         // The last sample falls on the end.
         for sample in 0..=50 {
             let reference = if sample >= 5 { 1.0 } else { 0.0 };
-            let asked = 2.0 * (16.0 * (reference - angle) - 4.0 * speed);
-            let (torque, h) = (asked.clamp(-3.0, 3.0), if sample < 50 { 0.02 } else { 0.0 });
+            let command = 2.0 * (16.0 * (reference - angle) - 4.0 * speed);
+            let (torque, h) = (command.clamp(-3.0, 3.0), if sample < 50 { 0.02 } else { 0.0 });
             angle += h * speed + 0.5 * h * h * torque / inertia;
             speed += h * torque / inertia;
             least = least.min(torque);
@@ -488,10 +492,10 @@ fn drive() -> String {
 fn control_units_go_side_by_side() {
     let project = Project::open(drive().as_str());
     let (rows, found) = swept(&project, &settings(8, Method::Automatic, 1e-9));
-    let (others, alone) = swept(&project, &settings(8, Method::Dop853, 1e-11));
+    let (reference_rows, reference) = swept(&project, &settings(8, Method::Dop853, 1e-11));
     let reported = found.compared.expect("lanes");
-    assert!(alone.compared.is_none() && reported.difference < 1e-6, "{reported:?}");
-    for (row, other) in rows.iter().zip(&others) {
+    assert!(reference.compared.is_none() && reported.difference < 1e-6, "{reported:?}");
+    for (row, other) in rows.iter().zip(&reference_rows) {
         assert!(row.figures[0] > 0.5 && row.figures[4] > 0.5 && row.figures[2] > 0.02, "{row:?}");
         for (a, b) in row.figures.iter().zip(&other.figures) {
             assert!((a - b).abs() <= 1e-6 * b.abs(), "{row:?}: {other:?}");

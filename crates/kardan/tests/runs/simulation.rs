@@ -85,7 +85,7 @@ fn stepping_is_the_run() {
 
 /// From a snapshot, also one that went through bytes, another loop of the same model goes on bit for bit.
 #[test]
-fn a_snapshot_is_where_the_loop_stands() {
+fn a_snapshot_restores_the_state_of_the_loop() {
     for (name, number) in MODELS {
         let variant = variant(name, number);
         let end = 0.4 * variant.scenario.duration;
@@ -95,18 +95,18 @@ fn a_snapshot_is_where_the_loop_stands() {
         let mut first = start(&variant);
         for (k, at) in times(11, 3, 0.8 * end).into_iter().enumerate() {
             first.advance(at).expect("it runs");
-            let kept = first.snapshot();
-            let kept = Snapshot::from_bytes(&kept.to_bytes()).expect("whole");
+            let snapshot = first.snapshot();
+            let snapshot = Snapshot::from_bytes(&snapshot.to_bytes()).expect("whole");
             let mut second = start(&variant);
             if k % 2 == 1 {
                 // Not only a loop that never moved.
                 second.advance(0.3 * end).expect("it runs");
             }
-            second.restore(&kept).expect("the same model");
+            second.restore(&snapshot).expect("the same model");
             assert_eq!(second.time(), at);
             for later in times(13 + k as u64, 2, 0.5 * (end - at)) {
                 let (mut one, mut other) = (start(&variant), start(&variant));
-                one.restore(&kept).expect("the same model");
+                one.restore(&snapshot).expect("the same model");
                 other.restore(&second.snapshot()).expect("the same model");
                 one.advance(at + later).expect("it runs");
                 other.advance(at + later).expect("it runs");
@@ -117,7 +117,7 @@ fn a_snapshot_is_where_the_loop_stands() {
             }
             // Taking it has changed nothing, and the first goes on as the second.
             let mut resumed = start(&variant);
-            resumed.restore(&kept).expect("the same model");
+            resumed.restore(&snapshot).expect("the same model");
             resumed.advance(end).expect("it runs");
             assert_eq!(expected, bits(&all(&mut resumed)), "{name} from {at}");
         }
@@ -197,15 +197,15 @@ fn calls_allocate_nothing() {
         };
         let (before, _) = go(0, warm);
         let mut after = (0.0, 0);
-        let memory = allocation_counter::measure(|| after = go(warm, end));
+        let allocations = allocation_counter::measure(|| after = go(warm, end));
         assert!(after.0 != before && after.1 == 0, "{name}: it moves, and nothing happens");
-        assert_eq!(memory.count_total, 0, "{name}");
+        assert_eq!(allocations.count_total, 0, "{name}");
     }
 }
 
 /// A value of a parameter that changes at rest: the coordinates stay, and from there on the loop is the one with the other value.
 #[test]
-fn a_parameter_changes_where_the_loop_stands() {
+fn a_parameter_changes_at_the_state_of_the_loop() {
     let text = |stiffness: &str| {
         format!(
             "[model]\ncoordinates = [\"a\"]\n[shaft.a]\ninertia = \"1 kg m^2\"\nfriction = \"1 N m\"\n\
@@ -221,14 +221,14 @@ fn a_parameter_changes_where_the_loop_stands() {
     soft_loop.set(torque, 0.0).expect("a number");
     soft_loop.advance(9.0).expect("it runs");
     let angle = soft_loop.signal("a.phi").expect("a signal");
-    let rest = soft_loop.get(angle);
-    assert!(rest > 0.05 && rest < 1.0, "{rest}");
+    let settled = soft_loop.get(angle);
+    assert!(settled > 0.05 && settled < 1.0, "{settled}");
     let mut hard_loop = start(&hard);
     hard_loop.restore(&soft_loop.snapshot()).expect("the same model");
-    assert!((hard_loop.get(angle) - rest).abs() < 1e-15);
+    assert!((hard_loop.get(angle) - settled).abs() < 1e-15);
     // Half a period of ω = 10 rad/s later it has swung by twice its distance to the friction's edge, 0.01 rad.
     hard_loop.advance(9.0 + std::f64::consts::PI / 10.0).expect("it runs");
-    let expected = 2.0 * 0.01 - rest;
+    let expected = 2.0 * 0.01 - settled;
     assert!((hard_loop.get(angle) - expected).abs() < 1e-6, "{} {expected}", hard_loop.get(angle));
 }
 
@@ -268,20 +268,20 @@ fn errors_are_reported() {
 
 /// A loop that cannot go on says so, and keeps saying so, until a snapshot is restored.
 #[test]
-fn a_loop_that_fails_can_be_taken_back() {
+fn a_loop_that_fails_can_be_restored() {
     let text = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n";
     let prepared = prepared(text);
     let variant = &prepared.variants[0];
     let mut stepped = start(variant);
     let torque = stepped.input("m.tau").expect("an input");
     stepped.advance(0.01).expect("it runs");
-    let kept = stepped.snapshot();
+    let snapshot = stepped.snapshot();
     // Faster than any drivetrain after 20 ms.
     stepped.set(torque, 5e7).expect("a number");
     let failed = stepped.advance(1.0).expect_err("it diverges");
     assert!(failed.to_string().contains("grows without bound"), "{failed}");
     assert!(stepped.time() < 0.1 && stepped.time() > 0.01);
     assert_eq!(stepped.advance(1.0), Err(failed));
-    stepped.restore(&kept).expect("its own");
+    stepped.restore(&snapshot).expect("its own");
     stepped.advance(1.0).expect("it goes on");
 }

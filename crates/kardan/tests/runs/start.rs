@@ -32,7 +32,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Two gears in a row, whichever shaft is the coordinate: all follow from any of them, and from all that agree, in fractions and powers of π.
 #[test]
-fn any_shaft_of_a_train_may_be_given() {
+fn any_shaft_of_a_train_may_have_an_initial_value() {
     let model = shafts(&["a", "b", "c"])
         + "[gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = \"10/3\"\n[gear.h]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nratio = -7\n";
     for coordinate in
@@ -88,7 +88,7 @@ fn two_shafts_of_a_planetary_gear_give_the_third() {
 
 /// tan y = tan x / cos β from either end, and ẏ = γ′ ẋ there; both ends given must agree, to 1e-9.
 #[test]
-fn joints_are_taken_at_the_end_that_is_given() {
+fn joints_start_at_the_end_that_has_an_initial_value() {
     let model = shafts(&["x", "y", "load"])
         + "[universal_joint.u]\nshaft_1 = \"x\"\nshaft_2 = \"y\"\nangle = \"60 deg\"\n[gear.g]\nshaft_1 = \"y\"\nshaft_2 = \"load\"\nratio = 2\n";
     let (x, y) = ((0.5f64).atan(), std::f64::consts::FRAC_PI_4);
@@ -112,7 +112,7 @@ fn joints_are_taken_at_the_end_that_is_given() {
 
 /// The charge of a capacitor that follows from others; constraints that hold or move something at the start.
 #[test]
-fn what_follows_may_be_given_in_circuits_and_beside_constraints() {
+fn dependent_initial_values_in_circuits_and_beside_constraints() {
     let circuit = "[inductor.L]\nfrom = \"a\"\nto = \"ground\"\ninductance = \"1 mH\"\n[capacitor.C]\nfrom = \"a\"\nto = \"ground\"\n\
                    capacitance = \"1 uF\"\n";
     let run = begins(circuit, "\"C.q\" = \"5 uC\", \"C.i\" = \"2 A\"");
@@ -123,9 +123,9 @@ fn what_follows_may_be_given_in_circuits_and_beside_constraints() {
     is_at(&run, &[("a.phi", 1.0), ("b.phi", 0.375), ("a.w", 5.0), ("b.w", 1.0)]);
     let message = reported(&moved, "\"a.w\" = \"1 rad/s\", \"b.w\" = \"1 rad/s\"");
     assert!(message.contains("from which -1 rad/s follows"), "{message}");
-    let held = shafts(&["a", "b"]) + "[constraint.h]\ncoefficients = { b = 1 }\noffset = \"20 deg\"\n";
-    is_at(&begins(&held, "\"b.phi\" = \"20 deg\", \"b.w\" = \"0 rad/s\""), &[("b.phi", 20.0 * DEGREE)]);
-    let message = reported(&held, "\"b.w\" = \"1 rad/s\"");
+    let fixed = shafts(&["a", "b"]) + "[constraint.h]\ncoefficients = { b = 1 }\noffset = \"20 deg\"\n";
+    is_at(&begins(&fixed, "\"b.phi\" = \"20 deg\", \"b.w\" = \"0 rad/s\""), &[("b.phi", 20.0 * DEGREE)]);
+    let message = reported(&fixed, "\"b.w\" = \"1 rad/s\"");
     assert!(message.contains("the constraints of the model fix it at 0 rad/s"), "{message}");
 }
 
@@ -146,7 +146,7 @@ const DISK: &str = "[parameters]\nr = \"0.1 m\"\n[mass.x]\nmass = \"1 kg\"\n[mas
 
 /// Beside rows that are kept, what is given stays and the others follow from the rows.
 #[test]
-fn what_is_given_stays_beside_kept_rows() {
+fn initial_values_are_respected_beside_multiplier_constraints() {
     let is_near = |run: &Run, values: &[(&str, f64)]| {
         for (name, value) in values {
             close(signal(run, name)[0], *value, 1e-12, name);
@@ -177,8 +177,8 @@ fn what_is_given_stays_beside_kept_rows() {
 
 /// What is given and has no place on the rows is a mistake that names the row and what contradicts it, and nothing else.
 #[test]
-fn what_is_given_beside_kept_rows_may_contradict_them() {
-    for (model, initial, said) in [
+fn initial_values_may_contradict_multiplier_constraints() {
+    for (model, initial, message) in [
         (PENDULUM, "\"x.s\" = \"3 m\", \"y.s\" = \"4 m\"", "`x.s` = 3 m, `y.s` = 4 m contradict `rod`"),
         (PENDULUM, "\"x.s\" = \"0.7 m\", \"x.v\" = \"1 m/s\"", "`x.v` = 1 m/s contradicts `rod`"),
         (
@@ -195,15 +195,15 @@ fn what_is_given_beside_kept_rows_may_contradict_them() {
     ] {
         let found = wrong(&format!("{model}[scenario]\nduration = \"1 ms\"\ninitial = {{ {initial} }}\n"));
         assert!(found.len() == 1 && found[0].code == "constraint::initial-position", "{initial}: {found:?}");
-        assert!(found[0].message.contains(said), "{initial}: {}", found[0].message);
+        assert!(found[0].message.contains(message), "{initial}: {}", found[0].message);
     }
 }
 
 /// What is no number, has no slopes or says the same twice at the start is told as what it is.
 #[test]
-fn rows_without_a_start_are_reported_by_their_cause() {
+fn constraints_with_no_start_are_reported_by_their_cause() {
     let bodies = "[mass.x]\nmass = \"1 kg\"\n[mass.y]\nmass = \"1 kg\"\n";
-    for (expression, said) in [
+    for (expression, message) in [
         ("1 m^2 / x.s - y.s", "`c` has no finite value or slopes at the start"),
         ("1 m * ln(x.s / 1 m) - y.s", "`c` has no finite value or slopes at the start"),
         ("1 m * asin(x.s / 1 m + 2) - y.s", "`c` has no finite value or slopes at the start"),
@@ -211,13 +211,13 @@ fn rows_without_a_start_are_reported_by_their_cause() {
     ] {
         let found =
             wrong(&format!("{bodies}[constraint.c]\nexpression = \"{expression}\"\n[scenario]\nduration = \"1 ms\"\n"));
-        assert!(found.len() == 1 && found[0].message.contains(said), "{expression}: {found:?}");
+        assert!(found.len() == 1 && found[0].message.contains(message), "{expression}: {found:?}");
     }
-    let twice = format!(
+    let dependent = format!(
         "{bodies}[constraint.c]\nexpression = \"(x.s^2 + y.s^2 - 1 m^2) / 1 m\"\n[constraint.d]\nexpression = \"sqrt(x.s^2 + y.s^2) - 1 m\"\n\
          [scenario]\nduration = \"1 ms\"\ninitial = {{ \"x.s\" = \"1 m\" }}\n"
     );
-    let found = wrong(&twice);
+    let found = wrong(&dependent);
     assert!(found.len() == 1 && found[0].message.contains("at every position `d` is a multiple of `c`"), "{found:?}");
     let empty = wrong(&format!("{bodies}[constraint.c]\nrates = {{}}\n[scenario]\nduration = \"1 ms\"\n"));
     assert!(empty.len() == 1 && empty[0].message.contains("nothing is constrained"), "{empty:?}");

@@ -88,11 +88,11 @@ fn jacobian_error(source: &str, variant: usize, seed: u64) -> Option<f64> {
     let mut worst = 0.0f64;
     for column in 0..states {
         let mut slope = |step: f64| -> Vec<f64> {
-            let mut there = state.clone();
-            there[column] = state[column] + step;
-            let plus = rates(&there);
-            there[column] = state[column] - step;
-            plus.iter().zip(rates(&there)).map(|(a, b)| (a - b) / (2.0 * step)).collect()
+            let mut shifted = state.clone();
+            shifted[column] = state[column] + step;
+            let plus = rates(&shifted);
+            shifted[column] = state[column] - step;
+            plus.iter().zip(rates(&shifted)).map(|(a, b)| (a - b) / (2.0 * step)).collect()
         };
         // Extrapolated: errors of the fourth order.
         let (wide, narrow) = (slope(2e-3), slope(1e-3));
@@ -170,7 +170,7 @@ fn the_method_is_chosen_for_the_model() {
     };
     let (rough, smooth) = (stiff("friction = \"0.1 N m\"\n"), stiff(""));
     use IntegrationMethod::{Dop853, Exponential, Radau, Taylor};
-    for (source, variants, asked, ran) in [
+    for (source, variants, requested, ran) in [
         (rough.as_str(), &[][..], Method::Automatic, Radau),
         (&rough, &[], Method::Taylor, Taylor),
         (&smooth, &[], Method::Automatic, Exponential),
@@ -180,8 +180,8 @@ fn the_method_is_chosen_for_the_model() {
         // Its law computes by itself.
         (builtin("sia-joint-angle"), &["nonlinear-10deg"], Method::Radau, Dop853),
     ] {
-        let found = method(source, variants, asked);
-        assert!(!found.is_empty() && found.iter().all(|method| *method == ran), "{asked:?}: {found:?}\n{source}");
+        let found = method(source, variants, requested);
+        assert!(!found.is_empty() && found.iter().all(|method| *method == ran), "{requested:?}: {found:?}\n{source}");
     }
 }
 

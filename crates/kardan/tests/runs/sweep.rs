@@ -197,16 +197,16 @@ fn rows_do_not_depend_on_threads_or_interruptions() {
     let (rows, found) = on(1);
     assert_eq!(on(3), (rows.clone(), found.clone()));
     let plan = project.sweep_plan(&settings).unwrap();
-    let mut known: SweepRows = rows.iter().filter(|row| row.sample / plan.block() == 1).cloned().collect();
+    let mut existing: SweepRows = rows.iter().filter(|row| row.sample / plan.block() == 1).cloned().collect();
     let mut made = Vec::new();
     let mut write = |block: u64, _: &[SweepRow]| {
         made.push(block);
         Ok(())
     };
-    let again = project.sweep(&plan, &settings.run, &mut known, &Silent, &mut write).unwrap();
+    let again = project.sweep(&plan, &settings.run, &mut existing, &Silent, &mut write).unwrap();
     assert_eq!((made, again), (vec![0, 2, 3], found));
     // It leaves all that the answers are of.
-    assert_eq!(known, rows.iter().cloned().collect());
+    assert_eq!(existing, rows.iter().cloned().collect());
     // What cannot be written ends it; what was written stays.
     let mut count = 0;
     let mut full = |_: u64, _: &[SweepRow]| {
@@ -268,7 +268,7 @@ fn refused_samples_are_rows() {
 
 /// A key that is there without a tolerance is told with how to write one, wherever it stands; one that follows from others with those.
 #[test]
-fn keys_without_a_tolerance_are_reported() {
+fn keys_with_no_tolerance_are_reported() {
     let more = "\n[shaft.b]\ninertia = \"2 * k\"\ndamping = \"0 N m s/rad\"\n[fault.weak]\nmotor = \"m\"\nkind = \"reduced\"\nvalue = 0.5\nat = \"0.8 s\"\n\
                 [parameters]\nk = \"1 kg m^2\"\n";
     let model =
@@ -384,7 +384,7 @@ lists = { j = [\"1.5 kg m^2\", \"3 kg m^2\"] }
 /// A parameter that stands in laws alone is a choice of design: each sample has laws of its own value and of the plant in the file, `J φ̈ = J₀ (ω² (r − φ) − 2 ζ ω φ̇)`.
 /// One that stands in the plant too varies there alone. Rows are whole runs again, with the same bits.
 #[test]
-fn what_stands_in_laws_alone_varies_them() {
+fn parameters_of_laws_only_vary_the_laws() {
     let text = "\
 [parameters]
 wn = \"20 rad/s\"
@@ -514,8 +514,8 @@ measure = \"final\"
     let next = torques.windows(2).map(|two| two[0] * two[1]).sum::<f64>() / count;
     assert!(size > 0.0 && mean.abs() < 4.0 * size / count.sqrt() && next.abs() < 4.0 * size * size / count.sqrt());
     let one = SweepSettings { run: Settings { method: Method::Taylor, ..of(400).run }, ..of(400) };
-    let (alone, _) = swept(&project, &one);
-    for (row, other) in rows.iter().zip(&alone) {
+    let (single_runs, _) = swept(&project, &one);
+    for (row, other) in rows.iter().zip(&single_runs) {
         assert!((row.figures[0] - other.figures[0]).abs() < 1e-9 * size, "{row:?} {other:?}");
     }
     let plan = project.sweep_plan(&automatic).expect("a plan");

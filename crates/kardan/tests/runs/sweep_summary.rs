@@ -32,19 +32,19 @@ fn normal(names: &[&str]) -> String {
     format!("[parameters]\n{parameters}{PLAIN}{}", names.iter().map(vary).collect::<String>())
 }
 
-fn asked(samples: u64, goal: SweepGoal) -> SweepSettings {
+fn sweep_settings(samples: u64, goal: SweepGoal) -> SweepSettings {
     SweepSettings { samples: Some(samples), goal, ..SweepSettings::default() }
 }
 
-fn swept(project: &Project, settings: &SweepSettings, known: &[SweepRow]) -> (BTreeMap<u64, Vec<SweepRow>>, Sweep) {
+fn swept(project: &Project, settings: &SweepSettings, existing: &[SweepRow]) -> (BTreeMap<u64, Vec<SweepRow>>, Sweep) {
     let plan = project.sweep_plan(settings).unwrap();
     let mut blocks = BTreeMap::new();
     let mut write = |block: u64, found: &[SweepRow]| {
         blocks.insert(block, found.to_vec());
         Ok(())
     };
-    let mut known = known.iter().cloned().collect();
-    let found = project.sweep(&plan, &settings.run, &mut known, &Silent, &mut write).unwrap();
+    let mut existing = existing.iter().cloned().collect();
+    let found = project.sweep(&plan, &settings.run, &mut existing, &Silent, &mut write).unwrap();
     (blocks, found)
 }
 
@@ -57,10 +57,10 @@ fn always_the_same(project: &Project, settings: &SweepSettings) -> (Vec<SweepRow
     let (blocks, found) = on(1);
     assert!(on(3) == (blocks.clone(), found.clone()));
     let half = blocks.len() as u64 / 2;
-    let known: Vec<SweepRow> = blocks.range(..half).flat_map(|(_, rows)| rows.clone()).collect();
-    let (others, again) = swept(project, settings, &known);
-    assert!(again == found && others.keys().eq(blocks.range(half..).map(|(block, _)| block)));
-    assert!(others.iter().all(|(block, rows)| *rows == blocks[block]));
+    let existing: Vec<SweepRow> = blocks.range(..half).flat_map(|(_, rows)| rows.clone()).collect();
+    let (remaining, again) = swept(project, settings, &existing);
+    assert!(again == found && remaining.keys().eq(blocks.range(half..).map(|(block, _)| block)));
+    assert!(remaining.iter().all(|(block, rows)| *rows == blocks[block]));
     (blocks.into_values().flatten().collect(), found)
 }
 
@@ -77,27 +77,27 @@ fn moments(rows: &[Vec<f64>], i: usize, j: usize) -> ([f64; 2], [f64; 2], f64) {
 
 /// Normal values have the correlations of the matrix, uniform ones 6/π asin(ρ/2); a singular matrix leaves no freedom.
 #[test]
-fn correlations_are_those_asked_for() {
-    let together =
+fn correlations_are_those_of_the_matrix() {
+    let correlated =
         |names: &str, matrix: &str| format!("[[sweep.correlated]]\nparameters = {names}\ncorrelation = \"{matrix}\"\n");
     let values = |text: &str| {
-        let plan = project(text).sweep_plan(&asked(4000, SweepGoal::Samples)).unwrap();
+        let plan = project(text).sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
         (0..4000).map(|sample| plan.values(sample)).collect::<Vec<_>>()
     };
     let figure = "[[figure]]\nname = \"f\"\nvalue = \"x + y + z\"\n";
-    let rows = values(&(normal(&["x", "y", "z"]) + figure + &together("[\"y\", \"x\"]", "1, 0.8; 0.8, 1")));
+    let rows = values(&(normal(&["x", "y", "z"]) + figure + &correlated("[\"y\", \"x\"]", "1, 0.8; 0.8, 1")));
     // The standard error of a correlation is (1 − ρ²)/√n.
     let (means, deviations, correlation) = moments(&rows, 0, 1);
     assert!((correlation - 0.8).abs() < 4.0 * 0.36 / 4000f64.sqrt(), "{correlation}");
     assert!(means.iter().all(|x| x.abs() < 0.05) && deviations.iter().all(|x| (x - 1.0).abs() < 0.05));
     assert!(moments(&rows, 0, 2).2.abs() < 4.0 / 4000f64.sqrt());
     let rows = values(
-        &(normal(&["x", "y", "z"]) + figure + &together("[\"x\", \"y\", \"z\"]", "1 -1 .6; -1 1 -.6; .6 -.6 1")),
+        &(normal(&["x", "y", "z"]) + figure + &correlated("[\"x\", \"y\", \"z\"]", "1 -1 .6; -1 1 -.6; .6 -.6 1")),
     );
     assert!(rows.iter().all(|row| (row[0] + row[1]).abs() < 1e-15));
     assert!((moments(&rows, 0, 2).2 - 0.6).abs() < 4.0 * 0.64 / 4000f64.sqrt());
     let uniform = normal(&["x", "y", "z"]).replace("distribution = \"normal\"\ndeviation = 1", "from = 0\nto = 1");
-    let rows = values(&(uniform + figure + &together("[\"x\", \"y\"]", "1 .8; .8 1")));
+    let rows = values(&(uniform + figure + &correlated("[\"x\", \"y\"]", "1 .8; .8 1")));
     let exact = 6.0 / std::f64::consts::PI * 0.4f64.asin();
     assert!((moments(&rows, 0, 1).2 - exact).abs() < 4.0 * 0.4 / 4000f64.sqrt());
     assert!(rows.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
@@ -133,7 +133,7 @@ fn an_identification_is_drawn() {
     assert_eq!(Project::open(text.as_str()).files(), ["found.json"]);
     let project = open(&text, &written);
     assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
-    let plan = project.sweep_plan(&asked(4000, SweepGoal::Samples)).unwrap();
+    let plan = project.sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
     assert_eq!(plan.head.varied.len(), 2);
     let rows: Vec<Vec<f64>> = (0..4000).map(|sample| plan.values(sample)).collect();
     let (means, deviations, correlation) = moments(&rows, 0, 1);
@@ -141,7 +141,8 @@ fn an_identification_is_drawn() {
     assert!((deviations[0] / 0.1 - 1.0).abs() < 0.05 && (deviations[1] / 0.02 - 1.0).abs() < 0.05);
     assert!((correlation + 0.7).abs() < 4.0 * 0.51 / 4000f64.sqrt());
     // Another file is another sweep.
-    let other = open(&text, &written.replace("-0.7", "-0.6")).sweep_plan(&asked(4000, SweepGoal::Samples)).unwrap();
+    let other =
+        open(&text, &written.replace("-0.7", "-0.6")).sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
     assert_ne!(other.head.identity, plan.head.identity);
     let refused = |text: &str, file: &str| {
         let diagnostics = open(text, file).diagnostics().to_vec();
@@ -212,7 +213,7 @@ signal = \"a.w\"
 measure = \"final\"
 ";
     let project = project(text);
-    let (blocks, found) = swept(&project, &asked(30, SweepGoal::Samples), &[]);
+    let (blocks, found) = swept(&project, &sweep_settings(30, SweepGoal::Samples), &[]);
     let names: Vec<&str> = found.varied.iter().map(|one| one.name.as_str()).collect();
     let expected = [
         "a.inertia",
@@ -226,8 +227,8 @@ measure = \"final\"
     let rows: Vec<&SweepRow> = blocks.values().flatten().collect();
     assert_eq!(rows.len(), 60);
     for row in rows {
-        let [j, fails, left, at, torque, w] = row.values[..] else { panic!("{row:?}") };
-        let time = if row.variant == 0 { 1.0 - at } else { fails - at + left * (1.0 - fails) };
+        let [j, fails, remaining, at, torque, w] = row.values[..] else { panic!("{row:?}") };
+        let time = if row.variant == 0 { 1.0 - at } else { fails - at + remaining * (1.0 - fails) };
         assert!((row.figures[0] - (w + torque * time / j)).abs() < 1e-9, "{row:?}");
     }
     // A time that would come before the start is told at its place.
@@ -258,7 +259,7 @@ points = \"saltelli\"
 ";
     let project = project(text);
     // 251 groups of four, for 1001.
-    let (_, found) = swept(&project, &asked(1001, SweepGoal::Samples), &[]);
+    let (_, found) = swept(&project, &sweep_settings(1001, SweepGoal::Samples), &[]);
     assert_eq!((found.samples, found.rows, found.points.as_str()), (1004, 1004, "saltelli"));
     let values = &found.requirements[0].measured;
     // Probabilities are those of A and B.
@@ -281,7 +282,7 @@ points = \"saltelli\"
     assert!(values.shares.len() == 2 && values.r_squared.is_some_and(|part| part > 0.8 && part < 1.0));
     // Effects of paths: that of the torque is the range 4 N m times T/J, for some J.
     let paths = Project::open(text.replace("saltelli", "morris"));
-    let (_, found) = swept(&paths, &asked(60, SweepGoal::Samples), &[]);
+    let (_, found) = swept(&paths, &sweep_settings(60, SweepGoal::Samples), &[]);
     let torque =
         found.requirements[0].measured.effects.iter().find(|one| one.parameter == "scenario.event.1.to").unwrap();
     assert!((0.4 / 3.0..0.4).contains(&torque.mean) && torque.size == torque.mean && torque.count == 20, "{torque:?}");
@@ -293,13 +294,13 @@ points = \"saltelli\"
 
 /// Of x + y + z the parts of the variance are (2 + 2ρ)/(3 + 2ρ) of x and y together and 1/(3 + 2ρ) of z, alone and in all.
 #[test]
-fn what_varies_together_has_one_index() {
+fn jointly_varied_parameters_have_one_index() {
     let text = normal(&["x", "z", "y"]).replacen("[[sweep.vary]]", "[sweep]\npoints = \"saltelli\"\n[[sweep.vary]]", 1)
         + "[[sweep.correlated]]\nparameters = [\"y\", \"x\"]\ncorrelation = \"1 0.5; 0.5 1\"\n\
            [[figure]]\nname = \"f\"\nvalue = \"x + y + z\"\n";
     let project = project(&text);
     // Two that move by themselves: A, B, and two mixed.
-    let plan = project.sweep_plan(&asked(4001, SweepGoal::Samples)).unwrap();
+    let plan = project.sweep_plan(&sweep_settings(4001, SweepGoal::Samples)).unwrap();
     assert_eq!(plan.head.samples, 4004);
     for group in
         (0..12).collect::<Vec<u64>>().chunks(4).map(|group| group.iter().map(|k| plan.values(*k)).collect::<Vec<_>>())
@@ -308,7 +309,7 @@ fn what_varies_together_has_one_index() {
         assert!(first[1] == a[1] && first[0] == b[0] && first[2] == b[2] && second[1] == b[1] && second[0] == a[0]);
         assert!(second[2] == a[2]);
     }
-    let (_, found) = swept(&project, &asked(4001, SweepGoal::Samples), &[]);
+    let (_, found) = swept(&project, &sweep_settings(4001, SweepGoal::Samples), &[]);
     let indices = &found.figures[0].values.indices;
     assert_eq!([&indices[0].parameter, &indices[1].parameter], ["x with y", "z"]);
     for (one, exact) in indices.iter().zip([0.75, 0.25]) {
@@ -322,28 +323,28 @@ fn samples_end_when_they_are_enough() {
     let text =
         normal(&["x"]) + "[[figure]]\nname = \"f\"\nvalue = \"x\"\n[[requirement]]\nfigure = \"f\"\nbelow = 1.5\n";
     let project = project(&text);
-    let until = asked(1500, SweepGoal::Until(0.05));
+    let until = sweep_settings(1500, SweepGoal::Until(0.05));
     let (rows, found) = always_the_same(&project, &until);
-    let seen = found.stopping_rule.clone().unwrap();
-    assert!(seen.converged && found.missing == 0 && (128..900).contains(&seen.samples), "{seen:?}");
-    assert_eq!((found.rows, rows.len() as u64), (seen.samples, seen.samples));
+    let rule = found.stopping_rule.clone().unwrap();
+    assert!(rule.converged && found.missing == 0 && (128..900).contains(&rule.samples), "{rule:?}");
+    assert_eq!((found.rows, rows.len() as u64), (rule.samples, rule.samples));
     let [low, high] = found.requirements[0].interval.unwrap();
     // P(Z < 1.5).
     assert!(0.5 * (high - low) <= 0.05 && low <= 0.933_192_8 && 0.933_192_8 <= high);
-    assert!(seen.confidence > 0.99 && found.notes.iter().any(|note| note.contains("analyses in advance")));
+    assert!(rule.confidence > 0.99 && found.notes.iter().any(|note| note.contains("analyses in advance")));
     // The same identity: rows of one are rows of the other.
-    let all = project.sweep_plan(&asked(1500, SweepGoal::Samples)).unwrap();
+    let all = project.sweep_plan(&sweep_settings(1500, SweepGoal::Samples)).unwrap();
     assert!(rows.iter().all(|row| row.values == all.values(row.sample)));
     assert_eq!(all.head.identity, project.sweep_plan(&until).unwrap().head.identity);
     // Rows behind the end change nothing.
-    let (_, whole) = swept(&project, &asked(1500, SweepGoal::Samples), &rows);
+    let (_, whole) = swept(&project, &sweep_settings(1500, SweepGoal::Samples), &rows);
     assert_eq!((whole.rows, whole.stopping_rule), (1500, None));
-    let (blocks, all_rows) = (whole.rows, swept(&project, &asked(1500, SweepGoal::Samples), &[]).0);
-    let known: Vec<SweepRow> = all_rows.into_values().flatten().collect();
-    let (made, again) = swept(&project, &until, &known);
+    let (blocks, all_rows) = (whole.rows, swept(&project, &sweep_settings(1500, SweepGoal::Samples), &[]).0);
+    let existing: Vec<SweepRow> = all_rows.into_values().flatten().collect();
+    let (made, again) = swept(&project, &until, &existing);
     assert!(made.is_empty() && again == found && blocks == 1500);
     // Not narrow enough after all of them: told.
-    let (_, found) = swept(&project, &asked(200, SweepGoal::Until(0.001)), &[]);
+    let (_, found) = swept(&project, &sweep_settings(200, SweepGoal::Until(0.001)), &[]);
     assert!(found.rows == 200 && found.notes.iter().any(|note| note.contains("still wider")), "{:?}", found.notes);
 }
 
@@ -353,7 +354,7 @@ fn what_cannot_be_run_is_no_worst_case() {
     let uniform = normal(&["x"]).replace("distribution = \"normal\"\ndeviation = 1", "from = -1\nto = 1");
     let text = uniform.replace("x = 0\n", "x = 1\n").replace("\"1 kg m^2\"", "\"x*1 kg m^2\"")
         + "[[figure]]\nname = \"f\"\nvalue = \"(x - 0.2)^2\"\n[[requirement]]\nfigure = \"f\"\nabove = 0.001\n";
-    let (blocks, found) = swept(&project(&text), &asked(300, SweepGoal::Worst("1".into())), &[]);
+    let (blocks, found) = swept(&project(&text), &sweep_settings(300, SweepGoal::Worst("1".into())), &[]);
     let rows: Vec<SweepRow> = blocks.into_values().flatten().collect();
     let refused = rows.iter().filter(|row| row.values[0] <= 0.0).count();
     assert!(rows.iter().all(|row| row.reason.is_empty() == (row.values[0] > 0.0)), "{:?}", rows[0]);
@@ -364,7 +365,7 @@ fn what_cannot_be_run_is_no_worst_case() {
     // Where none can be run, there is no worst case.
     let (_, found) = swept(
         &project(&text.replace("from = -1\nto = 1", "from = -1\nto = -0.5")),
-        &asked(100, SweepGoal::Worst("1".into())),
+        &sweep_settings(100, SweepGoal::Worst("1".into())),
         &[],
     );
     assert!(found.worst.is_none() && found.failures[0].count == 100, "{found:?}");
@@ -378,14 +379,14 @@ fn worst_cases_are_found() {
         + "[[figure]]\nname = \"f\"\nvalue = \"(x - 0.3)^2 + (y - 0.7)^2\"\n[[requirement]]\nfigure = \"f\"\nabove = 0.001\n\
                           [[requirement]]\nfigure = \"f\"\nbelow = 0.99\n";
     let project = project(&text);
-    let (rows, found) = always_the_same(&project, &asked(600, SweepGoal::Worst("1".into())));
+    let (rows, found) = always_the_same(&project, &sweep_settings(600, SweepGoal::Worst("1".into())));
     let worst = found.worst.unwrap();
     assert!(worst.fails && (worst.margin.unwrap() + 0.001).abs() < 1e-6, "{worst:?}");
     assert!((worst.values[0].value - 0.3).abs() < 1e-3 && (worst.values[1].value - 0.7).abs() < 1e-3);
     assert!(worst.margin_before_search.unwrap() > worst.margin.unwrap() && rows.len() == 600);
     assert_eq!(rows[worst.sample as usize].measured[0], worst.measured.unwrap());
     assert!(found.requirements.is_empty() && found.notes.iter().any(|note| note.contains("without proof")));
-    let (_, found) = swept(&project, &asked(400, SweepGoal::Worst("f < 0.99".into())), &[]);
+    let (_, found) = swept(&project, &sweep_settings(400, SweepGoal::Worst("f < 0.99".into())), &[]);
     let worst = found.worst.unwrap();
     // At the corner (1, 0) it is 0.49 + 0.49.
     assert!((worst.margin.unwrap() - 0.01).abs() < 1e-12 && !worst.fails, "{worst:?}");
@@ -396,7 +397,7 @@ fn worst_cases_are_found() {
         .replace("[parameters]\n", "[parameters]\nc = 0\n")
         + "variants = [\"near\", \"far\"]\n[[variant]]\nname = \"near\"\n[[variant]]\nname = \"far\"\nset = { c = 0.001 }\n[[variant]]\nname = \"other\"\nset = { c = 1 }\n";
     let project = self::project(&text);
-    let (rows, found) = always_the_same(&project, &asked(200, SweepGoal::Worst("2".into())));
+    let (rows, found) = always_the_same(&project, &sweep_settings(200, SweepGoal::Worst("2".into())));
     let worst = found.worst.unwrap();
     assert!(
         (worst.margin.unwrap() - 0.009).abs() < 1e-12 && worst.variant == "far" && worst.exploration_samples <= 200,
@@ -411,23 +412,23 @@ fn rare_failures_have_their_probability() {
     let text = normal(&["x", "y"])
         + "[[figure]]\nname = \"f\"\nvalue = \"0.6*x + 0.8*y\"\n[[requirement]]\nfigure = \"f\"\nbelow = 4\n";
     let model = project(&text);
-    let settings = asked(300, SweepGoal::Rare("f".into()));
+    let settings = sweep_settings(300, SweepGoal::Rare("f".into()));
     let (rows, found) = always_the_same(&model, &settings);
     let rare = found.rare.unwrap();
-    let holds = |rare: &kardan::results::SweptRare, exact: f64| {
+    let covers = |rare: &kardan::results::SweptRare, exact: f64| {
         rare.interval.is_some_and(|[low, high]| low <= exact && exact <= high)
     };
-    assert!(holds(&rare, 3.167e-5), "{rare:?}");
+    assert!(covers(&rare, 3.167e-5), "{rare:?}");
     assert!(rare.levels.len() >= 4 && rare.deviation.unwrap() < 0.8 && rare.deviation <= rare.deviation_upper_bound);
     assert_eq!(
         (found.missing, found.rows, rows.len() as u64),
         (0, 300 + 270 * (rare.levels.len() as u64 - 1), found.rows)
     );
     // With the correlation −1/2 the variance is 1 − 0.48: Φ(−4/√0.52) = 1.45e-8 is out of reach of few levels, Φ(−3/√0.52) = 1.59e-5 is not.
-    let together = "[[sweep.correlated]]\nparameters = [\"x\", \"y\"]\ncorrelation = \"1 -0.5; -0.5 1\"\n";
-    let nearer = text.replace("below = 4", "below = 3") + together;
+    let correlation = "[[sweep.correlated]]\nparameters = [\"x\", \"y\"]\ncorrelation = \"1 -0.5; -0.5 1\"\n";
+    let nearer = text.replace("below = 4", "below = 3") + correlation;
     let (_, found) = swept(&project(&nearer), &settings, &[]);
-    assert!(holds(&found.rare.unwrap(), 1.59e-5));
+    assert!(covers(&found.rare.unwrap(), 1.59e-5));
     // In one of two variants: below −3 or above 3, twice 1.35e-3.
     let either = text
         .replace("below = 4", "below = 3")
@@ -436,7 +437,7 @@ fn rare_failures_have_their_probability() {
         + "[[variant]]\nname = \"up\"\n[[variant]]\nname = \"down\"\nset = { c = -1 }\n";
     let (_, found) = swept(&project(&either), &settings, &[]);
     let rare = found.rare.unwrap();
-    assert!(holds(&rare, 2.7e-3) && !holds(&rare, 1.35e-3 / 2.0) && rare.variant == "up, down", "{rare:?}");
+    assert!(covers(&rare, 2.7e-3) && !covers(&rare, 1.35e-3 / 2.0) && rare.variant == "up, down", "{rare:?}");
 }
 
 /// What contradicts itself, or has no way that a search could take, is refused with what to do.
@@ -448,7 +449,7 @@ fn nonsense_is_refused() {
     let project = project(&text);
     let refused = |samples: u64, variants: &[&str], goal: SweepGoal| {
         let variants = variants.iter().map(ToString::to_string).collect();
-        let diagnostics = project.sweep_plan(&SweepSettings { variants, ..asked(samples, goal) }).unwrap_err();
+        let diagnostics = project.sweep_plan(&SweepSettings { variants, ..sweep_settings(samples, goal) }).unwrap_err();
         assert!(diagnostics[0].help.is_some());
         format!("{} {}", diagnostics[0].code, diagnostics[0].message)
     };
@@ -468,7 +469,8 @@ fn nonsense_is_refused() {
     ] {
         assert!(found.contains(reported), "{found}: {reported}");
     }
-    let mut plan = project.sweep_plan(&SweepSettings { variants: vec!["a".into()], ..asked(200, worst("1")) }).unwrap();
+    let mut plan =
+        project.sweep_plan(&SweepSettings { variants: vec!["a".into()], ..sweep_settings(200, worst("1")) }).unwrap();
     plan.shard = Some(Shard { number: 1, of: 2 });
     let run = |plan: &SweepPlan, rows: &mut SweepRows| {
         project.sweep(plan, &Default::default(), rows, &Silent, &mut |_, _| Ok(())).unwrap_err()
@@ -487,6 +489,6 @@ fn nonsense_is_refused() {
     let diagnostics = run(&plan, &mut rows.into_iter().collect());
     assert_eq!(diagnostics[0].code, "sweep::resume");
     let grid = Project::open(text.replace("[[sweep.vary]]", "[sweep]\npoints = \"morris\"\n[[sweep.vary]]"));
-    let diagnostics = grid.sweep_plan(&asked(100, SweepGoal::Until(0.1))).unwrap_err();
+    let diagnostics = grid.sweep_plan(&sweep_settings(100, SweepGoal::Until(0.1))).unwrap_err();
     assert_eq!(diagnostics[0].code, "sweep::stopping-rule");
 }

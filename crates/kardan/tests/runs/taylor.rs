@@ -19,13 +19,13 @@ pub fn builtin(name: &str) -> &'static str {
 
 /// Largest difference of signals of a kind, in parts of the largest value of that kind, between events.
 pub fn difference(one: &Run, other: &Run, physical: Physical) -> f64 {
-    let alike = || one.series.signals.iter().filter(|signal| signal.physical == physical);
-    let size = alike().flat_map(|signal| &signal.values).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    let same_kind = || one.series.signals.iter().filter(|signal| signal.physical == physical);
+    let size = same_kind().flat_map(|signal| &signal.values).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let near_event = |time: f64| one.events.iter().any(|event| (event.time - time).abs() < 1e-6);
     let mut worst = 0.0_f64;
-    for signal in alike() {
-        let there = other.series.signal(&signal.name).unwrap();
-        for ((a, b), time) in signal.values.iter().zip(&there.values).zip(&one.series.time) {
+    for signal in same_kind() {
+        let counterpart = other.series.signal(&signal.name).unwrap();
+        for ((a, b), time) in signal.values.iter().zip(&counterpart.values).zip(&one.series.time) {
             if !near_event(*time) {
                 worst = worst.max((a - b).abs() / size);
             }

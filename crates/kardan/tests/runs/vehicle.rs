@@ -106,9 +106,9 @@ fn a_steady_circle_has_the_understeer_gradient_of_its_closed_form() {
         let [heading, x, y] = ["heading", "x", "y"].map(|name| signal(&run, &format!("car.{name}")));
         let n = heading.len() - 1;
         // Rates of a circle between two late rows.
-        let turned = (heading[n] - heading[n - 1]) / 2.0;
+        let half_angle = (heading[n] - heading[n - 1]) / 2.0;
         let chord = (x[n] - x[n - 1]).hypot(y[n] - y[n - 1]);
-        close(chord, 2.0 * (u * u + v * v).sqrt() / r * turned.sin(), 1e-8, "chord");
+        close(chord, 2.0 * (u * u + v * v).sqrt() / r * half_angle.sin(), 1e-8, "chord");
     }
 }
 
@@ -133,11 +133,12 @@ fn eigenvalues(speed: &str, keys: &str) -> Vec<Complex> {
 fn the_critical_speed_is_exact() {
     for keys in ["", "relaxation_length = \"0.5 m\""] {
         let zeros = |all: &[Complex]| all.iter().filter(|one| one.re == 0.0 && one.im == 0.0).count();
-        let [below, there, above] = ["49.999999 m/s", "50 m/s", "50.000001 m/s"].map(|speed| eigenvalues(speed, keys));
-        assert_eq!(zeros(&there), zeros(&below) + 1, "{keys} {below:?} {there:?}");
+        let [below, critical, above] =
+            ["49.999999 m/s", "50 m/s", "50.000001 m/s"].map(|speed| eigenvalues(speed, keys));
+        assert_eq!(zeros(&critical), zeros(&below) + 1, "{keys} {below:?} {critical:?}");
         assert_eq!(zeros(&below), zeros(&above), "{keys}");
         assert!(below.iter().all(|one| one.re <= 0.0), "{below:?}");
-        assert!(there.iter().all(|one| one.re <= 0.0), "{there:?}");
+        assert!(critical.iter().all(|one| one.re <= 0.0), "{critical:?}");
         let grows: Vec<f64> = above.iter().map(|one| one.re).filter(|re| *re > 0.0).collect();
         assert!(grows.len() == 1 && grows[0] < 1e-5, "{grows:?}");
     }
@@ -224,11 +225,11 @@ fn determinant_of<const N: usize>(rows: [[C; N]; N]) -> C {
             return rows[0][0];
         }
         (0..rows.len()).fold((0.0, 0.0), |sum, k| {
-            let rest: Vec<Vec<C>> = rows[1..]
+            let submatrix: Vec<Vec<C>> = rows[1..]
                 .iter()
                 .map(|row| row.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, x)| *x).collect())
                 .collect();
-            add(sum, scale(times(rows[0][k], minor(&rest)), if k % 2 == 0 { 1.0 } else { -1.0 }))
+            add(sum, scale(times(rows[0][k], minor(&submatrix)), if k % 2 == 0 { 1.0 } else { -1.0 }))
         })
     }
     minor(&rows.iter().map(|row| row.to_vec()).collect::<Vec<_>>())
@@ -276,12 +277,12 @@ fn parking_takes_the_bore_torque() {
     let still = "[constraint.still]\ncoefficients = { car_yaw = 1 }\n[scenario]\nduration = \"2 s\"\noutput_step = \"0.01 s\"\n";
     let run = by(&car("0.3 rad * sin(pi * t / 2 s)", &keys, still), 1e-11);
     let most = 240.0_f64;
-    let turned = most * (1.0 - (-4000.0 * 0.3 / most).exp());
+    let peak = most * (1.0 - (-4000.0 * 0.3 / most).exp());
     for (k, t) in run.series.time.iter().enumerate() {
         let angle = 0.3 * (std::f64::consts::FRAC_PI_2 * t).sin();
         let exact = match *t <= 1.0 {
             true => most * (1.0 - (-4000.0 * angle / most).exp()),
-            false => -most + (turned + most) * (-4000.0 * (0.3 - angle) / most).exp(),
+            false => -most + (peak + most) * (-4000.0 * (0.3 - angle) / most).exp(),
         };
         close(signal(&run, "car_steering.tau")[k], -exact, 1e-7, &format!("torque at {t}"));
     }
@@ -316,8 +317,8 @@ fn a_car_that_drives_backwards_is_reported() {
     let reported = notes("2 m/s - 1 m/s^2 * t");
     let note = reported.iter().find(|note| note.contains("drives backwards")).unwrap_or_else(|| panic!("{reported:?}"));
     assert!(note.starts_with("`car` drives backwards from 2.0100 s on, at up to 0.5000 m/s"), "{note}");
-    let stops = notes("max(0 m/s, 2 m/s - 1 m/s^2 * t)");
-    assert!(stops.iter().all(|note| !note.contains("backwards")), "{stops:?}");
+    let stopping = notes("max(0 m/s, 2 m/s - 1 m/s^2 * t)");
+    assert!(stopping.iter().all(|note| !note.contains("backwards")), "{stopping:?}");
 }
 
 /// A car that spins while its speed along itself is given gains speed on its way, which is told, from when on; one that holds is not.
@@ -338,8 +339,8 @@ fn a_car_that_slides_sideways_is_reported() {
         note.contains(&format!("at a total speed of up to {most:.4} m/s with 25.0000 m/s along its longitudinal axis")),
         "{note}"
     );
-    let holds = ran(0.8);
-    assert!(holds.notes.iter().all(|note| !note.contains("sideways")), "{:?}", holds.notes);
+    let stable = ran(0.8);
+    assert!(stable.notes.iter().all(|note| !note.contains("sideways")), "{:?}", stable.notes);
 }
 
 /// A formula that divides by what is zero where a run begins ends the run there, and says by what; a car whose speed begins there is refused, if its tyres follow at once.
@@ -362,7 +363,7 @@ fn what_divides_by_zero_where_a_run_begins_is_reported() {
 
 /// A road whose friction falls below zero in a run is told, from when on, and the run goes on; one that stays above is not told.
 #[test]
-fn a_road_without_friction_is_reported() {
+fn zero_road_friction_is_reported() {
     let of = |mu: &str| {
         let keys = format!("{}\nrelaxation_length = \"0.5 m\"\ntyre = \"tmeasy\"\nmu = \"{mu}\"", plain("20 m/s"));
         by(&car("0.02 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8).notes
@@ -379,7 +380,7 @@ fn a_road_without_friction_is_reported() {
 #[test]
 fn the_page_runs() {
     let page = include_str!("../../../../docs/vehicle.md");
-    let model = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a model");
+    let model = page.split("```toml\n").nth(1).and_then(|tail| tail.split("```").next()).expect("a model");
     let run = run_by(model, Method::Automatic, None);
     assert!(run.requirements.iter().all(|one| one.passed), "{:?}", run.requirements);
     assert!(last(&run, "car.x") > 100.0);
@@ -432,11 +433,11 @@ fn a_car_whose_inner_wheels_lift_is_reported_as_rolling_over() {
             let reported: Vec<&String> = run.notes.iter().filter(|note| note.contains("rolls over")).collect();
             assert_eq!(reported.len(), usize::from(tips), "{:?}", run.notes);
             if let (Some(row), [reported]) = (first, &reported[..]) {
-                let said = format!(
+                let expected = format!(
                     "Both wheels of `car` on its {place} are off the ground from {:.4} s on",
                     run.series.time[row]
                 );
-                assert!(reported.starts_with(&said), "{said}: {reported}");
+                assert!(reported.starts_with(&expected), "{expected}: {reported}");
             }
         }
     }

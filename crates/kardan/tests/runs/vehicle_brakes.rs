@@ -46,7 +46,7 @@ fn rill(slip: f64, slope: f64, [peak, most]: [f64; 2], [slide, sliding]: [f64; 2
     }
 }
 
-const HELD: &str =
+const FIXED_CAR: &str =
     "[constraint.still]\ncoefficients = { car_yaw = 1 }\n[constraint.straight]\ncoefficients = { car_lateral = 1 }\n";
 
 /// A car that is held slips by the tangent of the angle of its wheels: slope, peak, sliding force and all between, also where friction scales them, and the
@@ -61,7 +61,7 @@ fn tmeasy_has_its_three_parts() {
     ] {
         let keys = format!("speed = \"20 m/s\"\ntyre = \"tmeasy\"\nmu = {mu}\npneumatic_trail = \"40 mm\"\n{keys}");
         let scenario = "[scenario]\nduration = \"1 s\"\noutput_step = \"0.01 s\"\n";
-        let run = by(&car("atan(t / 1 s)", &keys, &format!("{HELD}{scenario}")));
+        let run = by(&car("atan(t / 1 s)", &keys, &format!("{FIXED_CAR}{scenario}")));
         for (k, slip) in run.series.time.iter().enumerate() {
             let expected = rill(*slip, 90e3, [peak, mu * FRONT], [slide, factor * mu * FRONT]);
             let force = signal(&run, "car_side.f")[k] / f64::atan(*slip).cos();
@@ -82,8 +82,8 @@ fn tmeasy_has_its_three_parts() {
 #[test]
 fn small_motions_of_tmeasy_are_those_of_linear_tyres() {
     let modes = |keys: &str| {
-        let held = "[constraint.held]\ncoefficients = { hand = 1 }\n[signal.later]\nkind = \"ramp\"\nto = \"2 kN\"\nstart = \"1 s\"\nover = \"1 s\"\n";
-        let source = car("0 rad", &format!("speed = \"25 m/s\"\nrelaxation_length = \"0.4 m\"\n{keys}"), held);
+        let fixed_hand = "[constraint.held]\ncoefficients = { hand = 1 }\n[signal.later]\nkind = \"ramp\"\nto = \"2 kN\"\nstart = \"1 s\"\nover = \"1 s\"\n";
+        let source = car("0 rad", &format!("speed = \"25 m/s\"\nrelaxation_length = \"0.4 m\"\n{keys}"), fixed_hand);
         let source = source.replace("[prescribed_motion.driver]\nshaft = \"hand\"\nangle = \"0 rad\"\n", "");
         let analysis = Project::open(&source).analyze(&AnalyzeSettings::default(), &Silent);
         analysis.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}")).modes
@@ -128,17 +128,17 @@ fn the_same_friction_on_both_sides_is_one() {
 #[test]
 fn split_friction_turns_the_car() {
     let side = M * G / 2.0;
-    for (left, right, asked) in [(0.8, 0.1, 4500.0_f64), (0.1, 0.8, 4500.0), (0.8, 0.1, 9000.0), (0.8, 0.5, 4500.0)] {
+    for (left, right, demand) in [(0.8, 0.1, 4500.0_f64), (0.1, 0.8, 4500.0), (0.8, 0.1, 9000.0), (0.8, 0.5, 4500.0)] {
         let keys = format!(
             "speed = \"20 m/s\"\ntyre = \"tmeasy\"\nrelaxation_length = \"0.5 m\"\ntrack = \"1.5 m\"\nmu_left = {left}\nmu_right = {right}\n\
-             braking = \"{asked} N\""
+             braking = \"{demand} N\""
         );
         let run = by(&car("0 rad", &keys, "[scenario]\nduration = \"2 ms\"\noutput_step = \"1 ms\"\n"));
-        let give = |own: f64, other: f64| (own * side).min((asked / 2.0).max(asked - other * side));
+        let give = |own: f64, other: f64| (own * side).min((demand / 2.0).max(demand - other * side));
         let forces = [give(left, right), give(right, left)];
         close(last(&run, "car.braking_left"), forces[0], 1e-9, "left");
         close(last(&run, "car.braking_right"), forces[1], 1e-9, "right");
-        close(last(&run, "car.braking_lack"), asked - forces[0] - forces[1], 1e-8, "lack");
+        close(last(&run, "car.braking_lack"), demand - forces[0] - forces[1], 1e-8, "lack");
         let turns = TRACK / 2.0 * (forces[0] - forces[1]) / J;
         assert_eq!(turns == 0.0, (left, right) == (0.8, 0.5));
         // Side forces follow behind the relaxation length: the rate is off by their share, some t^2.
@@ -154,25 +154,25 @@ fn split_friction_turns_the_car() {
 #[test]
 fn braking_takes_from_the_side() {
     for tyre in ["magic_formula", "tmeasy"] {
-        for (asked, share) in [(4000.0, 0.6), (9000.0, 0.9), (20000.0, 0.5)] {
+        for (demand, share) in [(4000.0, 0.6), (9000.0, 0.9), (20000.0, 0.5)] {
             let keys = format!(
-                "speed = \"20 m/s\"\ntyre = \"{tyre}\"\ntrack = \"1.5 m\"\nmu_left = 0.8\nmu_right = 0.3\nbraking = \"{asked} N\"\n\
+                "speed = \"20 m/s\"\ntyre = \"{tyre}\"\ntrack = \"1.5 m\"\nmu_left = 0.8\nmu_right = 0.3\nbraking = \"{demand} N\"\n\
                  brake_share = {share}"
             );
             let run = by(&car(
                 "1.2 rad",
                 &keys,
-                &format!("{HELD}[mass.body]\nmass = \"1 kg\"\n[scenario]\nduration = \"10 ms\"\n"),
+                &format!("{FIXED_CAR}[mass.body]\nmass = \"1 kg\"\n[scenario]\nduration = \"10 ms\"\n"),
             ));
             let mut fronts = 0.0;
             for (axle, load, part) in [("front", FRONT, share), ("rear", REAR, 1.0 - share)] {
-                let (asked, limits): (f64, [f64; 2]) = (asked * part, [0.8 * load / 2.0, 0.3 * load / 2.0]);
-                let brakes = [0, 1].map(|k| limits[k].min((asked / 2.0).max(asked - limits[1 - k])));
-                let left: f64 = (0..2).map(|k| (limits[k] * limits[k] - brakes[k] * brakes[k]).max(0.0).sqrt()).sum();
+                let (demand, limits): (f64, [f64; 2]) = (demand * part, [0.8 * load / 2.0, 0.3 * load / 2.0]);
+                let brakes = [0, 1].map(|k| limits[k].min((demand / 2.0).max(demand - limits[1 - k])));
+                let grip: f64 = (0..2).map(|k| (limits[k] * limits[k] - brakes[k] * brakes[k]).max(0.0).sqrt()).sum();
                 // A millionth of the load is left at the limit.
-                close(last(&run, &format!("car.grip_{axle}")), left, 2e-6 * load, axle);
+                close(last(&run, &format!("car.grip_{axle}")), grip, 2e-6 * load, axle);
                 if axle == "front" {
-                    fronts = left;
+                    fronts = grip;
                 }
             }
             // Wheels that are turned that far slide: TMeasy with 0.9 of the most, the Magic Formula with what C = 1.3 leaves.
@@ -181,9 +181,9 @@ fn braking_takes_from_the_side() {
                 "tmeasy" => close(force, 0.9 * fronts, 2e-6 * FRONT, "side force"),
                 _ => assert!(force <= fronts + 2e-6 * FRONT && force >= 0.85 * fronts, "{force} of {fronts}"),
             }
-            if asked == 20000.0 {
+            if demand == 20000.0 {
                 assert!(fronts == 0.0 && force.abs() < 2e-6 * FRONT, "{force}");
-                close(last(&run, "car.braking_lack"), asked - (0.8 + 0.3) * M * G / 2.0, 1e-6, "lack");
+                close(last(&run, "car.braking_lack"), demand - (0.8 + 0.3) * M * G / 2.0, 1e-6, "lack");
             }
         }
     }
@@ -193,17 +193,17 @@ fn braking_takes_from_the_side() {
 #[test]
 fn loads_balance_their_moments() {
     let (h, u) = (0.6, 30.0);
-    for (angle, share, asked) in [(0.02, None, 0.0), (0.02, Some(0.7), 3000.0), (-0.02, Some(0.4), 5000.0)] {
+    for (angle, share, demand) in [(0.02, None, 0.0), (0.02, Some(0.7), 3000.0), (-0.02, Some(0.4), 5000.0)] {
         let roll = share.map_or(String::new(), |share| format!("roll_share = {share}\n"));
         let keys = format!(
-            "speed = \"{u} m/s\"\ntrack = \"1.5 m\"\nheight = \"{h} m\"\nmu = 1\nbraking = \"{asked} N\"\n{roll}"
+            "speed = \"{u} m/s\"\ntrack = \"1.5 m\"\nheight = \"{h} m\"\nmu = 1\nbraking = \"{demand} N\"\n{roll}"
         );
         let run = by(&car(&format!("{angle} rad"), &keys, "[scenario]\nduration = \"6 s\"\n"));
         let [fl, fr, rl, rr] = ["fl", "fr", "rl", "rr"].map(|wheel| last(&run, &format!("car.load_{wheel}")));
         let r = last(&run, "car.yaw_rate");
         assert!(r * angle > 0.0 && r.abs() > 0.1);
         close(fl + fr + rl + rr, M * G, 1e-8, "weight");
-        close(fl + fr, FRONT + asked * h / (A + B), 1e-8, "front axle");
+        close(fl + fr, FRONT + demand * h / (A + B), 1e-8, "front axle");
         close((fr + rr - fl - rl) * TRACK / 2.0, M * u * r * h, 1e-7, "about the axis of the road");
         let part = share.unwrap_or(B / (A + B));
         close((fr - fl) * TRACK / 2.0, part * M * u * r * h, 1e-7, "of the front axle");
@@ -241,16 +241,16 @@ fn moved_loads_cost_side_force() {
 /// A linear car that brakes while it turns: lateral force, moment and the torque at the king-pins in balance.
 #[test]
 fn a_braked_car_turns_steadily() {
-    let (u, delta, asked, scrub, trail) = (20.0, 0.02, 5000.0, 0.03, 0.02);
+    let (u, delta, demand, scrub, trail) = (20.0, 0.02, 5000.0, 0.03, 0.02);
     let keys = format!(
-        "speed = \"{u} m/s\"\nmu_left = 0.9\nmu_right = 0.2\ntrack = \"1.5 m\"\nbraking = \"{asked} N\"\nscrub_radius = \"{scrub} m\"\n\
+        "speed = \"{u} m/s\"\nmu_left = 0.9\nmu_right = 0.2\ntrack = \"1.5 m\"\nbraking = \"{demand} N\"\nscrub_radius = \"{scrub} m\"\n\
          caster_trail = \"{trail} m\"\n"
     );
     let run = by(&car(&format!("{delta} rad"), &keys, "[scenario]\nduration = \"12 s\"\n"));
-    let [left, right] = [asked - 0.2 * M * G / 2.0, 0.2 * M * G / 2.0];
+    let [left, right] = [demand - 0.2 * M * G / 2.0, 0.2 * M * G / 2.0];
     let (front, rear, part) = (90e3, 110e3, B / (A + B));
     // m u r = F_f + F_r - B_f d, 0 = a F_f - b F_r - (a + n) B_f d + track/2 (left - right), F_f = C_f (d - (v + a r)/u), F_r = C_r (b r - v)/u; in v and r.
-    let direction = asked * part * delta;
+    let direction = demand * part * delta;
     let rows = [
         [(front + rear) / u, M * u + (front * A - rear * B) / u, front * delta - direction],
         [
@@ -272,21 +272,21 @@ fn a_braked_car_turns_steadily() {
 
 /// Forces at four points of the road, turned with their wheels: what they are to the side and about the centre of gravity.
 #[test]
-fn braking_forces_act_along_the_wheels() {
+fn braking_forces_act_in_the_direction_of_the_wheels() {
     let (delta, scrub, trail) = (0.5_f64, -0.02, 0.03);
     let keys = format!(
         "speed = \"20 m/s\"\ntyre = \"tmeasy\"\nmu_left = 0.2\nmu_right = 0.9\ntrack = \"1.5 m\"\nbraking = \"6 kN\"\nbrake_share = 0.7\n\
          scrub_radius = \"{scrub} m\"\ncaster_trail = \"{trail} m\"\n"
     );
-    let more = format!("{HELD}[mass.body]\nmass = \"1 kg\"\n[scenario]\nduration = \"10 ms\"\n");
+    let more = format!("{FIXED_CAR}[mass.body]\nmass = \"1 kg\"\n[scenario]\nduration = \"10 ms\"\n");
     let run = by(&car(&format!("{delta} rad"), &keys, &more));
-    let turned = |[x, y]: [f64; 2]| [x * delta.cos() - y * delta.sin(), x * delta.sin() + y * delta.cos()];
+    let rotated = |[x, y]: [f64; 2]| [x * delta.cos() - y * delta.sin(), x * delta.sin() + y * delta.cos()];
     let (mut aside, mut about) = (0.0, 0.0);
     for (wheel, y) in [("fl", 1.0), ("fr", -1.0)] {
         // Where the axis of the king-pin meets the road, and from there to where the wheel does.
-        let [dx, dy] = turned([-trail, y * scrub]);
+        let [dx, dy] = rotated([-trail, y * scrub]);
         let at = [A + trail + dx, y * (TRACK / 2.0 - scrub) + dy];
-        let force = turned([-last(&run, &format!("car.braking_{wheel}")), 0.0]);
+        let force = rotated([-last(&run, &format!("car.braking_{wheel}")), 0.0]);
         aside += force[1];
         about += at[0] * force[1] - at[1] * force[0];
     }
@@ -386,8 +386,8 @@ fn split_braking_is_driven() {
             study.unwrap_or_else(|diagnostics| panic!("{}", kardan::diagnostics::plain(&source, &diagnostics)));
         study
     };
-    let held = model(6.0, "kind = \"open_loop\"\nangle = \"steer\"", "");
-    let [run, other] = &held.runs[..] else { panic!("two runs") };
+    let open_loop = model(6.0, "kind = \"open_loop\"\nangle = \"steer\"", "");
+    let [run, other] = &open_loop.runs[..] else { panic!("two runs") };
     close(*run.series.time.last().expect("a row"), 0.5 + 20.0 / 6.0, 1e-9, "duration");
     close(last(run, "car.v_x"), 0.0, 1e-9, "speed");
     assert!(signal(other, "car.v_x").iter().all(|u| *u == 20.0));
@@ -401,10 +401,10 @@ fn split_braking_is_driven() {
     assert!(run.requirements.iter().all(|one| one.passed), "{:?}", run.requirements);
     // To the left, where it brakes more.
     assert!(last(run, "car.y") > 0.3, "{}", last(run, "car.y"));
-    let looks = "kind = \"preview\"\ncar = \"car\"\npath = \"lane\"\ngain = \"17 deg/m\"\npreview = \"0.8 s\"\nreaction = \"0.1 s\"";
-    let corrected = model(6.0, looks, "closed_loop = \"yes\"");
-    let (there, here) = (value(run, "halt_offset"), value(&corrected.runs[0], "halt_offset"));
-    assert!(here < 0.6 * there, "{here} {there}");
+    let preview = "kind = \"preview\"\ncar = \"car\"\npath = \"lane\"\ngain = \"17 deg/m\"\npreview = \"0.8 s\"\nreaction = \"0.1 s\"";
+    let corrected = model(6.0, preview, "closed_loop = \"yes\"");
+    let (open_loop_offset, corrected_offset) = (value(run, "halt_offset"), value(&corrected.runs[0], "halt_offset"));
+    assert!(corrected_offset < 0.6 * open_loop_offset, "{corrected_offset} {open_loop_offset}");
     let hard = model(9.0, "kind = \"open_loop\"\nangle = \"steer\"", "");
     let lack = M * 9.0 - (0.9 + 0.5) / 2.0 * M * G;
     assert!(hard.runs[0].requirements.iter().any(|one| !one.passed));
