@@ -289,9 +289,9 @@ impl Regressor {
     ///
     /// # Panics
     /// If there is no such backlash, or not a part for each column.
-    pub fn play(&self, play: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
+    pub fn backlash(&self, backlash: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
-        let own = &self.backlashes[play];
+        let own = &self.backlashes[backlash];
         let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);

@@ -109,21 +109,21 @@ pub struct TaskAnswer {
 impl PartialEq for Task {
     fn eq(&self, other: &Self) -> bool {
         self.graph.has_nodes_of(&other.graph)
-            && (&self.period, &self.reads, &self.memory, &self.outputs)
-                == (&other.period, &other.reads, &other.memory, &other.outputs)
+            && (&self.period, &self.reads, &self.states, &self.outputs)
+                == (&other.period, &other.reads, &other.states, &other.outputs)
     }
 }
 
 impl Task {
     /// Its arguments: the inputs, then the states.
     pub fn inputs(&self) -> Vec<Symbol> {
-        self.reads.iter().map(|(symbol, _)| *symbol).chain(self.memory.iter().map(|entry| entry.symbol)).collect()
+        self.reads.iter().map(|(symbol, _)| *symbol).chain(self.states.iter().map(|entry| entry.symbol)).collect()
     }
 
     /// Its outputs, then the next states, with names.
     pub fn outputs(&self) -> Vec<(String, Expr)> {
         let outputs = self.outputs.iter().map(|answer| (answer.name.clone(), answer.value));
-        let next = self.memory.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
+        let next = self.states.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
         outputs.chain(next).collect()
     }
 
@@ -150,7 +150,7 @@ pub struct Task {
     /// Its inputs, sorted.
     pub reads: Vec<(Symbol, Read)>,
     /// Its states.
-    pub memory: Vec<Entry>,
+    pub states: Vec<Entry>,
     /// Its outputs.
     pub outputs: Vec<TaskAnswer>,
     /// Those of its inputs and states that move with the controlled plant; the rest counts, measures time or switches.

@@ -392,7 +392,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     };
     let [a, b, c, gain] = [&plant.a, &b, &plant.c, &gain].map(numbers);
     let block = kardan_rt::Observer { a: &a, b: &b, c: &c, gain: &gain };
-    let first = builder.entries.len();
+    let first = builder.states.len();
     let mut entries = vec![BlockBuilder::zero(); states.len()];
     entries.extend(states.iter().map(|(_, start, _)| builder.new_state(*start)));
     // In continuous time the step of the block gives the rates of its states: the same sum with other matrices.

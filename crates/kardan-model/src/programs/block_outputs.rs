@@ -76,7 +76,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 .collect(),
             table,
             sample_time,
-            block_states: Vec::new(),
+            states: Vec::new(),
             outputs: Vec::new(),
             rules: RefCell::default(),
         };
@@ -88,11 +88,11 @@ impl<'a> Blocks<'a, '_, '_> {
         let rules = builder.rules.take().into_iter().map(rule).collect();
         let outputs =
             builder.outputs.iter().map(|output| (output.name.clone(), output.value.expr(graph), output.dimension));
-        let block_states = builder
-            .block_states
+        let states = builder
+            .states
             .iter()
             .map(|entry| (entry.symbol.expr(graph), entry.start.expr(graph), entry.next.expr(graph)));
-        Ok((outputs.collect(), block_states.collect(), rules))
+        Ok((outputs.collect(), states.collect(), rules))
     }
 
     /// Checks the result of a block, and gives its outputs to its users.
@@ -117,7 +117,7 @@ impl<'a> Blocks<'a, '_, '_> {
             output.2 = unit;
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
-        if made.block_states.iter().any(|(_, start, _)| varies(*start)) {
+        if made.states.iter().any(|(_, start, _)| varies(*start)) {
             let at = TableReader::place(&block.table, "initial");
             let diagnostic = Diagnostic::error("block::initial-value", format!("{what}: its initial value may vary"))
                 .at(at, "varies");

@@ -96,7 +96,7 @@ type BlockInputs = Vec<(&'static str, Option<String>, (Expr, Dimension))>;
 struct Made {
     period: Option<Exact>,
     outputs: Outputs,
-    block_states: BlockStates,
+    states: BlockStates,
     /// Names in its expressions, with signals expanded.
     reads: Arc<BTreeSet<String>>,
 }

@@ -62,7 +62,7 @@ impl<'a> Blocks<'a, '_, '_> {
             period: values.exact("sample_time").cloned(),
             graph,
             reads: vec![(symbol, Read::Source(signal.to_string()))],
-            block_states: Vec::new(),
+            states: Vec::new(),
             outputs: vec![TaskAnswer {
                 name: name.to_string(),
                 dimension,
@@ -92,6 +92,6 @@ impl<'a> Blocks<'a, '_, '_> {
             return;
         }
         let (outputs, reads) = (vec![(String::new(), found.value, found.dimension)], Arc::clone(&found.reads));
-        self.made.insert(&signal.name, Some(Made { period: None, outputs, block_states: Vec::new(), reads }));
+        self.made.insert(&signal.name, Some(Made { period: None, outputs, states: Vec::new(), reads }));
     }
 }

@@ -209,7 +209,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let mut block_states = Vec::new();
         for Step { block, .. } in &steps {
-            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.block_states) {
+            for (symbol, start, next) in of_period(block).into_iter().flat_map(|made| &made.states) {
                 let next = values.of(&mut graph, &[*next])[0];
                 let start = lower(&graph, &[*start], &mut Floating::<f64>::default(), |_| f64::NAN)[0];
                 let symbol = graph.symbol_of(*symbol).expect("an entry of a memory is a symbol");
@@ -225,7 +225,7 @@ impl<'a> Blocks<'a, '_, '_> {
         };
         let moving = self.moving(&reads, &block_states);
         let (names, lists) = (Vec::new(), Lists::default());
-        Task { name, period, graph, reads, block_states, outputs, moving, names, order: steps, lists }
+        Task { name, period, graph, reads, states: block_states, outputs, moving, names, order: steps, lists }
     }
 
     /// The commands of a law, with the blocks of its sample time that it needs.
@@ -252,9 +252,8 @@ impl<'a> Blocks<'a, '_, '_> {
         // States that are needed, until no new ones appear.
         let mut exprs: Vec<Expr> = task.outputs.iter().map(|output| output.value).collect();
         let places: HashMap<Symbol, usize> =
-            task.block_states.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
-        let mut block_states: Vec<Option<Entry>> =
-            std::mem::take(&mut task.block_states).into_iter().map(Some).collect();
+            task.states.iter().enumerate().map(|(place, entry)| (entry.symbol, place)).collect();
+        let mut block_states: Vec<Option<Entry>> = std::mem::take(&mut task.states).into_iter().map(Some).collect();
         let (mut needed, mut new): (Vec<Entry>, Vec<Expr>) = (Vec::new(), exprs.clone());
         while !new.is_empty() {
             let used = task.graph.symbols(&new);
@@ -267,9 +266,9 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let blocks: HashSet<&str> = needed.iter().map(|entry| entry.name.as_str()).collect();
         task.order.retain(|step| blocks.contains(step.block.as_str()));
-        task.block_states = needed;
+        task.states = needed;
         task.reads = self.reads_of(&task.graph, &exprs);
-        task.moving = self.moving(&task.reads, &task.block_states);
+        task.moving = self.moving(&task.reads, &task.states);
         task.name = name.to_string();
         task
     }
@@ -294,7 +293,7 @@ impl<'a> Blocks<'a, '_, '_> {
             outside.filter_map(|outside| graph.symbol_of(self.read.get(&outside.name)?.0)).collect();
         let mut represented = Vec::new();
         for (block, made) in self.made.iter().filter_map(|(block, made)| Some((block, made.as_ref()?))) {
-            let symbols = made.block_states.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
+            let symbols = made.states.iter().filter_map(|(own, _, next)| Some((graph.symbol_of(*own)?, *next)));
             represented.extend(symbols);
             for (output, value, _) in &made.outputs {
                 let symbol = self.outputs.get(&outside_name(block, output));

@@ -162,7 +162,7 @@ impl<'a> Blocks<'a, '_, '_> {
             Source::Block(block) => self.lowered(block, (expressions, lowered, reads), keys, out),
             _ => {
                 let outputs = lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
-                Some(Made { period: None, outputs, block_states: Vec::new(), reads })
+                Some(Made { period: None, outputs, states: Vec::new(), reads })
             }
         }
     }
@@ -441,7 +441,7 @@ impl<'a> Blocks<'a, '_, '_> {
         match self.wire(kind, (&values, period.clone(), called, lists), (block_inputs, guards, own)) {
             Ok((outputs, block_states, rules)) => {
                 self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
-                self.finished(block, Made { period, outputs, block_states, reads }, unit, out)
+                self.finished(block, Made { period, outputs, states: block_states, reads }, unit, out)
             }
             Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));

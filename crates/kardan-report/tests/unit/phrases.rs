@@ -38,5 +38,5 @@ fn what_was_not_searched_is_not_called_safe() {
 
 #[test]
 fn lines_break_between_entries() {
-    assert_eq!(together("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
+    assert_eq!(unbroken("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
 }

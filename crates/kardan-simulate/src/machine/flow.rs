@@ -34,7 +34,7 @@ impl Flow {
             _ => None,
         });
         let (reads, outputs) = (reads.collect(), task.outputs.iter().map(|answer| number(&answer.name)).collect());
-        let states = *size..*size + task.memory.len();
+        let states = *size..*size + task.states.len();
         *size = states.end;
         Some(Self { task, reads, outputs, states })
     }
@@ -78,13 +78,13 @@ pub(super) fn task_outputs(
         };
         substitutions.push((*symbol, value));
     }
-    substitutions.extend(task.memory.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
+    substitutions.extend(task.states.iter().map(|entry| entry.symbol).zip(states.iter().copied()));
     let mut copied = |value: Expr| {
         let value = motion.graph.copied(&task.graph, value, &substitutions);
         motion.graph.group(value)
     };
     let outputs = task.outputs.iter().map(|answer| copied(answer.value)).collect();
-    let rates = task.memory.iter().map(|entry| copied(entry.next)).collect();
+    let rates = task.states.iter().map(|entry| copied(entry.next)).collect();
     (outputs, rates)
 }
 

@@ -65,7 +65,7 @@ impl Machine {
     /// Sets the states of the laws at the start of a run.
     pub(crate) fn start_laws(&mut self, state: &mut [f64]) {
         if let Some(flow) = &self.flow {
-            let entries = &flow.task.memory;
+            let entries = &flow.task.states;
             state[flow.states.clone()].iter_mut().zip(entries).for_each(|(state, entry)| *state = entry.start);
         }
         self.update(state);

@@ -144,7 +144,7 @@ impl TaskLaw {
     }
 
     fn all_rows(&self) -> Vec<usize> {
-        (0..self.outputs.len() + self.task.memory.len()).collect()
+        (0..self.outputs.len() + self.task.states.len()).collect()
     }
 
     fn block_of<T: Float>(&self) -> TaskBlock<T> {
@@ -159,7 +159,7 @@ impl TaskLaw {
             comes: self.comes.clone(),
             ideal: self.ideal.clone(),
             outputs: vec![0.0; self.outputs.len()],
-            next: vec![0.0; self.task.memory.len()],
+            next: vec![0.0; self.task.states.len()],
             good: vec![f64::NAN; self.sensors.len()],
             sampled: self.clock.is_some(),
             frozen: 0,
@@ -178,11 +178,11 @@ impl Law for TaskLaw {
     }
 
     fn states(&self) -> Vec<String> {
-        self.task.memory.iter().map(|entry| entry.name.clone()).collect()
+        self.task.states.iter().map(|entry| entry.name.clone()).collect()
     }
 
     fn start(&self, _: &[f64], _: &[f64], out: &mut [f64]) {
-        out.iter_mut().zip(&self.task.memory).for_each(|(out, entry)| *out = entry.start);
+        out.iter_mut().zip(&self.task.states).for_each(|(out, entry)| *out = entry.start);
     }
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
@@ -263,7 +263,7 @@ impl Law for TaskLaw {
     fn task(&self) -> Option<&Arc<Task>> {
         use Measured::{Angle, Speed, SpringTorque};
         let of_motion = |sensor: &OutputSignal| matches!(sensor.measured, Angle(_) | Speed(_) | SpringTorque(_));
-        let is_inline = self.clock.is_none() && self.task.memory.is_empty() && self.sensors.iter().all(of_motion);
+        let is_inline = self.clock.is_none() && self.task.states.is_empty() && self.sensors.iter().all(of_motion);
         is_inline.then_some(&self.task)
     }
 
@@ -283,7 +283,7 @@ impl Law for TaskLaw {
         });
         let blocks: Vec<String> =
             task.order.iter().map(|step| format!("{} ({})", step.block, step.kind.replace('_', " "))).collect();
-        let initial_state = ("initial_state", task.memory.iter().map(|entry| vec![entry.start]).collect());
+        let initial_state = ("initial_state", task.states.iter().map(|entry| vec![entry.start]).collect());
         let mut notes = Vec::new();
         if !blocks.is_empty() {
             notes.push(format!("Its blocks compute in this order: {}.", blocks.join(", ")));
@@ -291,7 +291,7 @@ impl Law for TaskLaw {
         notes.push(format!(
             "One sample takes {} operations on {} state variables.",
             self.plan.operations(),
-            task.memory.len()
+            task.states.len()
         ));
         if !self.affine {
             let place = match self.point {

@@ -110,12 +110,12 @@ impl TaskLaw {
                     _ => [1.0, -1.0][(number >> (k % 4)) & 1],
                 };
                 let at = self.beside(inputs, &|k| sign(k) * probe_slope(k));
-                let mut slopes = vec![0.0; columns * (self.outputs.len() + self.task.memory.len())];
+                let mut slopes = vec![0.0; columns * (self.outputs.len() + self.task.states.len())];
                 self.plain_slopes(rows, &at, &mut |row, column, slope| slopes[row * columns + column] = slope);
                 let mut memory = self.plan.memory();
                 memory[..columns].copy_from_slice(&at);
                 let _ = self.plan.block().evaluate(&mut memory);
-                let values = (0..self.outputs.len() + self.task.memory.len()).map(|row| memory[self.plan.place(row)]);
+                let values = (0..self.outputs.len() + self.task.states.len()).map(|row| memory[self.plan.place(row)]);
                 (slopes, values.collect())
             })
             .collect();
@@ -132,7 +132,7 @@ impl TaskLaw {
 
     /// For each output, then for each state, its kinks and its jumps at a point.
     pub(super) fn kinks_among(&self, inputs: &[f64], sides: &[SidesOf]) -> Kinks {
-        let mut out = vec![[Vec::new(), Vec::new()]; self.outputs.len() + self.task.memory.len()];
+        let mut out = vec![[Vec::new(), Vec::new()]; self.outputs.len() + self.task.states.len()];
         for SidesOf { exprs, guards, sides, all } in sides {
             if !all {
                 let [kinks, jumps] = self.rough_among(exprs, inputs);

@@ -58,7 +58,7 @@ impl TaskLaw {
 
     /// The states after the first samples, at which blocks have no earlier one, with these inputs.
     fn settled(&self, read: &[f64]) -> Vec<f64> {
-        let mut remembered: Vec<f64> = self.task.memory.iter().map(|entry| entry.start).collect();
+        let mut remembered: Vec<f64> = self.task.states.iter().map(|entry| entry.start).collect();
         let mut memory = self.plan.memory();
         for _ in 0..if self.clock.is_some() { FIRST } else { 0 } {
             memory[..self.comes.len()].copy_from_slice(read);
@@ -82,7 +82,7 @@ impl TaskLaw {
 
     /// Slopes at these inputs, then states.
     pub(super) fn slopes_among(&self, inputs: &[f64], of_sides: &[SidesOf]) -> LinearLaw {
-        let mut slopes = vec![vec![0.0; self.outputs.len() + self.task.memory.len()]; inputs.len()];
+        let mut slopes = vec![vec![0.0; self.outputs.len() + self.task.states.len()]; inputs.len()];
         let all = self.slopes_of_rows.clone().unwrap_or_else(|| self.all_rows());
         self.plain_slopes(&all, inputs, &mut |row, column, slope| slopes[column][row] = slope);
         for SidesOf { exprs, sides, .. } in of_sides {
@@ -101,7 +101,7 @@ impl TaskLaw {
     fn exact_slopes_among(&self, rows: &[usize], inputs: &[f64], of_sides: &[SidesOf]) -> Option<LinearLaw<Rational>> {
         let (mut graph, symbols) = (self.task.graph.clone(), self.task.inputs());
         let place = Inputs { law: self, symbols: &symbols, values: inputs };
-        let count = self.outputs.len() + self.task.memory.len();
+        let count = self.outputs.len() + self.task.states.len();
         let mut slopes = vec![vec![Rational::ZERO; count]; inputs.len()];
         let is_plain = |row: &usize| !of_sides.iter().any(|sides| sides.exprs.contains(row));
         let plain: Vec<usize> = rows.iter().copied().filter(is_plain).collect();
@@ -137,13 +137,13 @@ impl TaskLaw {
         inputs: &[f64],
         of_sides: &[SidesOf],
     ) -> Option<Arc<LinearLaw<Rational>>> {
-        let is_small = self.clock.is_none() && self.task.memory.len() <= MOST_EXACT;
+        let is_small = self.clock.is_none() && self.task.states.len() <= MOST_EXACT;
         Some(Arc::new(is_small.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
     /// A law with these slopes, of each input over outputs, then over next states.
     fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
-        let (outputs, states, reads) = (self.outputs.len(), self.task.memory.len(), self.comes.len());
+        let (outputs, states, reads) = (self.outputs.len(), self.task.states.len(), self.comes.len());
         // Rows of outputs and of states over the inputs of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
             let mut out = Matrix::<S>::zeros(rows, columns);

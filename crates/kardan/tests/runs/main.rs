@@ -4,6 +4,7 @@
 mod common;
 
 mod accuracy;
+mod backlash;
 mod bent_joint;
 mod bits;
 mod blocks;
@@ -35,7 +36,6 @@ mod motor_limits;
 mod multipliers_and_contacts;
 mod noise;
 mod observer_blocks;
-mod play;
 mod prescribed;
 mod random;
 mod redundant;

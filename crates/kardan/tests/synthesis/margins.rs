@@ -10,7 +10,7 @@ use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues,
 use kardan::results::{Verdict, ZeroPoleEvidence};
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
 use kardan::synthesis::decoupling::characteristic_polynomial;
-use kardan::synthesis::margins::{Response, channel_margins, together};
+use kardan::synthesis::margins::{Response, channel_margins, multiloop_margin};
 use kardan::synthesis::{
     Change, Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
 };
@@ -324,7 +324,7 @@ fn errors_of_all_channels_at_once() {
     ];
     for ([b, c], alpha) in [(two, 0.38190488195509664), (three, 0.3379359157009795)] {
         let response = Response::continuous(&a, &b, &c).expect("finite");
-        let found = together(&response).expect("margins");
+        let found = multiloop_margin(&response).expect("margins");
         assert!(found.disk[0] <= alpha * (1.0 + 1e-5) && alpha <= found.disk[1] * (1.0 + 1e-5), "{found:?} {alpha}");
         assert!(found.disk[1] < 1.002 * found.disk[0], "{found:?}");
         let m = response.at_frequency(found.frequency);

@@ -3,7 +3,7 @@
 
 use faer::{Mat, c64};
 use kardan::num::Matrix;
-use kardan::synthesis::margins::{Response, channel_margins, structured_singular_value, together};
+use kardan::synthesis::margins::{Response, channel_margins, multiloop_margin, structured_singular_value};
 use serde_json::Value;
 
 /// Both sides compute in floating point by other methods, some of theirs on interpolated grids.
@@ -66,7 +66,7 @@ fn gain_and_phase_margins_and_the_distance_from_minus_one_are_those_of_python_co
 fn the_disk_margin_of_two_loops_at_once_is_that_of_python_control() {
     let golden = golden();
     let one = &golden["disk"];
-    let found = together(&system(&one["system"]).feedback_transform().expect("proper")).expect("converges");
+    let found = multiloop_margin(&system(&one["system"]).feedback_transform().expect("proper")).expect("converges");
     let expected = one["disk"].as_f64().expect("a number");
     assert!(found.disk[0] <= expected * (1.0 + TOLERANCE), "{:?}, and {expected} expected", found.disk);
     assert!((found.disk[0] / expected - 1.0).abs() < BRACKET && (found.disk[1] / expected - 1.0).abs() < BRACKET);

@@ -245,7 +245,7 @@ impl Planner<'_> {
         let share = count as f64 / blocks.len() as f64;
         let p = coefficients.len() as f64;
         let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * ln(share);
-        let (sequence, mut points) = self.play(&mut rating, &candidates, &selection.chosen, &limits)?;
+        let (sequence, mut points) = self.simulate_sequence(&mut rating, &candidates, &selection.chosen, &limits)?;
         if sequence.longest() > self.spec.duration {
             return Err(Refusal::TooLong(sequence.longest()));
         }
@@ -363,7 +363,7 @@ impl Planner<'_> {
     }
 
     /// The motion through the candidates chosen, from rest to rest, and when each is measured.
-    fn play(
+    fn simulate_sequence(
         &self,
         rating: &mut Rating,
         candidates: &[Candidate],

@@ -75,7 +75,7 @@ impl Followers {
         for (place, symbols) in of_outputs.iter().enumerate() {
             symbols.iter().for_each(|symbol| outputs.entry(*symbol).or_default().push(place));
         }
-        for (entry, symbols) in task.memory.iter().zip(of_memory) {
+        for (entry, symbols) in task.states.iter().zip(of_memory) {
             symbols.iter().for_each(|symbol| memory.entry(*symbol).or_default().push(entry.symbol));
         }
         Self { memory, outputs }

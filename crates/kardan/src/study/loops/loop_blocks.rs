@@ -138,7 +138,7 @@ fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) 
     };
     let mut rows = Vec::new();
     for (number, task) in tasks.iter().enumerate() {
-        let remembered = |symbol: &Symbol| task.memory.iter().position(|entry| entry.symbol == *symbol);
+        let remembered = |symbol: &Symbol| task.states.iter().position(|entry| entry.symbol == *symbol);
         for (row, (_, expr)) in task.outputs().into_iter().enumerate() {
             let (mut is_driven, mut before) = (false, Vec::new());
             for symbol in task.graph.symbols(&[expr]) {
