@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, quoted};
 
 use crate::fault;
-use crate::files;
-use crate::output::{prepare_folder, reason, save_in, stays};
+use crate::files::{self, reason};
+use crate::output::{prepare_folder, save_in, stays};
 use crate::render::note;
 
 /// A writable folder.

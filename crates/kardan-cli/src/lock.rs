@@ -7,7 +7,8 @@ use kardan::diagnostics::Diagnostic;
 use kardan::study::Shard;
 
 use crate::fault;
-use crate::output::{reason, stays};
+use crate::files::reason;
+use crate::output::stays;
 
 /// The lock: exclusive for a sweep, shared for a shard.
 const LOCK: &str = ".kardan-lock";

@@ -12,12 +12,12 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use kardan::diagnostics::Diagnostic;
 use kardan_report::Page;
 
 use crate::fault;
+use crate::files::{identity, is_read, reason};
 use crate::render::{note, stderr};
 
 /// Symbolic links that lead to one another.
@@ -58,63 +58,6 @@ pub fn quoted_for_shell(text: &str) -> String {
         true => text.into(),
         false => format!("'{}'", text.replace('\'', "'\\''")),
     }
-}
-
-/// An error of the operating system in a few words.
-pub fn reason(error: &io::Error) -> String {
-    match error.kind() {
-        ErrorKind::NotFound => "no such file or directory".into(),
-        ErrorKind::PermissionDenied => "permission denied".into(),
-        ErrorKind::StorageFull => "no space left on the device".into(),
-        ErrorKind::QuotaExceeded => "the disk quota is used up".into(),
-        ErrorKind::FileTooLarge => "the file would be larger than the system allows".into(),
-        ErrorKind::ReadOnlyFilesystem => "the file system is read-only".into(),
-        ErrorKind::NotADirectory => "a part of the path is not a directory".into(),
-        ErrorKind::IsADirectory => "it is a directory".into(),
-        ErrorKind::InvalidFilename => "the name is too long or not allowed there".into(),
-        _ => error.to_string(),
-    }
-}
-
-/// The identity of a file, independent of its name.
-#[cfg(unix)]
-type Identity = (u64, u64);
-#[cfg(not(unix))]
-type Identity = PathBuf;
-
-#[cfg(unix)]
-fn identity(path: &Path) -> Option<Identity> {
-    use std::os::unix::fs::MetadataExt;
-    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|metadata| (metadata.dev(), metadata.ino()))
-}
-
-#[cfg(not(unix))]
-fn identity(path: &Path) -> Option<Identity> {
-    fs::canonicalize(path).ok().filter(|path| path.is_file())
-}
-
-/// The files that this command reads, with their names.
-static READ: Mutex<Vec<(Identity, PathBuf)>> = Mutex::new(Vec::new());
-
-/// Records that this command reads a file: no output overwrites it.
-pub fn protect(path: &Path) {
-    let found = identity(path).map(|identity| (identity, path.to_owned()));
-    READ.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
-}
-
-/// The command restarts: no file has been read.
-pub fn begin() {
-    READ.lock().unwrap_or_else(PoisonError::into_inner).clear();
-}
-
-/// The paths of the files that this command has read.
-pub fn read_paths() -> Vec<PathBuf> {
-    READ.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|(_, path)| path.clone()).collect()
-}
-
-fn is_read(path: &Path) -> bool {
-    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    identity(path).is_some_and(|own| read.iter().any(|(identity, _)| *identity == own))
 }
 
 /// Creates the folder if missing, and checks that it is writable; removes leftovers of killed runs.

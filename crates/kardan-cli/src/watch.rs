@@ -9,7 +9,7 @@ use kardan::diagnostics::Diagnostic;
 use kardan::model::builtin;
 
 use crate::exit::exit_code;
-use crate::output::{begin, read_paths};
+use crate::files::{begin, read_paths};
 use crate::render::note;
 use crate::stop;
 

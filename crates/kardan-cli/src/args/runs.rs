@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use kardan::study::Settings;
 
 use super::shared_options::{Changes, Format, Limits, RunMethod, relative_tolerance};
 
@@ -68,6 +69,21 @@ pub struct RunArgs {
     pub limits: Limits,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+impl RunArgs {
+    /// What is run and how; rows of a sweep replace the variants.
+    pub fn settings(&self) -> Settings {
+        let of_file = self.variants_from.is_none();
+        Settings {
+            variants: if of_file { self.variants.clone() } else { Vec::new() },
+            faults: self.faults.clone(),
+            force: self.force,
+            runs_only: self.runs_only,
+            method: self.method.into(),
+            tolerance: self.tolerance,
+        }
+    }
 }
 
 /// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, driven by an excitation that

@@ -1,6 +1,7 @@
 //! Options that several commands have: replaced values, limits, how runs are integrated, how tables are written.
 
 use clap::{Args, ValueEnum};
+use kardan::simulate::Method;
 use kardan::units::parse_number;
 
 /// How runs are integrated.
@@ -16,6 +17,17 @@ pub enum RunMethod {
     /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; others by radau where the rates
     /// at the start show that this takes less time, else by taylor. The effort table names the method used.
     Automatic,
+}
+
+impl From<RunMethod> for Method {
+    fn from(choice: RunMethod) -> Self {
+        match choice {
+            RunMethod::Automatic => Self::Automatic,
+            RunMethod::Taylor => Self::Taylor,
+            RunMethod::Dop853 => Self::Dop853,
+            RunMethod::Radau => Self::Radau,
+        }
+    }
 }
 
 /// A number, written as in model files.

@@ -11,7 +11,7 @@ use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBen
 use kardan_report as report;
 
 use super::identify::logs as opened;
-use super::run::table;
+use super::run_files::table;
 use crate::args::{BenchArgs, Format, Limits};
 use crate::exit::{DONE, ERROR};
 use crate::folder::{Folder, note_moved_files};

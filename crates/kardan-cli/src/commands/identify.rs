@@ -13,9 +13,9 @@ use kardan_report as report;
 
 use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
-use crate::files::{self, expect_plain};
+use crate::files::{self, expect_plain, protect, reason};
 use crate::input;
-use crate::output::{note_saved_file, prepare_files, print, protect, reason, render_text, save_over, save_page};
+use crate::output::{note_saved_file, prepare_files, print, render_text, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::source::Source;

@@ -12,8 +12,8 @@ use kardan::study::{Shard, SweepPlan};
 
 use super::model_store::{models_of, path_of_model, stored_model};
 use crate::args::SweepArgs;
-use crate::files;
-use crate::output::{reason, save_in};
+use crate::files::{self, reason};
+use crate::output::save_in;
 use crate::render::note;
 
 /// Names of files of rows.

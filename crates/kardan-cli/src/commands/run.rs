@@ -1,33 +1,18 @@
 //! `kardan run`: the study of a model file, its tables, plots and report.
 
-use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use kardan::diagnostics::{Diagnostic, Severity};
-use kardan::export::{self, Files};
-use kardan::project::Project;
-use kardan::results::{Outcome, Run, RunVerdict, Study};
-use kardan::simulate::Method;
-use kardan::study;
-use kardan::study::{Part, Settings};
-use kardan_report as report;
-use rayon::prelude::*;
+use kardan::diagnostics::Severity;
+use kardan::study::{self, Part};
 
-use super::model_store::stored_model;
-use crate::args::{Format, RunArgs, RunMethod};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
-use crate::files;
-use crate::folder::{Folder, note_moved_files};
+use super::rerun::rows_again;
+use super::run_files::report_result;
+use crate::args::RunArgs;
+use crate::exit::{ERROR, exit_code};
+use crate::folder::Folder;
 use crate::input;
-use crate::output::{likely_columns, print, reason, render_summary, render_text, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
-use crate::stop;
-
-/// Lines of what is printed without `--verbose`, the files included.
-const SUMMARY_LINES: usize = 60;
-/// More files of one kind are counted.
-const MOST_LISTED_FILES: usize = 4;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
@@ -39,21 +24,11 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
     }
     render::show(Some(&source), &model_diagnostics);
-    let mut settings = Settings {
-        variants: args.variants.clone(),
-        faults: args.faults.clone(),
-        force: args.force,
-        runs_only: args.runs_only,
-        method: method(args.method),
-        tolerance: args.tolerance,
-    };
+    let settings = args.settings();
     let project = match &args.variants_from {
         None => project,
-        Some(rows) => {
-            let again = rows_again(&project, rows, args, &settings);
-            settings.variants.clear();
-            again.map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?
-        }
+        Some(rows) => rows_again(&project, rows, args, &settings)
+            .map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?,
     };
     let folder = Arc::new(Mutex::new(Folder::prepare(&args.out)?));
     let origin = source.to_string();
@@ -71,159 +46,4 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         Failure { source: Some(source.clone()), diagnostics }
     })?;
     report_result(&study, &folder, args, &origin, quiet)
-}
-
-/// The model with rows of a file in place of its variants.
-fn rows_again(project: &Project, path: &Path, args: &RunArgs, settings: &Settings) -> Result<Project, Vec<Diagnostic>> {
-    let shown = path.display();
-    let read = files::read(path).map_err(|error| reason(&error)).and_then(export::rows_of_any_sweep);
-    let (identity, mut rows) = read.map_err(|why| {
-        let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
-        vec![Diagnostic::error("sweep::rerun", format!("`{shown}`: {why}")).help(help)]
-    })?;
-    let was = path.parent().and_then(|folder| stored_model(folder, &identity));
-    if let Some(difference) = project.other_model(&identity, was.as_deref()) {
-        let help = "run with their original model, `--set`, and version of kardan";
-        let message = format!("the rows of `{shown}` are of another sweep: {difference}");
-        return Err(vec![Diagnostic::error("sweep::rerun", message).help(help)]);
-    }
-    let (samples, variants) = (&args.samples, &args.variants);
-    let has_row = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
-    if let Some(missing) = samples.iter().find(|sample| !has_row(sample)) {
-        let ends = rows.iter().map(|row| row.sample);
-        let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
-        let message = format!("`{shown}` has no sample {missing}: it has those from {first} to {last}");
-        return Err(vec![
-            Diagnostic::error("sweep::rerun", message).help("name another sample, or another file of rows"),
-        ]);
-    }
-    rows.retain(|row| {
-        (samples.is_empty() || samples.contains(&row.sample))
-            && (variants.is_empty() || variants.contains(&row.variant))
-    });
-    project.rows_again(&identity, &rows, settings)
-}
-
-/// Writes and prints the results, complete or partial.
-fn report_result(
-    study: &Study,
-    folder: &Mutex<Folder>,
-    args: &RunArgs,
-    origin: &str,
-    quiet: bool,
-) -> Result<u8, Failure> {
-    let mut folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
-    let page = match args.no_report {
-        false => report::study(study),
-        true => report::study_text(study),
-    };
-    let (files, mut problems) = write(study, &page, &mut folder, args);
-    // If a file could not be written, files of an earlier run may be the only ones.
-    let finished = if problems.is_empty() { folder.finish("run") } else { Ok(Vec::new()) };
-    let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
-    render::show(None, &problems);
-    if args.json {
-        print(&(export::json(study, &files) + "\n"))?;
-    } else {
-        let mut paths = format_saved_files(&files, args.verbose);
-        files.report.iter().for_each(|report| paths += &likely_columns(report));
-        let text = match args.verbose {
-            true => render_text(&page, origin),
-            false => render_summary(&report::summary(study), origin, SUMMARY_LINES - 1 - paths.lines().count()),
-        };
-        print(&(text + "\n" + &render::visible(&paths)))?;
-    }
-    note_moved_files(&gone, quiet);
-    // A signal after all files are written has no effect.
-    let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
-    let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
-    missing.iter().for_each(|warning| render::note(warning));
-    Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
-}
-
-/// The files that were written, one line each; of more tables or plots than a few their number.
-fn format_saved_files(files: &Files, all: bool) -> String {
-    let list = |paths: Vec<&String>, what: &str| match &paths[..] {
-        [first, .., last] if paths.len() > MOST_LISTED_FILES && !all => {
-            format!("wrote {} {what}: {first} … {last}\n", paths.len())
-        }
-        _ => paths.iter().map(|path| format!("wrote {path}\n")).collect(),
-    };
-    let tables = list(files.runs.iter().flatten().collect(), "tables");
-    let other_files = list(files.figures.iter().chain(&files.report).collect(), "files");
-    tables + &other_files + &list(files.plots.iter().collect(), "plots")
-}
-
-/// Writes all files that can be written, tables first; returns those that could not.
-fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
-    let mut files = Files::default();
-    let mut problems = Vec::new();
-    let tables: Vec<_> = study.runs.par_iter().map(|run| table(&study.model.name, run, args.format)).collect();
-    for (run, table) in study.runs.iter().zip(tables) {
-        let saved = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
-        files.runs.push(saved.map_err(|problem| problems.push(problem)).into_iter().collect());
-    }
-    if let Some(figures) = export::figures_csv(study) {
-        let mut name = String::from("figures");
-        while study.runs.iter().any(|run| run.name.eq_ignore_ascii_case(&name)) {
-            name.push('_');
-        }
-        match folder.write(&name, "csv", figures.as_bytes()) {
-            Ok(path) => files.figures = Some(path),
-            Err(problem) => problems.push(problem),
-        }
-    }
-    if !args.no_report {
-        let drawing = report::mechanism(&study.model.mechanism);
-        for (name, svg) in drawing.iter().map(|svg| ("mechanism", svg.as_str())).chain(page.plots()) {
-            match folder.write(name, "svg", svg.as_bytes()) {
-                Ok(path) => files.plots.push(path),
-                Err(problem) => problems.push(problem),
-            }
-        }
-        let (extension, text) = shown(page, args.markdown);
-        match folder.write("report", extension, text.as_bytes()) {
-            Ok(path) => files.report = Some(path),
-            Err(problem) => problems.push(problem),
-        }
-    }
-    files.unwritten = problems.iter().map(|problem| problem.message.clone()).collect();
-    (files, problems)
-}
-
-/// The signals of a run in a format: extension and bytes.
-pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static str, Vec<u8>), Diagnostic> {
-    match format {
-        Format::Csv => Ok(("csv", export::csv(run))),
-        Format::Parquet => export::parquet(model, run).map(|bytes| ("parquet", bytes)).map_err(|error| {
-            Diagnostic::error("export::parquet", format!("cannot make a Parquet file of `{}`: {error}", run.name))
-        }),
-        Format::Mat => export::mat(&run.series).map(|bytes| ("mat", bytes)).ok_or_else(|| {
-            let message =
-                format!("`{}` is too long for a MAT file of version 5, which allows 2 GiB per variable", run.name);
-            Diagnostic::error("export::mat", message).help("use another format, such as parquet")
-        }),
-        Format::Mdf => Ok(("mf4", export::mdf(&[(&run.name, &run.series)]))),
-    }
-}
-
-fn verdict(runs: &[Run], strict: bool) -> u8 {
-    let doubted = strict && runs.iter().any(|run| run.verdict() == RunVerdict::Doubtful);
-    if runs.iter().any(|run| run.outcome != Outcome::Completed) {
-        ERROR
-    } else if doubted || runs.iter().flat_map(|run| &run.requirements).any(|requirement| !requirement.passed) {
-        REQUIREMENT_FAILED
-    } else {
-        DONE
-    }
-}
-
-/// How runs are integrated.
-pub(super) fn method(choice: RunMethod) -> Method {
-    match choice {
-        RunMethod::Automatic => Method::Automatic,
-        RunMethod::Taylor => Method::Taylor,
-        RunMethod::Dop853 => Method::Dop853,
-        RunMethod::Radau => Method::Radau,
-    }
 }

@@ -15,15 +15,12 @@ use super::model_store::store_model;
 use super::rows::{
     Unusable, files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest,
 };
-use super::run::method;
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
-use crate::files;
+use crate::files::{self, reason};
 use crate::input;
 use crate::lock::Lock;
-use crate::output::{
-    note_saved_file, prepare_folder, print, quoted_for_shell, reason, render_text, save_in, shown, stays,
-};
+use crate::output::{note_saved_file, prepare_folder, print, quoted_for_shell, render_text, save_in, shown, stays};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
@@ -248,7 +245,7 @@ fn full_runs(
 
 /// The sweep.
 pub fn settings(args: &SweepArgs) -> SweepSettings {
-    let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
+    let run = Settings { method: args.method.into(), tolerance: args.tolerance, ..Settings::default() };
     let (variants, goal) = (args.variants.clone(), goal(args));
     let most_steps = usize::try_from(args.limits.max_steps).ok();
     SweepSettings { samples: args.samples, seed: args.seed, variants, run, most_steps, goal, lanes: None }
@@ -281,7 +278,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     };
     let bytes = files::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unmerged(first, &why, DAMAGED))?;
-    let run = Settings { method: method(args.method), tolerance: args.tolerance, ..Settings::default() };
+    let run = Settings { method: args.method.into(), tolerance: args.tolerance, ..Settings::default() };
     let options = SweepSettings {
         samples: Some(samples),
         seed: Some(seed),

@@ -29,10 +29,10 @@ use super::rows::{files_of_rows, is_whole, own_files, path_of_manifest, removed,
 use super::sweep::{merge, prepared_folder, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
-use crate::files;
+use crate::files::{self, reason};
 use crate::input;
 use crate::lock::Lock;
-use crate::output::{prepare_folder_in, print, quoted_for_shell, reason, save_in, stays};
+use crate::output::{prepare_folder_in, print, quoted_for_shell, save_in, stays};
 use crate::render::{Failure, note};
 use crate::stop;
 

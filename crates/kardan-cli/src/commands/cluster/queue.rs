@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use kardan::diagnostics::Diagnostic;
 
 use crate::args::Target;
-use crate::output::reason;
+use crate::files::reason;
 
 /// The interface to a scheduler.
 pub struct Queue {
