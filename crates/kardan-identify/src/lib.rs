@@ -27,7 +27,7 @@ pub use distribution::{normal_quantile, student_quantile, two_sided_normal};
 pub use errors::Errors;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
-pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
+pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_statistics};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Motion, Regressor, Variances};
 pub use samples::{Room, Samples, Steadiness, Where, steady_segments};

@@ -2,7 +2,7 @@
 
 mod leverage;
 mod options;
-mod residual_tests;
+mod residual_statistics;
 mod robust;
 mod serial;
 mod solution;
@@ -11,7 +11,7 @@ mod stribeck_speed;
 mod whitened;
 
 pub use options::{FitOptions, Loss, Shape};
-pub use residual_tests::{Test, TestKind, residual_tests};
+pub use residual_statistics::{Test, TestKind, residual_statistics};
 
 use super::Samples;
 use super::distribution::{fisher_tail, student_quantile};

@@ -28,7 +28,8 @@ pub use bench::{
 pub use check::effort::{Effort, MANY_STEPS, expected_effort};
 pub use design::designs::{DesignSettings, design};
 pub use design::robustness::ToleranceBox;
-pub use equations::forms::{EquationsForm, equations};
+pub use equations::form::EquationsForm;
+pub use equations::forms::equations;
 pub use identification::{IdentifySettings, LogFile, identify, write_values};
 pub use loops::blocks::{listed_blocks, signal_graph};
 pub use loops::margins::overrule;

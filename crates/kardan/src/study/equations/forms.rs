@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use crate::study::check::redundant_torques::redundancy_notes;
-use crate::study::equations::latex_lines::{aligned, one_line};
+use crate::study::equations::form::{EquationsForm, kinds};
+use crate::study::equations::latex_lines::{aligned, index, one_line};
 use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
-use crate::study::equations::symbolic::index;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
@@ -19,17 +19,6 @@ use kardan_mechanics::reduce::{Kinematics, LinearModel, Motion, Reduced, is_line
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 use kardan_schema::diagnostics::Diagnostic;
-
-/// How equations are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EquationsForm {
-    /// Lines for a terminal.
-    Text,
-    /// For a document.
-    Latex,
-    /// The list of operations that evaluates them ([`kardan_expr::plan`]).
-    Plan,
-}
 
 /// The reduced equations of motion `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` of the first variant, with its constraints,
 /// friction, and the warnings of the file.
@@ -363,29 +352,6 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         table(&model.coordinates, columns, &matrix, &mut out);
     }
     out
-}
-
-/// The kind of the coordinates of a model.
-pub(in crate::study) struct CoordinateKind {
-    pub(in crate::study) plural: &'static str,
-    pub(in crate::study) count: usize,
-    pub(in crate::study) units: &'static str,
-}
-
-/// The kinds of coordinates in the model, in a fixed order.
-pub(in crate::study) fn kinds(variant: &PreparedVariant) -> Vec<CoordinateKind> {
-    let domains = &variant.reduced.equations.domains;
-    let kinds = [
-        (Domain::Rotation, "shafts", "angles in rad, torques in N m"),
-        (Domain::Translation, "masses", "positions in m, forces in N"),
-        (Domain::Charge, "charges", "charges in C, voltages in V"),
-        (Domain::Number, "states of first order", "their integrals in s"),
-    ];
-    let kind = |(domain, plural, units)| {
-        let count = domains.iter().filter(|candidate| **candidate == domain).count();
-        CoordinateKind { plural, count, units }
-    };
-    kinds.into_iter().map(kind).filter(|kind| kind.count > 0).collect()
 }
 
 /// The kind of a coordinate, by its name.

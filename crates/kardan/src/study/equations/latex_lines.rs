@@ -135,6 +135,16 @@ pub(in crate::study) fn aligned(equations: &[(String, String)]) -> String {
     format!("\\begin{{align*}}\n{}\n\\end{{align*}}\n", lines.join(" \\\\\n"))
 }
 
+/// A name as an index.
+pub(in crate::study) fn index(name: &str) -> String {
+    format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
+}
+
+/// A name without characters that have a meaning in a formula.
+pub(in crate::study) fn word(name: &str) -> String {
+    name.replace(['-', '.'], "_")
+}
+
 #[cfg(test)]
 #[path = "../../../tests/unit/study/equations/latex_lines.rs"]
 mod tests;

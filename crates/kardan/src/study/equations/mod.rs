@@ -1,5 +1,6 @@
 //! The equations of motion as text.
 
+pub(super) mod form;
 pub(super) mod forms;
 pub(super) mod latex_lines;
 pub(super) mod multiplier_equations;

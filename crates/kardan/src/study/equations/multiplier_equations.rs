@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::study::PreparedVariant;
-use crate::study::equations::symbolic::index;
+use crate::study::equations::latex_lines::index;
 use kardan_expr::expr::{Expr, OfTime, Style, parenthesised, printed};
 use kardan_math::num::rational_to_f64;
 use kardan_mechanics::equations::{Domain, MultiplierLaw};

@@ -15,7 +15,9 @@ use super::request::{FitRequest, Method};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
-use kardan_identify::{Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_tests};
+use kardan_identify::{
+    Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
+};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -419,7 +421,7 @@ impl<'a> Search<'a> {
     /// Tests that reject a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
         let all: Vec<usize> = (0..tried.samples.len()).collect();
-        let tests = residual_tests(&tried.samples, &all, &tried.fit).into_iter();
+        let tests = residual_statistics(&tried.samples, &all, &tried.fit).into_iter();
         tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
     }
 

@@ -7,7 +7,7 @@ use super::fitted::{Fitted, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
-use kardan_identify::{Loss, TestKind, residual_tests};
+use kardan_identify::{Loss, TestKind, residual_statistics};
 use kardan_math::num::{Rational, dot, rational_to_f64};
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_results::signal_name;
@@ -179,7 +179,7 @@ fn meaning(test: TestKind, loss: Loss) -> &'static str {
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
     let (rows, speeds) = (fitted.row_names(), fitted.plant.speed_names());
-    residual_tests(fitted.samples, &chosen, fitted.fit)
+    residual_statistics(fitted.samples, &chosen, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
             hypothesis: test_name(test.what, &rows, &speeds),

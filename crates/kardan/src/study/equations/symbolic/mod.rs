@@ -5,8 +5,8 @@ mod page;
 mod unilateral;
 
 use self::names::Names;
-pub(in crate::study) use self::names::index;
-use crate::study::equations::forms::EquationsForm;
+use crate::study::equations::form::EquationsForm;
+use crate::study::equations::latex_lines::index;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
 use kardan_math::units::{Dimension, Exact, Expression};

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use crate::study::equations::latex_lines::{index, word};
 use kardan_expr::expr::parenthesised;
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
@@ -280,11 +281,6 @@ fn enclosed(text: &str, latex: bool) -> String {
     if latex { parenthesised(text) } else { format!("({text})") }
 }
 
-/// A name without characters that have a meaning in a formula.
-pub(super) fn word(name: &str) -> String {
-    name.replace(['-', '.'], "_")
-}
-
 /// An unused name.
 fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
     let more = (2..).map(|k| format!("{preferred}_{k}"));
@@ -292,11 +288,6 @@ fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
     let name = free.unwrap_or_default();
     used_names.insert(name.clone());
     name
-}
-
-/// A name as an index.
-pub(in crate::study) fn index(name: &str) -> String {
-    format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
 }
 
 /// A letter with an index; digits at its end belong to the index.

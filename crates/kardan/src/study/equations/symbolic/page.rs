@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use super::names::{index, word};
 use crate::study::PreparedVariant;
-use crate::study::equations::forms::kinds;
-use crate::study::equations::latex_lines::{LINE, aligned, one_line, width};
+use crate::study::equations::form::kinds;
+use crate::study::equations::latex_lines::{LINE, aligned, index, one_line, width, word};
 use kardan_results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
 
 /// Lists of formulas under their titles; empty ones are left out.

@@ -1,6 +1,7 @@
 //! Multiplier constraints, unilateral and switched constraints, and prescribed motions in symbolic equations.
 
-use super::names::{Names, index, word};
+use super::names::Names;
+use crate::study::equations::latex_lines::{index, word};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::MultiplierConstraint;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};

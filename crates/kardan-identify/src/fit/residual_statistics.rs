@@ -34,7 +34,7 @@ pub enum TestKind {
 const BINS: usize = 10;
 
 /// Tests of the residuals of a fit on its own samples.
-pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
+pub fn residual_statistics(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
     let corrected = fit.corrected(samples);
     let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen);
     fit.row_factors.iter().for_each(|lower| data.divide(lower));
