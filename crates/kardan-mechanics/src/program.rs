@@ -95,8 +95,8 @@ pub struct Entry {
 
 /// An output of a task.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TaskAnswer {
-    /// Its name outside: that of a block, `block.answer`, or of a commanded input.
+pub struct TaskOutput {
+    /// Its name outside: that of a block, `block.output`, or of a commanded input.
     pub name: String,
     /// Its dimension.
     pub dimension: Dimension,
@@ -122,7 +122,7 @@ impl Task {
 
     /// Its outputs, then the next states, with names.
     pub fn outputs(&self) -> Vec<(String, Expr)> {
-        let outputs = self.outputs.iter().map(|answer| (answer.name.clone(), answer.value));
+        let outputs = self.outputs.iter().map(|output| (output.name.clone(), output.value));
         let next = self.states.iter().enumerate().map(|(k, entry)| (format!("next.{k}"), entry.next));
         outputs.chain(next).collect()
     }
@@ -152,7 +152,7 @@ pub struct Task {
     /// Its states.
     pub states: Vec<Entry>,
     /// Its outputs.
-    pub outputs: Vec<TaskAnswer>,
+    pub outputs: Vec<TaskOutput>,
     /// Those of its inputs and states that move with the controlled plant; the rest counts, measures time or switches.
     pub moving: Vec<Symbol>,
     /// The names in its commands as they are written, sorted; empty for blocks.

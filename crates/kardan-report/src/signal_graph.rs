@@ -28,7 +28,7 @@ enum Place<'a> {
 
 /// The owner of a name.
 fn place<'a>(nodes: &'a [SignalNode], name: &'a str) -> Place<'a> {
-    let own = |node: &SignalNode| node.kind != "program" && node.outputs.iter().any(|answer| answer.name == name);
+    let own = |node: &SignalNode| node.kind != "program" && node.outputs.iter().any(|output| output.name == name);
     nodes.iter().position(own).map_or(Place::Outside(name), Place::Node)
 }
 
@@ -157,9 +157,9 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
 /// The graph of the signals of a model: drawn, and as a table.
 pub(super) fn body(nodes: &[SignalNode]) -> Body {
     let rows = nodes.iter().map(|node| {
-        let outputs = node.outputs.iter().map(|answer| match answer.unit.is_empty() {
-            true => answer.name.clone(),
-            false => format!("{} [{}]", answer.name, answer.unit),
+        let outputs = node.outputs.iter().map(|output| match output.unit.is_empty() {
+            true => output.name.clone(),
+            false => format!("{} [{}]", output.name, output.unit),
         });
         let outputs: Vec<String> = outputs.collect();
         row![&node.name, node.kind.replace('_', " "), when(node), node.order, outputs.join(", "), node.reads.join(", ")]

@@ -15,7 +15,7 @@ pub struct SignalNode {
     /// Its position among those that compute at the same samples, from 1; laws compute after blocks.
     pub order: usize,
     /// Its outputs or commands.
-    pub outputs: Vec<SignalAnswer>,
+    pub outputs: Vec<SignalOutput>,
     /// Its inputs: outputs of others, sensors, coordinates, references, functions of time.
     pub reads: Vec<String>,
     /// Outputs of others with direct feedthrough to its own at the same sample.
@@ -24,7 +24,7 @@ pub struct SignalNode {
 
 /// An output.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct SignalAnswer {
+pub struct SignalOutput {
     /// Its name, by which others read it.
     pub name: String,
     /// Its unit, empty for a number.

@@ -233,11 +233,11 @@ impl<'g> BlockBuilder<'g> {
 
     /// Its outputs.
     pub fn output(&mut self, value: Traced<'g>, dimension: Dimension) {
-        self.answer_as("", value, dimension);
+        self.output_as("", value, dimension);
     }
 
     /// An additional output.
-    pub fn answer_as(&mut self, name: &str, value: Traced<'g>, dimension: Dimension) {
+    pub fn output_as(&mut self, name: &str, value: Traced<'g>, dimension: Dimension) {
         self.outputs.push(BlockOutput { name: name.into(), value, dimension });
     }
 

@@ -400,12 +400,12 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (now, next) = entries.split_at(states.len());
     builder.next(first, next);
     for ((name, _, dimension), value) in states.iter().zip(now) {
-        builder.answer_as(name, *value, *dimension);
+        builder.output_as(name, *value, *dimension);
     }
     for (k, ((.., dimension), name)) in measured.iter().zip(&outputs).enumerate() {
         let row = c.iter().skip(k * states.len());
         let prediction = row.zip(now).fold(BlockBuilder::zero(), |sum, (c, x)| sum + *c * *x);
-        builder.answer_as(name, deviations[k] - prediction, *dimension);
+        builder.output_as(name, deviations[k] - prediction, *dimension);
     }
     Ok(())
 }

@@ -101,7 +101,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let since = builder.states[first + 1].symbol;
     builder.output(now, Dimension::NONE);
     // When a sample begins: guards may read it.
-    builder.answer_as(SINCE, (since + BlockBuilder::one()) * h, Dimension::TIME);
+    builder.output_as(SINCE, (since + BlockBuilder::one()) * h, Dimension::TIME);
     let half = BlockBuilder::one() / Traced::whole(2);
     // Of each state 1, else 0: |state − k| < 1/2.
     let is = |k: usize| {
@@ -110,7 +110,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         away.select(half, BlockBuilder::one(), BlockBuilder::zero())
     };
     for (k, name) in states.iter().enumerate() {
-        builder.answer_as(name, is(k), Dimension::NONE);
+        builder.output_as(name, is(k), Dimension::NONE);
     }
     for List { name, values, .. } in &outputs {
         let value = |(value, _): &(Exact, Dimension)| builder.exact(value);
@@ -119,7 +119,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             .enumerate()
             .skip(1)
             .fold(value(&values[0]), |so_far, (k, different)| half.select(is(k), value(different), so_far));
-        builder.answer_as(name, chosen, values[0].1);
+        builder.output_as(name, chosen, values[0].1);
     }
     Ok(())
 }

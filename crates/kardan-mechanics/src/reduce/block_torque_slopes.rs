@@ -41,14 +41,14 @@ impl<'a> BlockFormula<'a> {
     }
 
     /// Values of expressions at time zero, with given block outputs.
-    fn at(&self, exprs: &[Expr], answer: &dyn Fn(&str) -> f64) -> Vec<f64> {
+    fn at(&self, exprs: &[Expr], output: &dyn Fn(&str) -> f64) -> Vec<f64> {
         let Motion { graph, symbols, timed, .. } = &self.motion;
         let begin: Vec<f64> = timed.values(0.0).collect();
         let time_symbols = timed.symbols(graph);
         let of = |symbol: Symbol| {
             let block = timed.blocks.iter().find(|(_, own)| graph.symbol_of(*own) == Some(symbol));
             if let Some((name, _)) = block {
-                return answer(name);
+                return output(name);
             }
             let moving = self.numeric.angles.iter().chain(&self.numeric.speeds);
             match symbols.iter().position(|own| *own == symbol) {
@@ -69,12 +69,12 @@ pub fn reads_blocks(formula: &Formula) -> bool {
 ///
 /// # Panics
 /// If the point has not one entry per coordinate.
-pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(&str) -> f64) -> Vec<BlockTorque> {
+pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<BlockTorque> {
     if !reduced.equations.laws.iter().any(|law| reads_blocks(&law.value)) {
         return Vec::new();
     }
-    let of = |answer| law_slopes_with(reduced, point, &reads_blocks, answer);
-    let slopes = of(Some(answer)).into_iter().zip(of(None));
+    let of = |output| law_slopes_with(reduced, point, &reads_blocks, output);
+    let slopes = of(Some(output)).into_iter().zip(of(None));
     let more = |with: &SparseRow, base: &SparseRow| -> Vec<(usize, f64)> {
         let mut sum: BTreeMap<usize, Rational> = with.iter().cloned().collect();
         base.iter().for_each(|(place, x)| *sum.entry(*place).or_default() -= x);
@@ -96,7 +96,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(
 ///
 /// # Panics
 /// As [`block_torques`].
-pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(&str) -> f64) -> Vec<String> {
+pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<String> {
     let free = unconstrained(reduced);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(&point.position, &point.rates);
@@ -106,7 +106,7 @@ pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, answer: &dyn Fn(&s
     });
     let engaged = |(element, formula): (&String, &Arc<Formula>)| {
         let formula_motion = BlockFormula::new(&free, formula, &numeric);
-        (formula_motion.at(&[formula_motion.value], answer)[0] > 0.5).then(|| element.clone())
+        (formula_motion.at(&[formula_motion.value], output)[0] > 0.5).then(|| element.clone())
     };
     locks.filter_map(engaged).collect()
 }

@@ -213,8 +213,8 @@ impl RestPoint {
 impl Place for RestPoint {
     fn place(&self, symbol: Symbol) -> Option<usize> {
         let moving = self.symbols.iter().position(|own| *own == symbol).filter(|place| *place < 2 * self.basis.len());
-        let answer = || self.outputs.iter().position(|(own, _)| *own == symbol);
-        moving.or_else(|| Some(2 * self.basis.len() + answer()?))
+        let output = || self.outputs.iter().position(|(own, _)| *own == symbol);
+        moving.or_else(|| Some(2 * self.basis.len() + output()?))
     }
 
     fn exact(&self, symbol: Symbol) -> Option<Surd> {
@@ -293,7 +293,7 @@ pub fn law_slopes_with(
     reduced: &Reduced,
     point: &OperatingPoint,
     which: &dyn Fn(&Formula) -> bool,
-    answer: Option<&dyn Fn(&str) -> f64>,
+    output: Option<&dyn Fn(&str) -> f64>,
 ) -> Vec<LawSlopes> {
     let equations = &reduced.equations;
     if equations.laws.is_empty() {
@@ -301,13 +301,13 @@ pub fn law_slopes_with(
     }
     let free = unconstrained(reduced);
     // Block outputs are symbols where they are given, and functions of time with them.
-    let mut motion = if answer.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
+    let mut motion = if output.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut rest_point = RestPoint::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in equations.laws.iter().filter(|law| which(&law.value)) {
         let torque = motion.formula(&free, &term.value);
         let blocks = || motion.timed.blocks.iter();
-        let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, answer?(name)));
+        let symbol = |(name, own): &(String, Expr)| Some((motion.graph.symbol_of(*own)?, output?(name)));
         rest_point.outputs = blocks().filter_map(symbol).collect();
         rest_point.fixed = motion.timed.symbols(&motion.graph).into_iter().zip(motion.timed.values(0.0)).collect();
         let names: Vec<String> = blocks().map(|(name, _)| name.clone()).collect();

@@ -122,7 +122,7 @@ impl Motion {
     }
 
     /// Substitutes the block outputs at every instant for their symbols.
-    pub fn answer(&mut self, outputs: Vec<(String, Expr)>) {
+    pub fn output(&mut self, outputs: Vec<(String, Expr)>) {
         let (graph, timed) = (&mut self.graph, &mut self.timed);
         let value = |name: &str| outputs.iter().find(|(candidate, _)| candidate == name).map(|(_, value)| *value);
         let substitutions: Vec<(Symbol, Expr)> =

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use kardan_expr::expr::{Expr, Graph, Lookup, OfTime, Symbol};
 use kardan_math::names::{HasName, NamedList};
 use kardan_math::units::{Dimension, Exact, UnitError};
-use kardan_mechanics::program::{AS_READ, KeyRule, Looked, Read, TableCall, Task, TaskAnswer};
+use kardan_mechanics::program::{AS_READ, KeyRule, Looked, Read, TableCall, Task, TaskOutput};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use kardan_schema::entries::Place;
@@ -46,7 +46,7 @@ pub struct Programs {
 
 impl Programs {
     /// All outputs.
-    pub fn outputs(&self) -> impl Iterator<Item = &TaskAnswer> {
+    pub fn outputs(&self) -> impl Iterator<Item = &TaskOutput> {
         self.tasks.iter().flat_map(|task| &task.outputs)
     }
 }

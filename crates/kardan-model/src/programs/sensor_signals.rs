@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::document::SignalTable;
 use kardan_expr::expr::Graph;
-use kardan_mechanics::program::{Lists, Read, Task, TaskAnswer};
+use kardan_mechanics::program::{Lists, Read, Task, TaskOutput};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
@@ -63,7 +63,7 @@ impl<'a> Blocks<'a, '_, '_> {
             graph,
             reads: vec![(symbol, Read::Source(signal.to_string()))],
             states: Vec::new(),
-            outputs: vec![TaskAnswer {
+            outputs: vec![TaskOutput {
                 name: name.to_string(),
                 dimension,
                 description: format!("reading of sensor {name}"),

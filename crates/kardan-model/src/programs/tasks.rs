@@ -7,7 +7,7 @@ use crate::in_order::in_order;
 use kardan_expr::expr::{Expr, Floating, Graph, Substitution, Symbol, lower};
 use kardan_math::names::circle;
 use kardan_math::units::{Dimension, Exact, shown_quantity};
-use kardan_mechanics::program::{Entry, Lists, Read, Step, Task, TaskAnswer};
+use kardan_mechanics::program::{Entry, Lists, Read, Step, Task, TaskOutput};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
@@ -175,7 +175,7 @@ impl<'a> Blocks<'a, '_, '_> {
     ) -> Task {
         let mut graph = self.graph.borrow().clone();
         let mut values = Substitution::default();
-        let (mut outputs, mut steps): (Vec<TaskAnswer>, Vec<Step>) = (Vec::new(), Vec::new());
+        let (mut outputs, mut steps): (Vec<TaskOutput>, Vec<Step>) = (Vec::new(), Vec::new());
         let mut places: HashMap<&str, usize> = HashMap::new();
         let of_period = |block: &str| self.made.get(block)?.as_ref().filter(|made| made.period == period);
         for Ordered { block, output, name, value, dimension, at_once } in order {
@@ -195,7 +195,7 @@ impl<'a> Blocks<'a, '_, '_> {
             } else {
                 format!("{output} of the {whose} {block}")
             };
-            outputs.push(TaskAnswer { name: name.clone(), dimension: *dimension, description, value });
+            outputs.push(TaskOutput { name: name.clone(), dimension: *dimension, description, value });
             let place = *places.entry(block).or_insert(steps.len());
             match steps.get_mut(place) {
                 Some(step) => step.at_once.extend(at_once.iter().cloned()),
@@ -247,7 +247,7 @@ impl<'a> Blocks<'a, '_, '_> {
         task.names = names.into_iter().collect();
         for Command { name, value, dimension, .. } in commands {
             let value = task.graph.substitute(&[value], &substitutions)[0];
-            task.outputs.push(TaskAnswer { description: format!("command of {name}"), name, dimension, value });
+            task.outputs.push(TaskOutput { description: format!("command of {name}"), name, dimension, value });
         }
         // States that are needed, until no new ones appear.
         let mut exprs: Vec<Expr> = task.outputs.iter().map(|output| output.value).collect();

@@ -236,7 +236,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let varying = |(expr, dimension): (Expr, Dimension)| Ok(Some(Named::Varying(expr, dimension)));
         let head = SignalName::new(name).element;
         if let Some(block) = document.blocks.get(name).or_else(|| document.blocks.get(head)) {
-            return self.answer_of(block, name, (read, place, what), reads, out);
+            return self.output_of(block, name, (read, place, what), reads, out);
         }
         if let Some(signal) = document.signals.get(name) {
             if signal.formula.is_some() {
@@ -283,7 +283,7 @@ impl<'a> Blocks<'a, '_, '_> {
     }
 
     /// The output of a block with a name.
-    fn answer_of(
+    fn output_of(
         &self,
         block: &'a BlockTable,
         name: &str,

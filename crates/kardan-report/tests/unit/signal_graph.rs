@@ -1,13 +1,13 @@
 //! Tests of `src/signal_graph.rs`.
 
 use super::*;
-use kardan::results::SignalAnswer;
+use kardan::results::SignalOutput;
 
 fn node(name: &str, kind: &str, reads: &[&str]) -> SignalNode {
     SignalNode {
         name: name.into(),
         kind: kind.into(),
-        outputs: vec![SignalAnswer { name: name.into(), unit: String::new() }],
+        outputs: vec![SignalOutput { name: name.into(), unit: String::new() }],
         reads: reads.iter().map(|name| name.to_string()).collect(),
         ..SignalNode::default()
     }

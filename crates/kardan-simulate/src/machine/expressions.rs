@@ -397,7 +397,7 @@ fn commands(
             Computer::Linear(law) => law,
             Computer::Inlined(task) => {
                 let (outputs, _) = task_outputs(task, &connected_law.references, all.motion, reduced, (sources, &[]));
-                connected_law.inputs.iter().zip(outputs).for_each(|(&input, answer)| commands[input].push(answer));
+                connected_law.inputs.iter().zip(outputs).for_each(|(&input, output)| commands[input].push(output));
                 continue;
             }
             Computer::Continuous(_) | Computer::SampledRuntime(_) => {

@@ -33,7 +33,7 @@ impl Flow {
             Read::Source(name) => Some(number(name)),
             _ => None,
         });
-        let (reads, outputs) = (reads.collect(), task.outputs.iter().map(|answer| number(&answer.name)).collect());
+        let (reads, outputs) = (reads.collect(), task.outputs.iter().map(|output| number(&output.name)).collect());
         let states = *size..*size + task.states.len();
         *size = states.end;
         Some(Self { task, reads, outputs, states })
@@ -49,9 +49,9 @@ impl Flow {
     ) -> Vec<Expr> {
         let task = &*self.task;
         let (outputs, rates) = task_outputs(task, &self.reads, motion, reduced, (sources, states));
-        let named = task.outputs.iter().zip(&outputs).map(|(answer, value)| (answer.name.clone(), *value)).collect();
-        motion.answer(named);
-        self.outputs.iter().zip(outputs).for_each(|(&source, answer)| sources[source] = answer);
+        let named = task.outputs.iter().zip(&outputs).map(|(output, value)| (output.name.clone(), *value)).collect();
+        motion.output(named);
+        self.outputs.iter().zip(outputs).for_each(|(&source, output)| sources[source] = output);
         rates
     }
 }
@@ -83,7 +83,7 @@ pub(super) fn task_outputs(
         let value = motion.graph.copied(&task.graph, value, &substitutions);
         motion.graph.group(value)
     };
-    let outputs = task.outputs.iter().map(|answer| copied(answer.value)).collect();
+    let outputs = task.outputs.iter().map(|output| copied(output.value)).collect();
     let rates = task.states.iter().map(|entry| copied(entry.next)).collect();
     (outputs, rates)
 }

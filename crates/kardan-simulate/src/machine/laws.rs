@@ -147,7 +147,7 @@ impl Machine {
                 self.lines[source] = (value, 0.0, time);
                 self.profiles[source].set_constant(time, value);
                 self.sources[source] = value + 0.0;
-                self.timed.answer(source, value);
+                self.timed.output(source, value);
             }
             self.timed.find_sources(&self.sources, time, state);
         }

@@ -138,8 +138,8 @@ impl Timed {
         if self.time {
             rest[0] = time;
         }
-        for (value, (_, answer)) in rest.iter_mut().skip(usize::from(self.time)).zip(&self.blocks) {
-            *value = *answer;
+        for (value, (_, output)) in rest.iter_mut().skip(usize::from(self.time)).zip(&self.blocks) {
+            *value = *output;
         }
         &self.current
     }
@@ -158,7 +158,7 @@ impl Timed {
             Intervals.operation(Operator::AddProduct, &[inner, later, Interval::point(*first)])
         };
         let follows = self.follows.iter().map(|follows| Interval::point(*follows));
-        let blocks = self.blocks.iter().map(|(_, answer)| Interval::point(*answer));
+        let blocks = self.blocks.iter().map(|(_, output)| Interval::point(*output));
         follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some(span)).chain(blocks).collect()
     }
 
@@ -216,9 +216,9 @@ impl Timed {
     }
 
     /// Sets the output of the block of a source from now on.
-    pub fn answer(&mut self, source: usize, value: f64) {
+    pub fn output(&mut self, source: usize, value: f64) {
         let own = self.blocks.iter_mut().filter(|(own, _)| *own == source);
-        own.for_each(|(_, answer)| *answer = value);
+        own.for_each(|(_, output)| *output = value);
     }
 
     /// Whether a source follows a function of time.
@@ -234,7 +234,7 @@ impl Timed {
 
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.numbers(&mut self.follows);
-        self.blocks.iter_mut().for_each(|(_, answer)| archive.number(answer));
+        self.blocks.iter_mut().for_each(|(_, output)| archive.number(output));
         for (start, coefficients) in &mut self.now {
             archive.number(start);
             archive.numbers(coefficients);

@@ -85,7 +85,7 @@ enum Scheduled {
     Apply(usize),
     Read(usize, usize),
     /// A task of blocks computes, before the laws that read its outputs.
-    Answer(usize),
+    Output(usize),
     Compute(usize),
 }
 
@@ -120,7 +120,7 @@ impl<S: Number> EventSequence<S> {
             if at - time > SAME * shortest {
                 event_sequence.wait(at - time, shortest, &exponential)?;
                 time = at;
-                if simultaneous.iter().any(|what| matches!(what, Scheduled::Answer(_) | Scheduled::Compute(_))) {
+                if simultaneous.iter().any(|what| matches!(what, Scheduled::Output(_) | Scheduled::Compute(_))) {
                     event_sequence.events.push(LoopEvent::Observe);
                 }
             }
@@ -165,7 +165,7 @@ impl<S: Number> EventSequence<S> {
 
     fn execute(&mut self, what: Scheduled, places: &Places<'_, S>, parts: &[SampledPart]) {
         match what {
-            Scheduled::Answer(law) | Scheduled::Compute(law) => {
+            Scheduled::Output(law) | Scheduled::Compute(law) => {
                 self.events.extend(places.laws[law].fresh().map(LoopEvent::Fresh));
             }
             Scheduled::Read(law, slow) => self.events.extend(places.laws[law].fresh_of(slow).map(LoopEvent::Fresh)),
@@ -174,7 +174,7 @@ impl<S: Number> EventSequence<S> {
         let cached = self.scheduled.iter().find(|(candidate, _)| *candidate == what).map(|(_, jump)| *jump);
         let jump = cached.unwrap_or_else(|| {
             self.jumps.push(match what {
-                Scheduled::Answer(law) | Scheduled::Compute(law) => places.compute(law),
+                Scheduled::Output(law) | Scheduled::Compute(law) => places.compute(law),
                 Scheduled::Read(law, slow) => places.read(law, slow),
                 Scheduled::Apply(law) => places.apply(law),
                 Scheduled::Arrive(law) => places.arrive(law),
@@ -203,7 +203,7 @@ fn schedule(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<
         let Some(clock) = part.clock else { continue };
         let samples = |time: f64| (0..(period / time).round() as usize).map(move |k| k as f64 * time);
         for at in samples(clock.period) {
-            all.push((at, if part.is_task() { Scheduled::Answer(number) } else { Scheduled::Compute(number) }));
+            all.push((at, if part.is_task() { Scheduled::Output(number) } else { Scheduled::Compute(number) }));
             if clock.delay > 0.0 {
                 let applied = (at + clock.delay) % period;
                 let same = (period - applied).min(applied) < SAME * shortest;

@@ -9,10 +9,10 @@ use crate::study::PreparedVariant;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::equations::{Formula, Meaning};
-use kardan_mechanics::program::{Read, Task, TaskAnswer};
+use kardan_mechanics::program::{Read, Task, TaskOutput};
 use kardan_model::{Document, Model, TableReader};
 use kardan_results::signal_name::SignalName;
-use kardan_results::{SignalAnswer, SignalNode};
+use kardan_results::{SignalOutput, SignalNode};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_simulate::{Scenario, SourceTarget};
 use kardan_synthesis::{Law, blending_signal};
@@ -290,7 +290,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
 /// assert_eq!((&graph[0].reads[..], graph[0].direct_feedthrough.len()), (&["arm.phi".to_string()][..], 0));
 /// ```
 pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
-    let answer = |answer: &TaskAnswer| SignalAnswer { name: answer.name.clone(), unit: answer.dimension.si() };
+    let output = |output: &TaskOutput| SignalOutput { name: output.name.clone(), unit: output.dimension.si() };
     let sample_time = |task: &Task| task.period.as_ref().map(Exact::to_f64);
     let sensors = model.programs.sensors.iter().enumerate().map(|(k, task)| {
         let signals: Vec<String> =
@@ -300,9 +300,9 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             kind: "sensor".into(),
             sample_time: sample_time(task),
             order: k + 1,
-            outputs: task.outputs.iter().map(answer).collect(),
+            outputs: task.outputs.iter().map(output).collect(),
             reads: signals.clone(),
-            direct_feedthrough: signals.into_iter().filter(|name| is_answer(model, name)).collect(),
+            direct_feedthrough: signals.into_iter().filter(|name| is_output(model, name)).collect(),
         }
     });
     let mut out: Vec<SignalNode> = sensors.collect();
@@ -315,7 +315,7 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
                 kind: step.kind.into(),
                 sample_time: sample_time(task),
                 order: k + 1,
-                outputs: task.outputs.iter().filter(|answer| own(&answer.name)).map(answer).collect(),
+                outputs: task.outputs.iter().filter(|output| own(&output.name)).map(output).collect(),
                 reads: step.reads.clone(),
                 direct_feedthrough: inputs.into_iter().cloned().collect(),
             });
@@ -329,16 +329,16 @@ pub fn signal_graph(model: &Model) -> Vec<SignalNode> {
             kind: "program".into(),
             sample_time: sample_time(task),
             order: k + 1,
-            outputs: task.outputs.iter().map(answer).collect(),
+            outputs: task.outputs.iter().map(output).collect(),
             reads: task.names.clone(),
-            direct_feedthrough: task.names.iter().filter(|name| is_answer(model, name)).cloned().collect(),
+            direct_feedthrough: task.names.iter().filter(|name| is_output(model, name)).cloned().collect(),
         });
     }
     out
 }
 
-fn is_answer(model: &Model, name: &str) -> bool {
-    model.programs.outputs().any(|answer| answer.name == name)
+fn is_output(model: &Model, name: &str) -> bool {
+    model.programs.outputs().any(|output| output.name == name)
 }
 
 /// The blocks of a model and their inputs, one line each, in execution order.
@@ -383,7 +383,7 @@ pub fn listed_blocks(model: &Model) -> Vec<String> {
     for control in &model.controls {
         let Some(task) = control.values.task("commands") else { continue };
         let when = when(task);
-        let commands: Vec<&str> = task.outputs.iter().map(|answer| answer.name.as_str()).collect();
+        let commands: Vec<&str> = task.outputs.iter().map(|output| output.name.as_str()).collect();
         let reads: Vec<String> = task.reads.iter().map(|(symbol, _)| task.graph.name(*symbol).0.to_string()).collect();
         let blocks: Vec<&str> = task.order.iter().map(|step| step.block.as_str()).collect();
         let with = if blocks.is_empty() { String::new() } else { format!(" by {}", blocks.join(", ")) };

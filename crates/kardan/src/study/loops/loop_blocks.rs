@@ -85,12 +85,12 @@ pub(in crate::study) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, 
         &elsewhere
     };
     let point = OperatingPoint { position: position.to_vec(), ..variant.point.clone() };
-    let answer = |name: &str| settled.outputs.get(name).copied().unwrap_or(0.0);
-    let torques = if in_maps { block_torques(reduced, &point, &answer) } else { Vec::new() };
+    let output = |name: &str| settled.outputs.get(name).copied().unwrap_or(0.0);
+    let torques = if in_maps { block_torques(reduced, &point, &output) } else { Vec::new() };
     let of_loop = LoopBlocks::new(&settled.tasks, &beside, &torques, plant);
     Blocks {
         of_loop,
-        engaged: block_locks(reduced, &point, &answer),
+        engaged: block_locks(reduced, &point, &output),
         nonlinear: settled.nonlinear,
         flat: settled.flat.clone(),
     }
@@ -132,8 +132,8 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
 /// or a law may use them, by these names.
 fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
     // Direct feedthrough to each row: from something that moves, and from which other rows.
-    let answer = |name: &str| {
-        let of = |task: &Arc<Task>| task.outputs.iter().position(|answer| answer.name == name);
+    let output = |name: &str| {
+        let of = |task: &Arc<Task>| task.outputs.iter().position(|output| output.name == name);
         tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
     };
     let mut rows = Vec::new();
@@ -145,11 +145,11 @@ fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) 
                 match task.reads.iter().find(|(own, _)| *own == symbol).map(|(_, read)| read) {
                     Some(Read::Source(name)) => {
                         is_driven |= from_law(name);
-                        before.extend(answer(name));
+                        before.extend(output(name));
                     }
                     Some(Read::Sensor(name) | Read::AsRead(name)) => {
                         is_driven = true;
-                        before.extend(answer(name));
+                        before.extend(output(name));
                     }
                     Some(Read::Position(_) | Read::Rate(_)) => is_driven = true,
                     Some(Read::Time) => {}
@@ -171,7 +171,7 @@ fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) 
             break;
         }
     }
-    let mut open: Vec<(usize, usize)> = used.iter().filter_map(|name| answer(name)).collect();
+    let mut open: Vec<(usize, usize)> = used.iter().filter_map(|name| output(name)).collect();
     let mut out = vec![Vec::new(); tasks.len()];
     while let Some(row) = open.pop() {
         if driven.remove(&row) {
@@ -189,7 +189,7 @@ const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
 /// Rows of the outputs of these blocks.
 fn flat_rows(task: &Task) -> Vec<usize> {
     let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
-    steps.filter_map(|step| task.outputs.iter().position(|answer| answer.name == step.block)).collect()
+    steps.filter_map(|step| task.outputs.iter().position(|output| output.name == step.block)).collect()
 }
 
 /// Those of them whose output has no slope over any of its inputs.
@@ -302,8 +302,8 @@ fn linear_tasks(
                 changed |= next != memory;
                 std::mem::swap(memory, next);
             }
-            for (place, answer) in places.iter().zip(&*outputs) {
-                changed |= values[*place].replace(*answer) != Some(*answer);
+            for (place, output) in places.iter().zip(&*outputs) {
+                changed |= values[*place].replace(*output) != Some(*output);
             }
         }
         if !changed {

@@ -31,8 +31,8 @@ pub(in crate::study) fn sources(
         commanded.extend((control.law.inputs)(&control.values));
         for reference in control.law.all_references(&control.values) {
             let element = document.elements.get(&reference.name);
-            if let Some(answer) = blocks.get(reference.name.as_str()) {
-                of_block(document, control, &reference, answer, out);
+            if let Some(output) = blocks.get(reference.name.as_str()) {
+                of_block(document, control, &reference, output, out);
                 continue;
             }
             let declared = sources.get(&reference.name);
@@ -112,13 +112,13 @@ fn of_programs<'m>(model: &'m Model, sources: &mut NamedList<Source>) -> HashMap
         description: description.into(),
         target: SourceTarget::Block,
     };
-    sources.extend(outputs().map(|answer| source(&answer.name, answer.dimension, &answer.description)));
+    sources.extend(outputs().map(|output| source(&output.name, output.dimension, &output.description)));
     let functions = model.programs.functions.iter();
     sources.extend(functions.map(|(name, function)| source(name, function.dimension(), &format!("signal {name}"))));
     let found = |name: &str| format!("output of the control {}", SignalName::new(name).element);
     let exported = model.programs.exported.iter();
     sources.extend(exported.map(|(name, dimension)| source(name, *dimension, &found(name))));
-    outputs().map(|answer| (answer.name.as_str(), answer.dimension)).collect()
+    outputs().map(|output| (output.name.as_str(), output.dimension)).collect()
 }
 
 /// Rejects a reference that a block outputs in another unit.
@@ -126,17 +126,17 @@ fn of_block(
     document: &Document,
     control: &ControlSpec,
     reference: &Reference,
-    answer: &Dimension,
+    output: &Dimension,
     out: &mut Vec<Diagnostic>,
 ) {
     let expected = reference.physical.dimension();
-    if !expected.is_like(answer) {
+    if !expected.is_like(output) {
         let name = &reference.name;
         let message = format!(
             "control `{}`: `{name}` should be {}, but the block outputs {}",
             control.name,
             expected.noun(),
-            answer.noun()
+            output.noun()
         );
         let places = places_in_control(document, control, name);
         let diagnostic =
