@@ -131,12 +131,13 @@ fn closed_loop(design: &Design, margins: &Margins) -> Vec<Cell> {
         let [low, high] = one.gain;
         match (low > 0.0, high.is_finite()) {
             (true, true) => format!("× {} to × {}", figure(low, 2), figure(high, 2)),
-            (true, false) => format!("× {} and more", figure(low, 2)),
-            _ => format!("up to × {}", figure(high, 2)),
+            (true, false) => format!("> × {}", figure(low, 2)),
+            _ => format!("< × {}", figure(high, 2)),
         }
     });
     let phase = least(&|one| one.phase).map_or("–".into(), |one| {
-        let at = one.phase_frequency.map_or(String::new(), |at| format!(" at {} Hz", figure(at / TAU, 3)));
+        let at = |at| format!(" at {} Hz ({} rad/s)", figure(at / TAU, 3), figure(at, 3));
+        let at = one.phase_frequency.map_or(String::new(), at);
         format!("{}°{at}", figure(one.phase.to_degrees(), 3))
     });
     let delay = least(&|one| one.delay.unwrap_or(f64::INFINITY)).and_then(|one| one.delay);

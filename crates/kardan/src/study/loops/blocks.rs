@@ -12,7 +12,7 @@ use kardan_mechanics::equations::{Formula, Meaning};
 use kardan_mechanics::program::{Read, Task, TaskOutput};
 use kardan_model::{Document, Model, TableReader};
 use kardan_results::signal_name::SignalName;
-use kardan_results::{SignalOutput, SignalNode};
+use kardan_results::{SignalNode, SignalOutput};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_simulate::{Scenario, SourceTarget};
 use kardan_synthesis::{Law, blending_signal};
