@@ -362,9 +362,15 @@ def nullity(f, g, extra):
     return n - echelon(rows + hidden)[0]
 
 
-if __name__ == "__main__":
-    text = open(sys.argv[1]).read() if len(sys.argv) > 1 else sys.stdin.read()
+def verdict(text):
+    """Whether a certificate is right, and the sentence that says so."""
     try:
-        print("confirmed: " + ", ".join(check(json.loads(text))))
+        return True, "confirmed: " + ", ".join(check(json.loads(text)))
     except (ValueError, KeyError, IndexError, TypeError, StopIteration, ZeroDivisionError) as wrong:
-        sys.exit(f"refused: {wrong}")
+        return False, f"refused: {wrong}"
+
+
+if __name__ == "__main__":
+    confirmed, sentence = verdict(open(sys.argv[1]).read() if len(sys.argv) > 1 else sys.stdin.read())
+    print(sentence, file=sys.stdout if confirmed else sys.stderr)
+    sys.exit(not confirmed)

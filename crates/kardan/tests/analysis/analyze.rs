@@ -283,7 +283,7 @@ fn a_run_brings_the_analysis_of_its_first_variant() {
         let first = model::read(builtin.source).0.variant_settings().swap_remove(0).name;
         let variants = if first.is_empty() { Vec::new() } else { vec![first] };
         let settings = Settings { variants, tolerance: Some(1e-6), ..Settings::default() };
-        let study = study::run(builtin.source, &settings, &Silent).unwrap();
+        let study = crate::common::project(builtin.source).run(&settings, &Silent).unwrap();
         let expected = analyze(builtin.source, &AnalyzeSettings::default()).unwrap();
         let of_run = study.analysis.unwrap();
         assert_eq!((of_run.structure, of_run.modes), (expected.structure, expected.modes), "{}", builtin.name);

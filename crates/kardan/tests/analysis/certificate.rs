@@ -349,16 +349,52 @@ fn damaged_certificates_are_refused() {
     assert!(tried[1] > 5000 && tried[0] < tried[1] / 4, "{tried:?}");
 }
 
-/// Runs `docs/check_certificate.py`: what it says and whether it agrees; `None` without Python.
+/// `docs/check_certificate.py` as a process that answers one certificate after another.
+struct Checker {
+    child: std::process::Child,
+    answers: std::io::Lines<std::io::BufReader<std::process::ChildStdout>>,
+}
+
+impl Checker {
+    /// Each certificate comes after a line with its length; each answer is a line.
+    const PROGRAM: &str = "import sys, json, check_certificate\n\
+        for length in sys.stdin.buffer:\n    \
+            text = sys.stdin.buffer.read(int(length)).decode()\n    \
+            print(json.dumps(check_certificate.verdict(text)), flush=True)\n";
+
+    /// `None` without Python.
+    fn start() -> Option<Self> {
+        use std::io::BufRead;
+        let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
+        let mut command = std::process::Command::new("python3");
+        command.args(["-c", Self::PROGRAM]).env("PYTHONPATH", docs).env("PYTHONDONTWRITEBYTECODE", "1");
+        command.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
+        let mut child = command.spawn().ok()?;
+        let answers = std::io::BufReader::new(child.stdout.take()?).lines();
+        Some(Self { child, answers })
+    }
+
+    fn answer(&mut self, text: &str) -> (bool, String) {
+        let input = self.child.stdin.as_mut().expect("piped");
+        std::io::Write::write_all(input, format!("{}\n{text}", text.len()).as_bytes()).expect("the checker reads");
+        let line = self.answers.next().expect("an answer").expect("text");
+        serde_json::from_str(&line).expect("a verdict and a sentence")
+    }
+}
+
+impl Drop for Checker {
+    fn drop(&mut self) {
+        drop(self.child.stdin.take());
+        let _ = self.child.wait();
+    }
+}
+
+/// Asks `docs/check_certificate.py`: whether it agrees and what it says; `None` without Python.
 fn python(text: &str) -> Option<(bool, String)> {
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/check_certificate.py");
-    let mut command = std::process::Command::new("python3");
-    let piped = std::process::Stdio::piped;
-    let mut child = command.arg(script).stdin(piped()).stdout(piped()).stderr(piped()).spawn().ok()?;
-    std::io::Write::write_all(&mut child.stdin.take()?, text.as_bytes()).unwrap();
-    let out = child.wait_with_output().unwrap();
-    let output = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
-    Some((out.status.success(), output))
+    thread_local! {
+        static CHECKER: std::cell::RefCell<Option<Checker>> = std::cell::RefCell::new(Checker::start());
+    }
+    CHECKER.with_borrow_mut(|checker| Some(checker.as_mut()?.answer(text)))
 }
 
 /// The program that stands in the documentation confirms certificates, and refuses broken ones.

@@ -221,11 +221,11 @@ fn random_pencils_come_apart() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (seed >> 40) as i64 % (2 * size + 1) - size
     };
-    for (eigenvalues, blocks) in [
-        (vec![1i64, 1, -2], vec![2usize, 1]),
-        (vec![], vec![3]),
-        (vec![0, 5], vec![2, 2]),
-        (vec![-1, 2, 3, 3], vec![3, 1, 1]),
+    for (eigenvalues, blocks, sides) in [
+        (vec![1i64, 1, -2], vec![2usize, 1], [(2, 1), (2, 2)]),
+        (vec![], vec![3], [(1, 1), (2, 2)]),
+        (vec![0, 5], vec![2, 2], [(1, 1), (2, 1)]),
+        (vec![-1, 2, 3], vec![2, 1, 1], [(1, 1), (1, 2)]),
     ] {
         let finite = eigenvalues.len();
         let n = finite + blocks.iter().sum::<usize>();
@@ -242,7 +242,7 @@ fn random_pencils_come_apart() {
             }
             begin += order;
         }
-        for (inputs, outputs) in [(1, 1), (2, 1), (2, 2)] {
+        for (inputs, outputs) in sides {
             let mut random =
                 |rows: usize, columns: usize| Matrix::from_fn(rows, columns, |_, _| Rational::from(small(2)));
             let regular = |random: &mut dyn FnMut(usize, usize) -> Matrix<Rational>| {

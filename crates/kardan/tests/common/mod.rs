@@ -7,8 +7,9 @@
 
 pub mod grown;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::{Arc, Mutex};
 
 use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan::diagnostics::{Severity, plain};
@@ -21,6 +22,11 @@ use kardan::simulate::Method;
 use kardan::study::{self, Prepared, PreparedVariant, Project, Settings};
 use kardan::units::parse_number;
 
+/// How many random models a test draws: a few, or `KARDAN_MODELS`.
+pub fn random_models(few: u32) -> u32 {
+    std::env::var("KARDAN_MODELS").ok().and_then(|count| count.parse().ok()).unwrap_or(few)
+}
+
 /// Reads and checks a model; panics with the mistakes if there are any.
 pub fn prepared(source: &str) -> Prepared {
     let (prepared, diagnostics) = study::prepare(source);
@@ -29,9 +35,28 @@ pub fn prepared(source: &str) -> Prepared {
     prepared
 }
 
+/// A project; those of built-in models are opened once and prepared once for all tests of a binary.
+pub fn project(source: &str) -> Arc<Project> {
+    static BUILT_IN: Mutex<BTreeMap<&str, Arc<Project>>> = Mutex::new(BTreeMap::new());
+    let Some(builtin) = model::BUILTIN.iter().find(|builtin| builtin.source == source) else {
+        return Arc::new(Project::open(source));
+    };
+    let mut projects = BUILT_IN.lock().expect("no test fails while it has the lock");
+    Arc::clone(projects.entry(builtin.name).or_insert_with(|| Arc::new(Project::open(builtin.source))))
+}
+
+/// The variants of a model without errors.
+pub fn variants(source: &str) -> Vec<Arc<PreparedVariant>> {
+    let project = project(source);
+    let diagnostics = project.diagnostics();
+    let wrong = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    assert!(!wrong, "{}\n---\n{source}", plain(source, diagnostics));
+    project.prepared().variants.clone()
+}
+
 /// The first variant of a model.
-pub fn first(source: &str) -> std::sync::Arc<PreparedVariant> {
-    prepared(source).variants.remove(0)
+pub fn first(source: &str) -> Arc<PreparedVariant> {
+    variants(source).remove(0)
 }
 
 /// The first variant of a model at zero angles, its coordinates and their basis.
@@ -87,7 +112,7 @@ pub fn runs_only() -> Settings {
 
 /// Runs the first variant to its end.
 pub fn run(source: &str) -> Run {
-    let project = Project::open(source);
+    let project = project(source);
     let first = project.prepared().variants.first().map(|variant| variant.name.clone());
     let settings = Settings { variants: first.into_iter().collect(), ..runs_only() };
     let mut study = project
@@ -101,7 +126,7 @@ pub fn run(source: &str) -> Run {
 /// Runs a model with one variant to its end by a method, at the tolerance given or at that of the model.
 pub fn run_by(source: &str, method: Method, tolerance: Option<f64>) -> Run {
     let settings = Settings { method, tolerance, ..runs_only() };
-    let mut study = Project::open(source)
+    let mut study = project(source)
         .run(&settings, &study::Silent)
         .unwrap_or_else(|diagnostics| panic!("{}\n---\n{source}", plain(source, &diagnostics)));
     let run = study.runs.remove(0);

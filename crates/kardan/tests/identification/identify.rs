@@ -1,6 +1,6 @@
 //! Identification: the regressor against the equations of motion, what can be determined at all, and least squares.
 
-use crate::common::{self, Dice, explicit, prepared};
+use crate::common::{self, Dice, explicit, variants};
 use kardan::identify::{
     Coefficient, Excitation, FitOptions, LeastSquares, Motion, Regressor, Samples, Steadiness, Where, coefficients,
     fit, steady_segments, undetermined,
@@ -10,7 +10,7 @@ use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced};
 
 fn reduced(source: &str, variant: usize) -> Reduced {
-    prepared(source).variants[variant].reduced.clone()
+    variants(source)[variant].reduced.clone()
 }
 
 fn built_in(name: &str, variant: usize) -> Reduced {

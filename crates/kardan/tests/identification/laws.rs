@@ -10,7 +10,8 @@ use crate::common::runs_only;
 
 /// The run of a model as a log.
 fn log(source: &str) -> String {
-    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
+    let study =
+        crate::common::project(source).run(&runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     assert_eq!(study.runs[0].outcome, Outcome::Completed, "{source}");
     String::from_utf8(kardan::export::csv(&study.runs[0])).unwrap()
 }

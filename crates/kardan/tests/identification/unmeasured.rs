@@ -10,8 +10,9 @@ use crate::common::runs_only;
 
 /// The run of a model as columns with their names.
 fn run(source: &str) -> (Vec<String>, Vec<Vec<f64>>) {
-    let study =
-        study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{}", plain(source, &reported)));
+    let study = crate::common::project(source)
+        .run(&runs_only(), &Silent)
+        .unwrap_or_else(|reported| panic!("{}", plain(source, &reported)));
     assert_eq!(study.runs[0].outcome, Outcome::Completed, "{source}");
     let text = String::from_utf8(kardan::export::csv(&study.runs[0])).unwrap();
     let mut lines = text.lines();

@@ -385,7 +385,7 @@ fn mutate(text: &str, mutation: &Mutation) -> String {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: crate::common::random_models(64), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever is done to a model file, checking it ends soon, without a panic, with places that lie in the file.
     #[test]

@@ -8,6 +8,8 @@ use kardan::project::*;
 use kardan::study::{EquationsForm, Settings, Silent};
 use proptest::prelude::*;
 
+use crate::common::project;
+
 /// The example of the front page, which is run as it stands.
 #[path = "../../examples/steering.rs"]
 mod steering;
@@ -37,7 +39,7 @@ fn value_by_a_program(raw: &RawValue) -> RawValue {
 #[test]
 fn built_in_models_written_and_read_again_are_the_same() {
     for builtin in model::BUILTIN {
-        let project = Project::open(builtin.source);
+        let project = project(builtin.source);
         let text = project.to_toml();
         let again = Project::open(text.as_str());
         assert!(project.entries().same_as(again.entries()), "{}:\n{text}", builtin.name);

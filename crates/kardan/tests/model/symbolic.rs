@@ -710,7 +710,7 @@ fn latex_is_balanced_and_escaped() {
 #[test]
 fn built_in_models_in_symbols() {
     for builtin in kardan::model::BUILTIN {
-        let project = Project::open(builtin.source);
+        let project = crate::common::project(builtin.source);
         let (found, _) =
             project.symbolic_equations().unwrap_or_else(|reported| panic!("{}: {reported:?}", builtin.name));
         let lists = [&found.inertia, &found.velocity, &found.damping, &found.stiffness, &found.friction, &found.input];

@@ -2,7 +2,7 @@
 
 use kardan::results::{Physical, Run, Study};
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
+use kardan::study::{Settings, Silent};
 
 use super::common::runs_only;
 
@@ -13,7 +13,7 @@ fn study(model: &str, tolerance: f64, method: Method, runs: bool) -> Study {
 fn study_of(source: &str, variants: &[&str], tolerance: f64, method: Method, runs: bool) -> Study {
     let variants = variants.iter().map(ToString::to_string).collect();
     let settings = Settings { variants, tolerance: Some(tolerance), method, runs_only: runs, ..runs_only() };
-    Project::open(source).run(&settings, &Silent).expect("a model without mistakes")
+    crate::common::project(source).run(&settings, &Silent).expect("a model without mistakes")
 }
 
 /// The largest difference of a signal at the times of both, away from events, where values jump.

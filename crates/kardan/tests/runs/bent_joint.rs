@@ -308,7 +308,7 @@ fn force_feedback_over_the_joint_angle() {
     assert!(study::check(source).is_empty());
     let names = ["linear-30deg", "nonlinear-30deg", "taken-for-20deg"];
     let settings = Settings { variants: names.map(String::from).to_vec(), ..runs_only() };
-    let found = study::run(source, &settings, &Silent).expect("a model without mistakes");
+    let found = crate::common::project(source).run(&settings, &Silent).expect("a model without mistakes");
     let cos = |degrees: f64| degrees.to_radians().cos();
     let bounds = [(cos(30.0), 1e-3), (1.0, 1e-5), (cos(30.0) / cos(20.0), 1e-3)];
     for ((run, name), (slope, tolerance)) in found.runs.iter().zip(names).zip(bounds) {

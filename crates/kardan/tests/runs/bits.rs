@@ -5,7 +5,7 @@
 
 use kardan::results::Run;
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
+use kardan::study::{Settings, Silent};
 
 use super::common::runs_only;
 
@@ -36,7 +36,7 @@ fn built_in_runs_have_the_bits_that_are_written_down() {
     ];
     let found = expected.map(|(model, method, _)| {
         let source = kardan::model::builtin(model).unwrap().source;
-        let study = Project::open(source).run(&Settings { method, ..runs_only() }, &Silent).expect("built in");
+        let study = crate::common::project(source).run(&Settings { method, ..runs_only() }, &Silent).expect("built in");
         (model, method, sum(&study.runs))
     });
     assert_eq!(found, expected, "found on the left, written down on the right");

@@ -1,10 +1,10 @@
 //! Requirements and plots of expressions of signals, against closed forms.
 
 use kardan::results::{Physical, Run, Study};
-use kardan::study::{self, Settings, Silent};
+use kardan::study::{Settings, Silent};
 
 fn study_of(source: &str) -> Study {
-    study::run(source, &Settings::default(), &Silent).unwrap_or_else(|why| panic!("{why:?}"))
+    crate::common::project(source).run(&Settings::default(), &Silent).unwrap_or_else(|why| panic!("{why:?}"))
 }
 
 fn measured(run: &Run, number: usize) -> f64 {

@@ -433,7 +433,11 @@ fn what_cannot_be_ends_the_run() {
     let brake = "[shaft.a]\ninertia = \"1 kg m^2\"\n[brake.b]\nshaft = \"a\"\ntorque = \"1 N m * (0.5 - t/(1 s))\"\n\
                  [scenario]\nduration = \"1 s\"\noutput_step = \"10 ms\"\ninitial = { \"a.w\" = \"9 rad/s\" }\n";
     let ended = |source: &str| {
-        study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}")).runs.remove(0)
+        crate::common::project(source)
+            .run(&runs_only(), &Silent)
+            .unwrap_or_else(|reported| panic!("{reported:?}"))
+            .runs
+            .remove(0)
     };
     let run = ended(brake);
     let Outcome::Failed { time, cause } = &run.outcome else { panic!("{:?}", run.outcome) };

@@ -4,17 +4,18 @@ use std::f64::consts::PI;
 
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, Project, Settings, Silent};
+use kardan::study::{Project, Settings, Silent};
 
-use crate::common::{runs_only, signal};
+use crate::common::{project, runs_only, signal};
 
 const GRAVITY: f64 = 9.81;
 
 /// All runs of a built-in model; each of its requirements is met in every variant.
 fn runs(name: &str) -> Vec<Run> {
     let source = builtin(name).expect("built in").source;
-    assert!(study::check(source).is_empty(), "{name}");
-    let study = study::run(source, &runs_only(), &Silent).expect("a model without mistakes");
+    let project = project(source);
+    assert!(project.diagnostics().is_empty(), "{name}");
+    let study = project.run(&runs_only(), &Silent).expect("a model without mistakes");
     for run in &study.runs {
         assert_eq!(run.outcome, Outcome::Completed, "{name} {}", run.name);
         assert!(!run.requirements.is_empty(), "{name} {}", run.name);

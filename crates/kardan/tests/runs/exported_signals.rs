@@ -44,7 +44,8 @@ to = "2 N m"
 "#;
 
 fn run(source: &str) -> Run {
-    let study = study::run(source, &runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
+    let study =
+        crate::common::project(source).run(&runs_only(), &Silent).unwrap_or_else(|reported| panic!("{reported:?}"));
     let [run] = &study.runs[..] else { panic!("one run") };
     assert_eq!(run.outcome, Outcome::Completed, "{:?}", run.notes);
     run.clone()

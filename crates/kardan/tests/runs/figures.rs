@@ -20,7 +20,7 @@ type Column = (&'static str, &'static str, f64);
 
 fn run(source: &str, variant: &str) -> Run {
     let settings = study::Settings { variants: vec![variant.to_string()], ..common::runs_only() };
-    let mut study = study::run(source, &settings, &study::Silent).expect("the built-in model is right");
+    let mut study = crate::common::project(source).run(&settings, &study::Silent).expect("the built-in model is right");
     assert_eq!(study.runs.len(), 1);
     let run = study.runs.remove(0);
     assert_eq!((run.name.as_str(), &run.outcome), (variant, &Outcome::Completed));

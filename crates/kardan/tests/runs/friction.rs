@@ -132,7 +132,7 @@ fn rounding_of_constraint_torques_is_no_contradiction() {
 }
 
 fn run(source: &str) -> Run {
-    let study = study::run(source, &crate::common::runs_only(), &study::Silent);
+    let study = crate::common::project(source).run(&crate::common::runs_only(), &study::Silent);
     study.unwrap_or_else(|found| panic!("{found:?}")).runs.remove(0)
 }
 

@@ -29,7 +29,7 @@ fn steering(friction: bool, variant: &str) -> Run {
         source.lines().filter(|line| !line.starts_with("friction")).map(|l| format!("{l}\n")).collect();
     let source = if friction { source } else { &frictionless };
     let settings = study::Settings { variants: vec![variant.to_string()], ..crate::common::runs_only() };
-    let mut study = study::run(source, &settings, &study::Silent).expect("the built-in model is right");
+    let mut study = crate::common::project(source).run(&settings, &study::Silent).expect("the built-in model is right");
     study.runs.remove(0)
 }
 

@@ -3,13 +3,13 @@
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::{Method, RunResult, Scenario, Setup, Tolerance, simulate};
-use kardan::study::{self, Project, Settings, Silent};
+use kardan::study::{self, Settings, Silent};
 
-use super::common::runs_only;
+use super::common::{project, runs_only};
 
 fn runs(source: &str, method: Method, tolerance: Option<f64>) -> Vec<Run> {
     let settings = Settings { method, tolerance, ..runs_only() };
-    let study = Project::open(source).run(&settings, &Silent);
+    let study = project(source).run(&settings, &Silent);
     study.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{source}")).runs
 }
 

@@ -1,6 +1,6 @@
 //! The loop stepped from outside: the same loop as a run, wherever one stops to look; snapshots bit for bit.
 
-use crate::common::{Dice, prepared};
+use crate::common::{Dice, prepared, variants};
 use kardan::model;
 use kardan::results::Outcome;
 use kardan::simulate::{Scenario, Setup, SignalEvent, Simulation, SimulationError, Snapshot, Tolerance, simulate};
@@ -18,7 +18,7 @@ const MODELS: [(&str, usize); 7] = [
 ];
 
 fn variant(name: &str, number: usize) -> std::sync::Arc<PreparedVariant> {
-    prepared(model::builtin(name).expect("built in").source).variants.swap_remove(number)
+    variants(model::builtin(name).expect("built in").source).swap_remove(number)
 }
 
 fn setup<'a>(variant: &'a PreparedVariant, scenario: &'a Scenario) -> Setup<'a> {

@@ -5,8 +5,9 @@ use std::fmt::Write;
 
 use kardan::results::{IntegrationMethod, Outcome, Physical, Run};
 use kardan::simulate::{Machine, Method, Setup};
+use kardan::study::PreparedVariant;
 
-use super::common::{Dice, at, prepared, run_by, signal};
+use super::common::{Dice, at, first, run_by, signal, variants};
 use super::taylor::{builtin, difference, runs};
 
 /// A number of ten to a power between two.
@@ -59,9 +60,7 @@ fn random_model(seed: u64) -> String {
 }
 
 /// The largest entry of the Jacobian less central differences, in parts of what the differences are known to.
-fn jacobian_error(source: &str, variant: usize, seed: u64) -> Option<f64> {
-    let prepared = prepared(source);
-    let variant = &prepared.variants[variant];
+fn jacobian_error(variant: &PreparedVariant, seed: u64) -> Option<f64> {
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     let mut machine = Machine::new(setup);
     if !machine.prepare_jacobian(&variant.reduced) {
@@ -110,16 +109,16 @@ fn jacobian_error(source: &str, variant: usize, seed: u64) -> Option<f64> {
 fn the_jacobian_is_that_of_the_rates() {
     let mut found = 0;
     for model in kardan::model::BUILTIN {
-        let variants = prepared(model.source).variants.len().min(4);
-        for (variant, seed) in (0..variants).flat_map(|variant| [(variant, 3), (variant, 7)]) {
-            let Some(error) = jacobian_error(model.source, variant, seed) else { continue };
-            assert!(error < 1e-7, "{} {variant}: {error:e}", model.name);
+        let variants = variants(model.source);
+        for (variant, seed) in variants.iter().take(4).flat_map(|variant| [(variant, 3), (variant, 7)]) {
+            let Some(error) = jacobian_error(variant, seed) else { continue };
+            assert!(error < 1e-7, "{} {}: {error:e}", model.name, variant.name);
             found += 1;
         }
     }
     for seed in 0..60 {
         let source = random_model(seed);
-        let error = jacobian_error(&source, 0, seed).unwrap();
+        let error = jacobian_error(&first(&source), seed).unwrap();
         assert!(error < 1e-7, "{seed}: {error:e}\n{source}");
     }
     assert!(found > 20, "{found}");

@@ -2,14 +2,14 @@
 
 use kardan::results::{Outcome, Physical, Run};
 use kardan::simulate::Method;
-use kardan::study::{Project, Settings, Silent};
+use kardan::study::{Settings, Silent};
 
-use super::common::runs_only;
+use super::common::{project, runs_only};
 
 pub fn runs(source: &str, method: Method, tolerance: f64, variants: &[&str]) -> Vec<Run> {
     let variants = variants.iter().map(ToString::to_string).collect();
     let settings = Settings { method, tolerance: Some(tolerance), variants, ..runs_only() };
-    let study = Project::open(source).run(&settings, &Silent);
+    let study = project(source).run(&settings, &Silent);
     study.unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{source}")).runs
 }
 
