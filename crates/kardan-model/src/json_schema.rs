@@ -5,9 +5,7 @@ use serde_json::{Map, Value, json};
 use super::manual::{STUDY_TABLES, need, study_table, value_kind};
 use super::parse::example;
 use super::reading::{BLOCK, CONTROL, SIGNAL};
-use kardan_elements::block;
-use kardan_elements::element;
-use kardan_elements::signal;
+use kardan_elements::{block, element, signal};
 use kardan_schema::schema::{Field, Kind};
 
 /// The form of a quantity: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.

@@ -13,8 +13,7 @@ use kardan_mechanics::equations::{Domain, Measured, NamedTerm, Term};
 use kardan_mechanics::program::Read;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::schema::Resolved;
-use kardan_schema::schema::{Placed, Value};
+use kardan_schema::schema::{Placed, Resolved, Value};
 
 impl Document {
     /// The outputs of the blocks of a model; program controllers get their commands.

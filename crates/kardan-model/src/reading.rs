@@ -16,10 +16,8 @@ use super::parameters::{
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
-use kardan_elements::block;
-use kardan_elements::element;
 use kardan_elements::manoeuvre::{Manoeuvre, Path};
-use kardan_elements::signal;
+use kardan_elements::{block, element, signal};
 use kardan_math::names::{NamedList, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use kardan_math::units::{Dimension, Expression};
 use kardan_results::signal_name::SignalName;

@@ -16,8 +16,7 @@ use kardan_mechanics::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, 
 use kardan_results::{ElementSummary, Mechanism, ParameterValue};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Value};
-use kardan_schema::schema::{Resolved, Values};
+use kardan_schema::schema::{Field, Keys, Kind, Placed, Resolved, Scalar, Sign, Value, Values};
 use kardan_synthesis::LawKind;
 
 /// A controller with its keys.

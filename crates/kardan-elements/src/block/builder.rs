@@ -10,8 +10,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Function, Graph, Lookup, Symbol, Traced};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Field;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Values};
 
 /// The description of a kind of block.
 #[derive(Debug, Clone, Copy)]

@@ -5,8 +5,7 @@ use super::{Element, KeyError, gear};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Field, Keys, Kind, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Field, Keys, Kind, Sign, Values, keys};
 
 keys! {
     /// A friction clutch between two shafts, whose torque follows from a signal.

@@ -6,8 +6,7 @@ use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// Two coils that share a part of their flux.

@@ -8,8 +8,7 @@ use kardan_expr::expr::OfTime;
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, MultiplierLaw, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// An ideal current source: a branch whose current is a function of time.

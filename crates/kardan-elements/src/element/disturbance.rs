@@ -4,8 +4,7 @@ use super::Element;
 use super::shared::straight::check_moves;
 use kardan_mechanics::equations::{Direction, InputKind, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// An external torque or force, set by the scenario and unknown to the laws.

@@ -5,8 +5,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_results::Symbol;
 use kardan_schema::entries::{Entries, RawValue};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 /// Wheel angle for each metre of lateral deviation, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);

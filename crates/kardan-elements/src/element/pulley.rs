@@ -6,8 +6,7 @@ use super::shared::straight::{check_moves, straight};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::Term;
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A rope or belt on a pulley.

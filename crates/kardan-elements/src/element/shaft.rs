@@ -5,8 +5,7 @@ use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A rigid rotating body; every other element names the shafts it acts on.

@@ -5,8 +5,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// An ideal transformer: the gear of a circuit.

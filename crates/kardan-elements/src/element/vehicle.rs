@@ -8,8 +8,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_results::Symbol;
 use kardan_schema::entries::{Entries, RawValue};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 /// Of a tyre, N/rad.
 const CORNERING: Dimension = Dimension::mechanical(1, 1, -2, -1);

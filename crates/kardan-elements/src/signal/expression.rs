@@ -3,8 +3,7 @@
 use super::{Refused, SignalKind, SignalWriter};
 use kardan_expr::expr::Expr;
 use kardan_math::units::Expression;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, SignalKeys, keys};
+use kardan_schema::schema::{Keys, SignalKeys, Values, keys};
 
 keys! {
     /// An explicit function of time.

@@ -6,8 +6,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Expr, Function};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 /// Lines of a multisine.
 const MOST_LINES: f64 = 1000.0;

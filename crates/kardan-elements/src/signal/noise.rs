@@ -6,8 +6,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::Expr;
 use kardan_math::num::Random;
 use kardan_math::units::Dimension;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// Seeded noise.

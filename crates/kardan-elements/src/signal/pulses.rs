@@ -5,8 +5,7 @@ use super::{Refused, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::Expr;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// A train of pulses.

@@ -6,8 +6,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Expr, Function, Graph, Named, Part, Pieces};
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_math::units::{Dimension, Exact, UnitError};
-use kardan_schema::schema::Field;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Values};
 
 /// Breakpoints that the signals of a scenario may have together: at each of them a step of the integrator ends.
 pub const MOST_BREAKPOINTS: usize = 100_000;

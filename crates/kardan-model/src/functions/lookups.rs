@@ -10,8 +10,7 @@ use kardan_expr::expr::{Extrapolation, Lookup};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Placed, Scalar, Table, Value};
+use kardan_schema::schema::{Placed, Scalar, Table, Value, Values};
 use kardan_tables::read::{Block, CsvOptions, in_memory, open};
 
 /// The most points of a table.

@@ -7,8 +7,7 @@ use crate::table_reader::TableReader;
 use kardan_elements::signal::{MOST_BREAKPOINTS, Samples};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::Table;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Table, Values};
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
 
 /// The points of a table, and the dimensions of those of a file; `None` after a reported error.

@@ -14,8 +14,7 @@ use kardan_expr::expr::{Expr, Lookup, Traced};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::program::KeyRule;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Kind, Placed, Table, Value};
+use kardan_schema::schema::{Kind, Placed, Table, Value, Values};
 
 use super::{BlockInputs, BlockStates, Blocks, Made, Outputs, outside_name};
 

@@ -16,8 +16,7 @@ use kardan_mechanics::program::{KeyRule, Read};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Kind, Placed, Scalar, Table, Value};
+use kardan_schema::schema::{Kind, Placed, Scalar, Table, Value, Values};
 
 /// Why an expression is not built.
 pub(super) enum Stopped<'a> {

@@ -12,8 +12,7 @@ use kardan_math::units::{Dimension, Exact, UnitError, shown_quantity};
 use kardan_mechanics::equations::Domain;
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
-use kardan_schema::schema::{Resolved, Values};
+use kardan_schema::schema::{Field, Kind, Placed, Resolved, Scalar, Sign, Table, Value, Values};
 
 use super::document::{Document, Parameter, Setting};
 use super::keys::GUESSES;
