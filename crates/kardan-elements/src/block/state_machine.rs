@@ -16,8 +16,6 @@ keys! {
             to: Text, "The state that it leads to.";
             when: Expression, "The guard condition: a monitor, `mode.since > 0.2 s and not hands_on`; a number above 0.5 is true.";
         }
-        optional {
-        }
     }
 }
 

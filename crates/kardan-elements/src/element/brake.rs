@@ -23,8 +23,7 @@ keys! {
     }
 }
 
-/// A friction brake of a shaft or a mass, whose torque follows from a signal.
-pub const BRAKE: Element = Element {
+pub(super) const BRAKE: Element = Element {
     keyword: Brake::KEYWORD,
     summary: "Friction brake: Coulomb friction of a shaft against the housing with a torque that a signal commands.",
     sketch: r"

@@ -23,8 +23,7 @@ keys! {
     }
 }
 
-/// A capacitor: the spring of a circuit with the elastance 1/C, \[diss. Table 4.3\].
-pub const CAPACITOR: Element = Element {
+pub(super) const CAPACITOR: Element = Element {
     keyword: Capacitor::KEYWORD,
     summary: "An ideal capacitor between two nodes of a circuit: v = v0 + q/C.",
     sketch: r"

@@ -29,8 +29,7 @@ pub(super) const STATIC_FACTOR: Field = Field::optional(
     "While it sticks it transmits up to this factor times that torque, at least 1; left out: 1.",
 );
 
-/// A friction clutch between two shafts, whose torque follows from a signal.
-pub const CLUTCH: Element = Element {
+pub(super) const CLUTCH: Element = Element {
     keyword: Clutch::KEYWORD,
     summary: "Friction clutch: Coulomb friction between two shafts with a torque that a signal commands; it sticks exactly, without creep.",
     sketch: r"

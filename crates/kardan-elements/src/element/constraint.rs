@@ -12,8 +12,6 @@ use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 keys! {
     /// Any linear row by hand, \[diss. (4.31)\] with an offset.
     element Constraint("constraint") {
-        required {
-        }
         optional {
             coefficients: Coefficients,
                 "Coefficients by shaft; { shaft = 1 } fixes one shaft. With masses, or with lengths as coefficients of shafts, the sum is a length: \
@@ -31,8 +29,7 @@ keys! {
     }
 }
 
-/// Any linear row by hand, \[diss. (4.31)\] with an offset.
-pub const CONSTRAINT: Element = Element {
+pub(super) const CONSTRAINT: Element = Element {
     keyword: Constraint::KEYWORD,
     summary: "Any relation between angles and positions: sum of coefficient times angle = offset, an expression that is zero, or a relation of \
               speeds.",

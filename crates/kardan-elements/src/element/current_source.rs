@@ -25,8 +25,7 @@ keys! {
     }
 }
 
-/// An ideal current source: a branch whose current is a function of time.
-pub const CURRENT_SOURCE: Element = Element {
+pub(super) const CURRENT_SOURCE: Element = Element {
     keyword: CurrentSource::KEYWORD,
     summary: "An ideal current source between two nodes of a circuit: its current follows a function of time, at any voltage.",
     sketch: r"

@@ -30,8 +30,7 @@ keys! {
     }
 }
 
-/// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
-pub const DC_MOTOR: Element = Element {
+pub(super) const DC_MOTOR: Element = Element {
     keyword: DcMotor::KEYWORD,
     summary: "A permanent-magnet motor or generator between two nodes of a circuit and a shaft: tau = k i and e = k w with one k, so that the \
               conversion is lossless; with masses a voice coil.",

@@ -12,13 +12,10 @@ keys! {
         required {
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
         }
-        optional {
-        }
     }
 }
 
-/// An external torque or force, set by the scenario and unknown to the laws.
-pub const DISTURBANCE: Element = Element {
+pub(super) const DISTURBANCE: Element = Element {
     keyword: Disturbance::KEYWORD,
     summary: "An external torque on a shaft, or a force on a mass; events of the scenario set it, control laws do not use it.",
     sketch: r"

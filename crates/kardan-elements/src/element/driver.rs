@@ -51,8 +51,7 @@ keys! {
     }
 }
 
-/// A driver at a steering wheel.
-pub const DRIVER: Element = Element {
+pub(super) const DRIVER: Element = Element {
     keyword: Driver::KEYWORD,
     summary: "A driver: arms with inertia that turn the steering wheel to an angle, or follow a path with preview, reaction time and muscles.",
     sketch: r"

@@ -26,8 +26,7 @@ keys! {
     }
 }
 
-/// Stops that limit an angle or a distance.
-pub const END_STOP: Element = Element {
+pub(super) const END_STOP: Element = Element {
     keyword: EndStop::KEYWORD,
     summary: "Stops that limit an angle or a distance: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",
     sketch: r"

@@ -30,8 +30,7 @@ keys! {
     }
 }
 
-/// Two shafts (or two masses) in a fixed ratio, \[diss. (4.3)\].
-pub const GEAR: Element = Element {
+pub(super) const GEAR: Element = Element {
     keyword: Gear::KEYWORD,
     summary: "Two shafts, or two masses, in a fixed ratio: q1 - i q2 + offset = 0.",
     sketch: r"

@@ -36,8 +36,7 @@ keys! {
     }
 }
 
-/// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
-pub const HARMONIC_DRIVE: Element = Element {
+pub(super) const HARMONIC_DRIVE: Element = Element {
     keyword: HarmonicDrive::KEYWORD,
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
     sketch: r"

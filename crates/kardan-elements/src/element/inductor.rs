@@ -16,13 +16,10 @@ keys! {
             inductance: Quantity(Dimension::INDUCTANCE, Sign::Positive),
                 "Inductance L.";
         }
-        optional {
-        }
     }
 }
 
-/// A coil: the inertia of a circuit, \[diss. Table 4.3\].
-pub const INDUCTOR: Element = Element {
+pub(super) const INDUCTOR: Element = Element {
     keyword: Inductor::KEYWORD,
     summary: "An ideal coil between two nodes of a circuit: v = L di/dt.",
     sketch: r"

@@ -20,8 +20,7 @@ keys! {
     }
 }
 
-/// A form-fit lock that a signal engages and releases.
-pub const LOCK: Element = Element {
+pub(super) const LOCK: Element = Element {
     keyword: Lock::KEYWORD,
     summary: "Form-fit lock (dog clutch, parking pawl): while it is engaged both shafts have the same speed, at any torque.",
     sketch: r"

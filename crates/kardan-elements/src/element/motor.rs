@@ -29,8 +29,7 @@ keys! {
     }
 }
 
-/// A torque input between the housing and a shaft, or between two shafts; a force along masses.
-pub const MOTOR: Element = Element {
+pub(super) const MOTOR: Element = Element {
     keyword: Motor::KEYWORD,
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"

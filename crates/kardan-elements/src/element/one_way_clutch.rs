@@ -17,8 +17,7 @@ keys! {
     }
 }
 
-/// A freewheel: one shaft drives the other forward and lets it overrun.
-pub const ONE_WAY_CLUTCH: Element = Element {
+pub(super) const ONE_WAY_CLUTCH: Element = Element {
     keyword: OneWayClutch::KEYWORD,
     summary: "One-way clutch (freewheel, backstop): the driven shaft may overrun the driving one and is never slower.",
     sketch: r"

@@ -31,8 +31,7 @@ keys! {
     }
 }
 
-/// A shaft or a mass that follows a function of time.
-pub const PRESCRIBED_MOTION: Element = Element {
+pub(super) const PRESCRIBED_MOTION: Element = Element {
     keyword: PrescribedMotion::KEYWORD,
     summary: "A shaft or a mass that moves as a function of time prescribes, at any torque or force.",
     sketch: r"

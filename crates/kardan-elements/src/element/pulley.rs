@@ -25,8 +25,7 @@ keys! {
     }
 }
 
-/// A rope or belt on a pulley.
-pub const PULLEY: Element = Element {
+pub(super) const PULLEY: Element = Element {
     keyword: Pulley::KEYWORD,
     summary: "A rope or belt that a pulley winds without slip or stretch, always tight: s - r phi = offset.",
     sketch: r"

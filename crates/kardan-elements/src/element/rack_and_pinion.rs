@@ -45,13 +45,10 @@ keys! {
             angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the pinion.";
             position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
         }
-        optional {
-        }
     }
 }
 
-/// A pinion that moves a rack.
-pub const RACK_AND_PINION: Element = Element {
+pub(super) const RACK_AND_PINION: Element = Element {
     keyword: RackAndPinion::KEYWORD,
     summary: "A pinion that moves a rack: s - r phi = offset, or s = curve(phi) where the ratio varies.",
     sketch: r"

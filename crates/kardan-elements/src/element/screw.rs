@@ -29,8 +29,7 @@ keys! {
     }
 }
 
-/// A screw that moves a nut.
-pub const SCREW: Element = Element {
+pub(super) const SCREW: Element = Element {
     keyword: Screw::KEYWORD,
     summary: "A screw that moves a nut, such as a ball screw: s - lead phi = offset.",
     sketch: r"

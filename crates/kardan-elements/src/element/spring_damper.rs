@@ -30,8 +30,7 @@ keys! {
     }
 }
 
-/// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
-pub const SPRING_DAMPER: Element = Element {
+pub(super) const SPRING_DAMPER: Element = Element {
     keyword: SpringDamper::KEYWORD,
     summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts or two masses, or from one to the housing.",
     sketch: r"

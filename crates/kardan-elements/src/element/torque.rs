@@ -23,8 +23,7 @@ keys! {
     }
 }
 
-/// A torque or a force that an expression gives.
-pub const TORQUE: Element = Element {
+pub(super) const TORQUE: Element = Element {
     keyword: Torque::KEYWORD,
     summary: "A torque or a force as an expression of angles, speeds, time, parameters, signals and tables: gravity, drag, loads, engine maps.",
     sketch: r"

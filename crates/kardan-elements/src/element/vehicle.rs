@@ -98,13 +98,10 @@ keys! {
             angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the front wheels.";
             position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
         }
-        optional {
-        }
     }
 }
 
-/// A car as a single-track vehicle.
-pub const VEHICLE: Element = Element {
+pub(super) const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
     summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it is \
               steered by a mass or a shaft, and its forces act back on that.",

@@ -21,8 +21,7 @@ keys! {
     }
 }
 
-/// An ideal voltage source: an input along its own charge.
-pub const VOLTAGE_SOURCE: Element = Element {
+pub(super) const VOLTAGE_SOURCE: Element = Element {
     keyword: VoltageSource::KEYWORD,
     summary: "An ideal voltage source between two nodes of a circuit; a control law commands `<name>.v`, or events of the scenario set it.",
     sketch: r"

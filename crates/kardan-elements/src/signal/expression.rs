@@ -11,8 +11,6 @@ keys! {
         required {
             value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";
         }
-        optional {
-        }
     }
 }
 

@@ -14,8 +14,6 @@ const MOST_LINES: f64 = 1000.0;
 keys! {
     /// A sum of sines.
     signal Multisine("multisine") {
-        required {
-        }
         optional {
             line: Tables(MultisineLine), "Its sines: `[[signal.NAME.line]]`; left out: `count` of them in a band.";
             amplitude: AnyQuantity, "Amplitude of each sine of the band; its unit is that of the signal.";

@@ -11,8 +11,6 @@ use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 keys! {
     /// Values over time, from a file or listed.
     signal TableSignal("table") {
-        required {
-        }
         optional {
             points: Lists,
                 "The points: `{ time = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"2 N m\"] }`; left out: those of a file.";
