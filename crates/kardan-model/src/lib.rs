@@ -45,7 +45,7 @@ mod write;
 pub use assignment::assign;
 pub use builder::Builder;
 pub use document::{
-    BlockTable, Control, Document, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
+    BlockTable, Control, Document, FileBytes, Instance, KindTable, NamedVariant, Parameter, Setting, SignalTable,
     SuppressedChecks, VariantSettings, Variants,
 };
 pub use functions::Functions;

@@ -1,7 +1,7 @@
 //! The element `dc_motor`: a machine between a circuit and a shaft.
 
 use super::shared::branch::{FROM, TO, branch, check_branch};
-use super::shared::straight::check_moves;
+use super::shared::straight::{check_moves, check_reaction};
 use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Domain, Formula, Meaning, Term};
@@ -59,12 +59,8 @@ rotor_inertia = \"40 g cm^2\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [check_branch(values), check_moves(values, &["shaft"])].concat();
-    if values.word("shaft").is_some() && values.word("shaft") == values.word("reaction") {
-        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
-        out.push(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"));
-    }
-    out
+    let own = [check_branch(values), check_moves(values, &["shaft"])].concat();
+    own.into_iter().chain(check_reaction(values)).collect()
 }
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {

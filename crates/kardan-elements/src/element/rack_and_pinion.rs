@@ -68,7 +68,8 @@ radius = \"7 mm\"
     terms,
 };
 
-fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
+/// The points of the key `curve`.
+pub(super) fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
     let point = |point: &Values| Some((point.number("angle")?, point.number("position")?));
     values.tables("curve")?.iter().map(point).collect()
 }

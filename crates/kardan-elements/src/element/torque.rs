@@ -1,5 +1,6 @@
 //! The element `torque`: a torque or force from an expression.
 
+use super::shared::straight::check_reaction;
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Domain, Term};
@@ -70,11 +71,7 @@ fn check(values: &Values) -> Vec<KeyError> {
             "give at least one that is not zero",
         )];
     }
-    if shaft && values.word("shaft") == values.word("reaction") {
-        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
-        return vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
-    }
-    Vec::new()
+    check_reaction(values).into_iter().collect()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

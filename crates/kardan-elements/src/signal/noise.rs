@@ -1,6 +1,6 @@
 //! The signal `noise`: seeded random numbers.
 
-use super::writer::{key_error, times};
+use super::writer::times;
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::Expr;
@@ -44,10 +44,10 @@ fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(deviation) = values.number("deviation").filter(|deviation| *deviation < 0.0) {
         let message = format!("a standard deviation has no sign, found {deviation}");
-        out.push(key_error("deviation", message, "write zero or a number above zero"));
+        out.push(KeyError::new("deviation", message, "write zero or a number above zero"));
     }
     if let Some(seed) = values.number("seed").filter(|seed| seed.fract() != 0.0 || *seed > 9e15) {
-        out.push(key_error(
+        out.push(KeyError::new(
             "seed",
             format!("expected a whole number, found {seed}"),
             "write a whole number, such as 1",

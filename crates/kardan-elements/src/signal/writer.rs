@@ -42,12 +42,8 @@ pub enum Refused {
 impl Refused {
     /// A code, the key, the message and the help.
     pub(super) fn new(code: &'static str, key: &'static str, message: String, help: impl Into<String>) -> Self {
-        Self::Key(code, key_error(key, message, help))
+        Self::Key(code, KeyError::new(key, message, help))
     }
-}
-
-pub(super) fn key_error(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> KeyError {
-    KeyError { key, message: message.into(), help: help.into() }
 }
 
 /// Points of a table, SI.

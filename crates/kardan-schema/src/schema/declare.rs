@@ -90,23 +90,12 @@ macro_rules! keys {
     };
 
     (@mark table $name:ident) => {};
-    (@mark element $name:ident $keyword:literal) => {
-        impl $crate::schema::ElementKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark signal $name:ident $keyword:literal) => {
-        impl $crate::schema::SignalKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark block $name:ident $keyword:literal) => {
-        impl $crate::schema::BlockKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark law $name:ident $keyword:literal) => {
-        impl $crate::schema::LawKeys for $name {
+    (@mark element $name:ident $keyword:literal) => { $crate::keys!(@keyword ElementKeys $name $keyword); };
+    (@mark signal $name:ident $keyword:literal) => { $crate::keys!(@keyword SignalKeys $name $keyword); };
+    (@mark block $name:ident $keyword:literal) => { $crate::keys!(@keyword BlockKeys $name $keyword); };
+    (@mark law $name:ident $keyword:literal) => { $crate::keys!(@keyword LawKeys $name $keyword); };
+    (@keyword $group:ident $name:ident $keyword:literal) => {
+        impl $crate::schema::$group for $name {
             const KEYWORD: &'static str = $keyword;
         }
     };

@@ -61,7 +61,7 @@ impl Element {
 }
 
 impl KeyError {
-    pub(in crate::element) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub(crate) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: help.into() }
     }
 }
