@@ -2,7 +2,7 @@
 
 use kardan_math::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::entries::{Entries, Entry, RawValue};
+use kardan_schema::entries::{Entries, Entry, Place, RawValue};
 use kardan_schema::file::syntax;
 
 /// Tables with keys of their own, without named subtables; they may be missing.
@@ -111,8 +111,8 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
         [Step::Key(first), ..] => {
             let groups: Vec<&str> =
                 model.iter().filter(|group| is_group(group.key.as_str())).map(|group| group.key.as_str()).collect();
-            let having: Vec<&str> =
-                groups.iter().copied().filter(|group| named(model, group, first).is_some()).collect();
+            let has_table = |group: &str| model.table(group).is_some_and(|all| all.table(first).is_some());
+            let having: Vec<&str> = groups.iter().copied().filter(|group| has_table(group)).collect();
             match having.as_slice() {
                 [one] => Ok(below(one)),
                 [] => {
@@ -137,10 +137,6 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
 /// Whether a top-level table contains named tables.
 fn is_group(table: &str) -> bool {
     table != "parameters" && !OF_KEYS.contains(&table)
-}
-
-fn named<'m>(model: &'m Entries, group: &str, name: &str) -> Option<&'m Entries> {
-    model.table(group)?.table(name)
 }
 
 fn keys(table: Option<&Entries>) -> Vec<&str> {
@@ -225,23 +221,10 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
 fn value(value_text: &str) -> RawValue {
     let (entries, diagnostics) = syntax(&format!("value = {value_text}\n"));
     match entries.iter().next() {
-        Some(only) if diagnostics.is_empty() && entries.iter().count() == 1 => of_a_program(&only.entry.value),
+        Some(only) if diagnostics.is_empty() && entries.iter().count() == 1 => {
+            only.entry.value.placed(&Place::unsettled())
+        }
         _ => RawValue::Text(value_text.into()),
-    }
-}
-
-/// The value without the places of the text that it was read from.
-fn of_a_program(read: &RawValue) -> RawValue {
-    match read {
-        RawValue::List(list) => {
-            RawValue::List(list.iter().map(|entry| Entry::from(of_a_program(&entry.value))).collect())
-        }
-        RawValue::Table(table) => {
-            let mut out = Entries::default();
-            table.iter().for_each(|entry| out.set(&entry.key, of_a_program(&entry.entry.value)));
-            RawValue::Table(out)
-        }
-        other => other.clone(),
     }
 }
 
@@ -256,12 +239,9 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
         return Some(format!("`{name}` is set: [variants] no longer varies it"));
     }
     let sets = |table: &Entries| table.table("set").is_some_and(|set| set.get(name).is_some());
-    let called = |entry: &Entry| match &entry.value {
-        RawValue::Table(variant) if sets(variant) => match variant.get("name") {
-            Some(RawValue::Text(name)) => Some(name.clone()),
-            _ => None,
-        },
-        _ => None,
+    let called = |entry: &Entry| {
+        let variant = entry.value.as_table().filter(|variant| sets(variant))?;
+        variant.text("name").map(str::to_string)
     };
     let variants: Vec<String> = match model.get("variant") {
         Some(RawValue::List(variants)) => variants.iter().filter_map(called).collect(),
@@ -276,9 +256,8 @@ fn unvary(model: &mut Entries, name: &str) -> Option<String> {
 
 /// The manoeuvres that satisfy a predicate.
 fn manoeuvres(model: &Entries, is_so: impl Fn(&Entries) -> bool) -> Vec<String> {
-    let all = model.table("manoeuvre").into_iter().flat_map(Entries::iter);
-    let own = all.filter(|one| matches!(&one.entry.value, RawValue::Table(table) if is_so(table)));
-    own.map(|one| one.key.clone()).collect()
+    let own = model.tables_of("manoeuvre").filter(|(_, table)| is_so(table));
+    own.map(|(one, _)| one.key.clone()).collect()
 }
 
 #[cfg(test)]

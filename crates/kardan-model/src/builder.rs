@@ -42,6 +42,13 @@ impl Builder {
         self
     }
 
+    /// A named table whose kind is a word under a key of its own, before the keys of that kind.
+    fn of_kind(self, group: &str, name: &str, word: (&str, &str), keys: Entries) -> Self {
+        let mut table = Entries::of_texts([word]);
+        keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
+        self.named(group, name, table)
+    }
+
     fn listed(mut self, key: &str, table: &impl Keys) -> Self {
         self.entries.list_mut(key).push(Entry::from(table.raw()));
         self
@@ -82,10 +89,7 @@ impl Builder {
     /// A controller by the keyword of its law and its keys.
     #[must_use]
     pub fn control_of(self, name: &str, law: &str, keys: Entries) -> Self {
-        let mut table = Entries::default();
-        table.set("law", RawValue::Text(law.into()));
-        keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
-        self.named("control", name, table)
+        self.of_kind("control", name, ("law", law), keys)
     }
 
     /// A signal `[signal.NAME]`, in place of one of that name.
@@ -102,10 +106,7 @@ impl Builder {
     /// ```
     #[must_use]
     pub fn signal<S: SignalKeys>(self, name: &str, signal: S) -> Self {
-        let mut table = Entries::default();
-        table.set("kind", RawValue::Text(S::KEYWORD.into()));
-        signal.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
-        self.named("signal", name, table)
+        self.of_kind("signal", name, ("kind", S::KEYWORD), signal.entries())
     }
 
     /// A block `[block.NAME]`, in place of one of that name.
@@ -121,10 +122,7 @@ impl Builder {
     /// ```
     #[must_use]
     pub fn block<B: BlockKeys>(self, name: &str, block: B) -> Self {
-        let mut table = Entries::default();
-        table.set("kind", RawValue::Text(B::KEYWORD.into()));
-        block.entries().iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
-        self.named("block", name, table)
+        self.of_kind("block", name, ("kind", B::KEYWORD), block.entries())
     }
 
     /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.

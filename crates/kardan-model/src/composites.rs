@@ -7,52 +7,33 @@ use super::document::{Document, Instance};
 use kardan_elements::element;
 use kardan_results::{Mechanism, Terminal};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
+use kardan_schema::entries::{Entries, KeyedEntry, Place};
 
 /// The entries with the parts of composite elements added. A part has the place of the header of its element.
 pub(super) fn with_parts(entries: &Entries) -> Cow<'_, Entries> {
     let mut out = Cow::Borrowed(entries);
     for kind in element::COMPOSITES {
-        for found in entries.table(kind.keyword).into_iter().flat_map(Entries::iter) {
-            let RawValue::Table(entry) = &found.entry.value else { continue };
+        for (found, entry) in entries.tables_of(kind.keyword) {
             let is_mass = |name: &str| entries.table("mass").is_some_and(|masses| masses.get(name).is_some());
             let bodies = kind.fields.iter().filter(|field| field.kind == kardan_schema::schema::Kind::Body);
-            let by_mass = bodies
-                .filter_map(|field| entry.get(field.name))
-                .any(|body| matches!(body, RawValue::Text(name) if is_mass(name)));
+            let by_mass = bodies.filter_map(|field| entry.text(field.name)).any(is_mass);
             let Some(parts) = element::parts(kind.keyword, &found.key, entry, by_mass) else { continue };
             for group in parts.iter() {
-                let RawValue::Table(tables) = &group.entry.value else { continue };
+                let Some(tables) = group.entry.value.as_table() else { continue };
                 let table = out.to_mut().table_mut(&group.key);
-                tables.iter().for_each(|part| table.push(placed(part, &found.place)));
+                for part in tables.iter() {
+                    table.push(KeyedEntry::at(&part.key, &part.entry.value, &found.place));
+                }
             }
         }
     }
     out
 }
 
-/// An entry, and all within it, at a place.
-pub(super) fn placed(entry: &KeyedEntry, place: &Place) -> KeyedEntry {
-    KeyedEntry { key: entry.key.clone(), place: place.clone(), entry: placed_value(&entry.entry, place) }
-}
-
-fn placed_value(entry: &Entry, place: &Place) -> Entry {
-    let value = match &entry.value {
-        RawValue::Table(table) => {
-            let mut out = Entries::default();
-            table.iter().for_each(|entry| out.push(placed(entry, place)));
-            RawValue::Table(out)
-        }
-        RawValue::List(list) => RawValue::List(list.iter().map(|entry| placed_value(entry, place)).collect()),
-        other => other.clone(),
-    };
-    Entry { value, place: place.clone() }
-}
-
 impl Document {
     /// Omits the parts of an element from the drawing, which shows the element, unless others name them.
     pub(super) fn fold_parts(&self, mechanism: &mut Mechanism) {
-        let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let is_composite = |one: &&Instance| element::is_composite(one.kind.keyword);
         let wholes: Vec<&Place> = self.elements.iter().filter(is_composite).map(|whole| &whole.place).collect();
         let is_part = |name: &str| {
             let found = self.elements.all(name).find(|one| !is_composite(one));
@@ -70,7 +51,7 @@ impl Document {
 
     /// Removes messages on the parts of an element that has an error itself: it is the same error.
     pub(super) fn leave_parts_out(&self, doubtful: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
-        let is_composite = |one: &&Instance| element::COMPOSITES.iter().any(|kind| kind.keyword == one.kind.keyword);
+        let is_composite = |one: &&Instance| element::is_composite(one.kind.keyword);
         // If a block of a part has an error, its other blocks are unknown.
         let at = |diagnostic: &Diagnostic| diagnostic.labels.first().map(|label| label.place.clone());
         for whole in self.elements.iter().filter(is_composite) {

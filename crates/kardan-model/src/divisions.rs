@@ -196,55 +196,56 @@ fn ends(varied: &Varied<'_>) -> (f64, f64) {
     )
 }
 
-/// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval: bisection with intervals. `never` and
-/// `always` decide for all values of an interval that they are out of, or within, bounds.
-fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
+/// Bisects an interval until a predicate decides on the values of an expression of one symbol over each piece; those over the pieces that
+/// it left undecided.
+fn undecided(
+    graph: &Graph,
+    expr: Expr,
+    varied: &Varied<'_>,
+    mut decides: impl FnMut(Interval) -> bool,
+) -> Vec<Interval> {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
     let (low, high) = ends(varied);
-    let (mut intervals, mut looked_at, mut possible) = (vec![(low, high, 0)], 0, false);
+    let (mut intervals, mut looked_at, mut open) = (vec![(low, high, 0)], 0, Vec::new());
     while let Some((low, high, depth)) = intervals.pop() {
         let found = over(low, high);
         looked_at += 1;
         let middle = 0.5 * low + 0.5 * high;
-        if never(found) {
-            return (true, true);
-        }
-        if always(found) {
+        if decides(found) {
             continue;
         }
         if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
             intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
         } else {
-            possible = true;
+            open.push(found);
         }
     }
-    (false, possible)
+    open
 }
 
-/// Whether an expression of one symbol is zero somewhere in an interval: bisection with intervals.
+/// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval. `never` and `always` decide for
+/// all values of an interval that they are out of, or within, bounds.
+fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
+    let mut certain = false;
+    let open = undecided(graph, expr, varied, |found| {
+        certain |= never(found);
+        certain || always(found)
+    });
+    (certain, certain || !open.is_empty())
+}
+
+/// Whether an expression of one symbol is zero somewhere in an interval.
 fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
-    let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
-    let (low, high) = ends(varied);
-    let (mut intervals, mut looked_at) = (vec![(low, high, 0)], 0);
-    let [mut negative, mut positive, mut possible, mut finite] = [false, false, false, true];
-    while let Some((low, high, depth)) = intervals.pop() {
-        let found = over(low, high);
-        looked_at += 1;
-        let middle = 0.5 * low + 0.5 * high;
-        if found.high < 0.0 {
-            negative = true;
-        } else if found.low > 0.0 {
-            positive = true;
-        } else if depth < HALVINGS && looked_at + intervals.len() < PIECES && low < middle && middle < high {
-            intervals.extend([(low, middle, depth + 1), (middle, high, depth + 1)]);
-        } else {
-            possible = true;
-            finite &= found.low.is_finite() && found.high.is_finite();
-        }
-    }
-    match possible {
-        false => Zero::Excluded,
-        true if negative && positive && finite && !jumps => Zero::Crossed,
-        true => Zero::Possible,
+    let [mut negative, mut positive] = [false; 2];
+    let open = undecided(graph, expr, varied, |found| {
+        negative |= found.high < 0.0;
+        positive |= found.low > 0.0;
+        found.high < 0.0 || found.low > 0.0
+    });
+    let finite = open.iter().all(|found| found.low.is_finite() && found.high.is_finite());
+    match open.is_empty() {
+        true => Zero::Excluded,
+        false if negative && positive && finite && !jumps => Zero::Crossed,
+        false => Zero::Possible,
     }
 }

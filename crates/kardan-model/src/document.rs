@@ -85,11 +85,11 @@ pub struct VariantSettings {
     pub faults: Vec<String>,
 }
 
-/// An element's table.
+/// A table with a name, of a kind that is in a registry.
 #[derive(Debug, Clone)]
-pub struct Instance {
+pub struct KindTable<K: 'static> {
     /// Its kind.
-    pub kind: &'static Element,
+    pub kind: &'static K,
     /// Its name.
     pub name: String,
     /// Place of the header.
@@ -97,6 +97,13 @@ pub struct Instance {
     /// Its keys.
     pub table: Table,
 }
+
+/// An element's table.
+pub type Instance = KindTable<Element>;
+/// A controller's table.
+pub type Control = KindTable<LawKind>;
+/// A block's table.
+pub type BlockTable = KindTable<BlockKind>;
 
 impl Instance {
     /// Its domain if it is a body itself, which others name.
@@ -111,24 +118,9 @@ impl Instance {
 
     /// Of a sensor of a signal its name, the signal that it names and where.
     fn measured_signal(&self) -> Option<(&str, &str, &Place)> {
-        match self.table.values.get("signal").filter(|_| self.kind.keyword == "sensor")? {
-            Placed { value: Value::Word(signal), place } => Some((&self.name, signal, place)),
-            _ => None,
-        }
+        let (signal, place) = self.table.placed_word("signal").filter(|_| self.kind.keyword == "sensor")?;
+        Some((&self.name, signal, place))
     }
-}
-
-/// A controller's table.
-#[derive(Debug, Clone)]
-pub struct Control {
-    /// Its law.
-    pub law: &'static LawKind,
-    /// Its name.
-    pub name: String,
-    /// Place of the header.
-    pub place: Place,
-    /// Its keys.
-    pub table: Table,
 }
 
 /// A signal's table.
@@ -144,19 +136,6 @@ pub struct SignalTable {
     pub table: Table,
     /// Its expression, if that depends on coordinates, measurements or a block, itself or through other signals; none for a function of time.
     pub formula: Option<Arc<Placed<Expression>>>,
-}
-
-/// A block's table.
-#[derive(Debug, Clone)]
-pub struct BlockTable {
-    /// Its kind.
-    pub kind: &'static BlockKind,
-    /// Its name.
-    pub name: String,
-    /// Place of the header.
-    pub place: Place,
-    /// Its keys.
-    pub table: Table,
 }
 
 impl HasName for Parameter {
@@ -177,25 +156,13 @@ impl HasName for NamedVariant {
     }
 }
 
-impl HasName for Instance {
-    fn name(&self) -> &str {
-        &self.name
-    }
-}
-
-impl HasName for Control {
-    fn name(&self) -> &str {
-        &self.name
-    }
-}
-
 impl HasName for SignalTable {
     fn name(&self) -> &str {
         &self.name
     }
 }
 
-impl HasName for BlockTable {
+impl<K: 'static> HasName for KindTable<K> {
     fn name(&self) -> &str {
         &self.name
     }
@@ -361,11 +328,9 @@ impl Document {
             let is_sensor = self.elements.all(name).any(|one| one.kind.keyword == "sensor");
             is_element || is_sensor || self.blocks.has(head) || references.contains(name)
         };
-        let read = |signal: &SignalTable| match signal.table.values.get("value")? {
-            Placed { value: Value::Word(text), place } => {
-                Some(Placed { value: Expression::parse_law(text).ok()?, place: place.clone() })
-            }
-            _ => None,
+        let read = |signal: &SignalTable| {
+            let (text, place) = signal.table.placed_word("value")?;
+            Some(Placed { value: Expression::parse_law(text).ok()?, place: place.clone() })
         };
         let formulas: Vec<Option<Placed<Expression>>> = self.signals.iter().map(read).collect();
         // The users of each signal, and the formulas, from which these follow.
@@ -421,14 +386,7 @@ impl Document {
     /// Names of the files that the model needs.
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
         let tables = self.signals.iter().map(|signal| &signal.table).chain(self.tables.iter().map(|(_, table)| table));
-        let correlated = match self.sweep.values.get("correlated").map(|found| &found.value) {
-            Some(Value::Tables(tables)) => &tables[..],
-            _ => &[],
-        };
-        tables.chain(correlated).filter_map(|table| match &table.values.get("file")?.value {
-            Value::Word(name) => Some(name.as_str()),
-            _ => None,
-        })
+        tables.chain(self.sweep.tables("correlated")).filter_map(|table| table.word("file"))
     }
 
     /// All names available to an expression, each after its inputs.
@@ -446,17 +404,9 @@ impl Document {
 
 /// The references and loads that a controller's table introduces.
 fn introduced(table: &Table) -> impl Iterator<Item = &str> {
-    let tables = |key: &str| match table.values.get(key) {
-        Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
-        _ => &[],
-    };
-    let of_channels = std::iter::once(table).chain(tables("channels"));
-    let of_channels = of_channels.flat_map(|table| ["reference", "load"].map(|key| table.values.get(key)));
-    let listed = tables("references").iter().map(|table| table.values.get("name"));
-    of_channels.chain(listed).filter_map(|entry| match entry {
-        Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
-        _ => None,
-    })
+    let of_channels = std::iter::once(table).chain(table.tables("channels"));
+    let of_channels = of_channels.flat_map(|table| ["reference", "load"].map(|key| table.word(key)));
+    of_channels.chain(table.tables("references").iter().map(|table| table.word("name"))).flatten()
 }
 
 /// The keys of a law, without the values of its design model and its operating point, which are read with the parameters and coordinates.

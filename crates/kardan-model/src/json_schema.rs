@@ -2,12 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
-use super::manual::{STUDY_TABLES, need, study_table, value_kind};
+use super::manual::{STUDY_TABLES, kind_pages, need, study_table, value_kind};
 use super::parse::example;
-use super::reading::{BLOCK, CONTROL, SIGNAL};
-use kardan_elements::block;
 use kardan_elements::element;
-use kardan_elements::signal;
 use kardan_schema::schema::{Field, Kind};
 
 /// The form of a quantity: a number with a unit, with or without a tolerance, the name of a parameter, or an expression of these.
@@ -48,9 +45,12 @@ pub fn json_schema() -> String {
     for kind in element::REGISTRY {
         properties.insert(kind.keyword.into(), named(table(kind.fields, kind.summary), kind.summary));
     }
-    properties.insert("control".into(), named(control(), "A control law: the key `law` selects it."));
-    properties.insert("signal".into(), named(signals(), "A function of time: the key `kind` selects it."));
-    properties.insert("block".into(), named(blocks(), "A block of signals: the key `kind` selects it."));
+    let law = of_kinds("law", "law");
+    properties.insert("control".into(), named(law, "A control law: the key `law` selects it."));
+    let signal = of_kinds("signal", "kind");
+    properties.insert("signal".into(), named(signal, "A function of time: the key `kind` selects it."));
+    let block = of_kinds("block", "kind");
+    properties.insert("block".into(), named(block, "A block of signals: the key `kind` selects it."));
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "$id": "kardan/2/model",
@@ -72,34 +72,14 @@ fn several(table: Value) -> Value {
     json!({ "anyOf": [{ "type": "array", "items": table.clone() }, table] })
 }
 
-/// A controller: the keys are those of its law.
-fn control() -> Value {
-    let laws = kardan_synthesis::REGISTRY.iter().map(|law| {
-        let mut keys = table(&[CONTROL, law.fields].concat(), law.summary);
-        keys["properties"]["law"] = json!({ "const": law.keyword, "description": law.summary });
+/// A table of a group: the keys are those of the kind that a key selects.
+fn of_kinds(group: &str, key: &str) -> Value {
+    let kinds = kind_pages().into_iter().filter(|kind| kind.group == group).map(|kind| {
+        let mut keys = table(&kind.fields, kind.summary);
+        keys["properties"][key] = json!({ "const": kind.keyword, "description": kind.summary });
         keys
     });
-    json!({ "type": "object", "required": ["law"], "oneOf": laws.collect::<Vec<_>>() })
-}
-
-/// A signal: the keys are those of its kind.
-fn signals() -> Value {
-    let kinds = signal::REGISTRY.iter().map(|kind| {
-        let mut keys = table(&[SIGNAL, kind.fields].concat(), kind.summary);
-        keys["properties"]["kind"] = json!({ "const": kind.keyword, "description": kind.summary });
-        keys
-    });
-    json!({ "type": "object", "required": ["kind"], "oneOf": kinds.collect::<Vec<_>>() })
-}
-
-/// A block: the keys are those of its kind.
-fn blocks() -> Value {
-    let kinds = block::REGISTRY.iter().map(|kind| {
-        let mut keys = table(&[BLOCK, kind.fields].concat(), kind.summary);
-        keys["properties"]["kind"] = json!({ "const": kind.keyword, "description": kind.summary });
-        keys
-    });
-    json!({ "type": "object", "required": ["kind"], "oneOf": kinds.collect::<Vec<_>>() })
+    json!({ "type": "object", "required": [key], "oneOf": kinds.collect::<Vec<_>>() })
 }
 
 fn table(fields: &[Field], what: &str) -> Value {

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::document::{Document, Instance, Parameter};
+use kardan_elements::element::KeyError;
 use kardan_math::names::nearest;
 use kardan_math::units::{Dimension, Exact, Expression, format_quantity};
 use kardan_results::signal_name::parameter;
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::entries::{Entries, Place, RawValue};
+use kardan_schema::entries::{Entries, Place};
 use kardan_schema::schema::{Field, Kind, Placed, Scalar, Table, Value};
 
 /// A value computed from others: an entry of `[parameters]`, or the key of an element.
@@ -22,7 +23,7 @@ pub(super) struct Following {
 /// Keys of elements that expressions anywhere in a model name: values go into the document, computed ones are returned.
 pub(super) fn named_keys(entries: &Entries, document: &mut Document) -> Vec<Following> {
     let mut named = BTreeSet::new();
-    names_in(entries, &mut named);
+    entries.iter().for_each(|found| found.entry.value.each_text(&mut |text: &str| names_of(text, &mut named)));
     let (mut following, mut keys, mut suppressed) = (Vec::new(), Vec::new(), Vec::new());
     let implicit: BTreeSet<&str> = document.implicit.iter().map(|parameter| parameter.name.as_str()).collect();
     let mut used: BTreeSet<String> = BTreeSet::new();
@@ -96,9 +97,8 @@ impl Document {
         };
         let of_fault = || {
             let rest = name.strip_prefix("fault.")?;
-            let own = |(name, table): &(_, Table)| {
-                let Placed { value, .. }: &Placed<String> = name;
-                scalar_at(table, rest.strip_prefix(value.as_str())?.strip_prefix('.')?)
+            let own = |(fault, table): &(Placed<String>, Table)| {
+                scalar_at(table, rest.strip_prefix(fault.value.as_str())?.strip_prefix('.')?)
             };
             self.faults.iter().find_map(own)
         };
@@ -138,21 +138,12 @@ fn scalar_at(table: &Table, path: &str) -> Option<(Scalar, String)> {
     }
 }
 
-/// The names with a dot in the expressions of a table.
-fn names_in(entries: &Entries, out: &mut BTreeSet<String>) {
-    entries.iter().for_each(|found| names_of(&found.entry.value, out));
-}
-
-fn names_of(value: &RawValue, out: &mut BTreeSet<String>) {
-    match value {
-        RawValue::Text(text) if text.contains('.') => {
-            if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
-                out.extend(read.names().into_iter().filter(|name| name.contains('.')).map(str::to_string));
-            }
-        }
-        RawValue::Table(table) => names_in(table, out),
-        RawValue::List(list) => list.iter().for_each(|entry| names_of(&entry.value, out)),
-        _ => {}
+/// The names with a dot in a text that is an expression.
+fn names_of(text: &str, out: &mut BTreeSet<String>) {
+    if text.contains('.')
+        && let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text))
+    {
+        out.extend(read.names().into_iter().filter(|name| name.contains('.')).map(str::to_string));
     }
 }
 
@@ -194,6 +185,17 @@ fn suggestion(document: &Document, expression: &Expression, unknown: &str, unit:
 /// Above this number of errors kardan makes no suggestions, which compare each name with all others.
 pub(super) const GUESSES: usize = 500;
 
+/// An error that a kind finds in the keys of a table: at the key, or at the header if the key is absent.
+pub(super) fn key_diagnostic(
+    code: &'static str,
+    what: &str,
+    error: KeyError,
+    (table, header): (&Table, &Place),
+) -> Diagnostic {
+    let at = table.values.get(error.key).map_or(header, |value| &value.place);
+    Diagnostic::error(code, format!("{what}: {}", error.message)).at(at.clone(), "").help(error.help)
+}
+
 /// An error in an expression, at its place, with a suggestion for a name.
 pub(super) fn expression_diagnostic(
     document: &Document,
@@ -207,7 +209,5 @@ pub(super) fn expression_diagnostic(
         let unit = error.help.as_deref().and_then(|help| help.strip_prefix("did you mean `")?.split('`').next());
         error.help = suggestion(document, expression, part, unit).or(error.help);
     }
-    let at = place.part(expression.text(), error.span);
-    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-    Diagnostic { help: error.help, ..diagnostic }
+    Diagnostic::of_unit_error(what, error, expression.text(), place)
 }

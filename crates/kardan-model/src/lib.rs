@@ -45,7 +45,7 @@ mod write;
 pub use assignment::assign;
 pub use builder::Builder;
 pub use document::{
-    BlockTable, Control, Document, FileBytes, Instance, NamedVariant, Parameter, Setting, SignalTable,
+    BlockTable, Control, Document, FileBytes, Instance, KindTable, NamedVariant, Parameter, Setting, SignalTable,
     SuppressedChecks, VariantSettings, Variants,
 };
 pub use functions::Functions;
@@ -85,104 +85,50 @@ impl Builtin {
     }
 }
 
+/// A list of models by their names, which are those of their files, each with one sentence.
+macro_rules! builtin_models {
+    ($($name:literal: $summary:literal,)*) => {
+        &[$(Builtin {
+            name: $name,
+            summary: $summary,
+            source: include_str!(concat!("../../../models/", $name, ".toml")),
+        }),*]
+    };
+}
+
 /// The models that are part of the program; the files are in `models/`.
-pub const BUILTIN: &[Builtin] = &[
-    Builtin {
-        name: "sia-steering",
-        summary: "Car steering with a harmonic drive in differential mode, noninteracting control (source 6.3, Table 6.4)",
-        source: include_str!("../../../models/sia-steering.toml"),
-    },
-    Builtin {
-        name: "sia-joint-angle",
-        summary: "the same with a bent joint: force feedback of the linear and the nonlinear law, and a wrong joint angle",
-        source: include_str!("../../../models/sia-joint-angle.toml"),
-    },
-    Builtin {
-        name: "sia-steering-ecu",
-        summary: "the same on a real control unit: 1 kHz, delay, motor lag, torque limits, encoders, Coulomb friction",
-        source: include_str!("../../../models/sia-steering-ecu.toml"),
-    },
-    Builtin {
-        name: "steering-on-road",
-        summary: "The complete steering system: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
-        source: include_str!("../../../models/steering-on-road.toml"),
-    },
-    Builtin {
-        name: "afs-steering",
-        summary: "State of the art to compare: active front steering with planetary gear and worm, on the same car and road",
-        source: include_str!("../../../models/afs-steering.toml"),
-    },
-    Builtin {
-        name: "harmonic-drive",
-        summary: "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
-        source: include_str!("../../../models/harmonic-drive.toml"),
-    },
-    Builtin {
-        name: "harmonic-drive-ecu",
-        summary: "the same with a flexible cup, angle and torque decoupled at 1 kHz with delay, lag, limits and encoders",
-        source: include_str!("../../../models/harmonic-drive-ecu.toml"),
-    },
-    Builtin {
-        name: "harmonic-drive-bench",
-        summary: "the same on a virtual test bench, its damping and friction to be identified (source 6.1.4)",
-        source: include_str!("../../../models/harmonic-drive-bench.toml"),
-    },
-    Builtin {
-        name: "harmonic-drive-spring",
-        summary: "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
-        source: include_str!("../../../models/harmonic-drive-spring.toml"),
-    },
-    Builtin {
-        name: "harmonic-drive-spring-ecu",
-        summary: "the same at 1 kHz with delay, motor lag, limits and encoders",
-        source: include_str!("../../../models/harmonic-drive-spring-ecu.toml"),
-    },
-    Builtin {
-        name: "robot-joint",
-        summary: "A robot's joint: motor, flexible harmonic drive, arm under gravity; controlled at 1 kHz on either side",
-        source: include_str!("../../../models/robot-joint.toml"),
-    },
-    Builtin {
-        name: "eps-column",
-        summary: "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping with hands off",
-        source: include_str!("../../../models/eps-column.toml"),
-    },
-    Builtin {
-        name: "hybrid-driveline",
-        summary: "Power split by a planetary gear, with road load: engine and car speed decoupled by two motors",
-        source: include_str!("../../../models/hybrid-driveline.toml"),
-    },
-    Builtin {
-        name: "universal-joints",
-        summary: "Two universal joints in series: Cardan error of equal, unequal and misaligned joints (source, figures 6.9, 6.10)",
-        source: include_str!("../../../models/universal-joints.toml"),
-    },
-    Builtin {
-        name: "unicycle",
-        summary: "A wheel that rolls on a plane without slip, driven on a circle: nonholonomic constraints (source, (4.4))",
-        source: include_str!("../../../models/unicycle.toml"),
-    },
-    Builtin {
-        name: "two-bodies",
-        summary: "Two equal bodies joined by a spring and a damper (source, appendix B)",
-        source: include_str!("../../../models/two-bodies.toml"),
-    },
-    Builtin {
-        name: "rack-and-pinion",
-        summary: "A measured rack-and-pinion mechanism: `kardan identify rack-and-pinion a3MR.csv a3NI.csv`",
-        source: include_str!("../../../models/rack-and-pinion.toml"),
-    },
-    Builtin {
-        name: "two-motor-drive",
-        summary: "Two measured servo motors on one shaft: `kardan identify two-motor-drive idf_*.mat`",
-        source: include_str!("../../../models/two-motor-drive.toml"),
-    },
-    Builtin {
-        name: "rlc-ladder",
-        summary: "A lossy line as an electrical ladder of four sections, driven by a voltage step (source, Table 4.3)",
-        source: include_str!("../../../models/rlc-ladder.toml"),
-    },
-];
+pub const BUILTIN: &[Builtin] = builtin_models! {
+    "sia-steering":
+        "Car steering with a harmonic drive in differential mode, noninteracting control (source 6.3, Table 6.4)",
+    "sia-joint-angle":
+        "the same with a bent joint: force feedback of the linear and the nonlinear law, and a wrong joint angle",
+    "sia-steering-ecu":
+        "the same on a real control unit: 1 kHz, delay, motor lag, torque limits, encoders, Coulomb friction",
+    "steering-on-road":
+        "The complete steering system: a car on a road, a driver, functions, force feedback, monitors, brake and lock",
+    "afs-steering":
+        "State of the art to compare: active front steering with planetary gear and worm, on the same car and road",
+    "harmonic-drive": "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
+    "harmonic-drive-ecu":
+        "the same with a flexible cup, angle and torque decoupled at 1 kHz with delay, lag, limits and encoders",
+    "harmonic-drive-bench":
+        "the same on a virtual test bench, its damping and friction to be identified (source 6.1.4)",
+    "harmonic-drive-spring": "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
+    "harmonic-drive-spring-ecu": "the same at 1 kHz with delay, motor lag, limits and encoders",
+    "robot-joint":
+        "A robot's joint: motor, flexible harmonic drive, arm under gravity; controlled at 1 kHz on either side",
+    "eps-column":
+        "Electric power steering at the column, rack in kg and N: boost curve, and lane keeping with hands off",
+    "hybrid-driveline": "Power split by a planetary gear, with road load: engine and car speed decoupled by two motors",
+    "universal-joints":
+        "Two universal joints in series: Cardan error of equal, unequal and misaligned joints (source, figures 6.9, 6.10)",
+    "unicycle":
+        "A wheel that rolls on a plane without slip, driven on a circle: nonholonomic constraints (source, (4.4))",
+    "two-bodies": "Two equal bodies joined by a spring and a damper (source, appendix B)",
+    "rack-and-pinion": "A measured rack-and-pinion mechanism: `kardan identify rack-and-pinion a3MR.csv a3NI.csv`",
+    "two-motor-drive": "Two measured servo motors on one shaft: `kardan identify two-motor-drive idf_*.mat`",
+    "rlc-ladder": "A lossy line as an electrical ladder of four sections, driven by a voltage step (source, Table 4.3)",
+};
 
 /// The built-in model of that name.
 pub fn builtin(name: &str) -> Option<&'static Builtin> {

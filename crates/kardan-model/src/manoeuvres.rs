@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use super::composites::placed;
 use super::document::Document;
 use super::examples::example_of;
 use super::parameters::{REMOVE_TOLERANCE, refuse_tolerances};
@@ -14,32 +13,22 @@ use kardan_math::units::parse_number;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
-use kardan_schema::schema::{Keys, Placed, Table, Value};
+use kardan_schema::schema::{EntryValue, Keys, Names, Table};
 
 /// The parameter that is the length of a run.
 const DURATION: &str = "run_duration";
 /// The parameter that is the number of the manoeuvre, zero for none.
 const NUMBER: &str = "manoeuvre";
 
-fn text<'a>(table: &'a Entries, key: &str) -> Option<&'a str> {
-    if let Some(RawValue::Text(text)) = table.get(key) { Some(text) } else { None }
-}
-
 /// Replaces a key of that name, with all its content at a place.
 fn put(table: &mut Entries, key: &str, value: RawValue, place: &Place) {
     table.remove(key);
-    table.push(placed(&keyed(key, value), place));
-}
-
-fn keyed(key: &str, value: RawValue) -> KeyedEntry {
-    let mut out = Entries::default();
-    out.set(key, value);
-    out.iter().next().cloned().expect("the key that was set")
+    table.push(KeyedEntry::at(key, &value, place));
 }
 
 /// The first name of a kind of element.
 fn first(entries: &Entries, keyword: &str) -> Option<String> {
-    Some(entries.table(keyword)?.iter().next()?.key.clone())
+    Some(entries.entries_of(keyword).next()?.key.clone())
 }
 
 /// A manoeuvre with its generated entries.
@@ -58,7 +47,7 @@ impl Driven<'_> {
     /// The signal that it makes.
     fn steering_signal(&self) -> String {
         let other = if self.made.path.is_some() { "lane" } else { "steer" };
-        text(self.keys, "steering_signal").unwrap_or(other).to_string()
+        self.keys.text("steering_signal").unwrap_or(other).to_string()
     }
 
     /// An expression that is one where it is driven, else zero.
@@ -74,21 +63,15 @@ impl Driven<'_> {
 /// The readable manoeuvres, each with its generated entries.
 fn driven(entries: &Entries) -> Vec<Driven<'_>> {
     let (car, driver) = (first(entries, "vehicle"), first(entries, "driver"));
-    let wheel = entries.table("driver").and_then(|all| {
-        all.iter().find_map(|found| match &found.entry.value {
-            RawValue::Table(table) => text(table, "wheel").map(str::to_string),
-            _ => None,
-        })
-    });
+    let wheel = entries.tables_of("driver").find_map(|(_, table)| table.text("wheel").map(str::to_string));
     let mut out = Vec::new();
-    for found in entries.table("manoeuvre").into_iter().flat_map(Entries::iter) {
-        let RawValue::Table(keys) = &found.entry.value else { continue };
-        let Some(kind) = text(keys, "kind").and_then(manoeuvre::find) else { continue };
+    for (found, keys) in entries.tables_of("manoeuvre") {
+        let Some(kind) = keys.text("kind").and_then(manoeuvre::find) else { continue };
         let missing = |(key, need): &(&str, Need)| *need == Need::Required && keys.get(key).is_none();
         if kind.keys.iter().any(missing) {
             continue;
         }
-        let own = |key: &str| text(keys, key).map(str::to_string);
+        let own = |key: &str| keys.text(key).map(str::to_string);
         let hands = driver.as_ref().map(|driver| manoeuvre::quoted(&format!("{driver}_hands.tau")));
         let spec = ManoeuvreSpec {
             name: &found.key,
@@ -100,7 +83,7 @@ fn driven(entries: &Entries) -> Vec<Driven<'_>> {
         };
         let mut made = Made::default();
         (kind.write)(&spec, &mut made);
-        if text(keys, "evaluate") == Some("no") || spec.car.is_none() {
+        if keys.text("evaluate") == Some("no") || spec.car.is_none() {
             made.figures.clear();
             made.requirements.clear();
         }
@@ -124,15 +107,14 @@ pub(super) fn with_manoeuvres(entries: &Entries) -> Cow<'_, Entries> {
     variants(&mut all, &mut out);
     for one in &all {
         for (group, name, table) in &one.made.tables {
-            out.table_mut(group).push(placed(&keyed(name, RawValue::Table(table.clone())), one.place));
+            out.table_mut(group).push(KeyedEntry::at(name, &RawValue::Table(table.clone()), one.place));
         }
-        let names = manoeuvre::list(&one.variants);
+        let names = Names(one.variants.clone()).raw();
         for (key, tables) in [("figure", &one.made.figures), ("requirement", &one.made.requirements)] {
             for table in tables.iter().filter(|_| !one.variants.is_empty()) {
                 let mut table = table.clone();
                 table.set("variants", names.clone());
-                let entry = placed(&keyed("", RawValue::Table(table)), one.place).entry;
-                out.list_mut(key).push(entry);
+                out.list_mut(key).push(KeyedEntry::at("", &RawValue::Table(table), one.place).entry);
             }
         }
     }
@@ -150,23 +132,22 @@ pub(super) fn cones(entries: &Entries) -> Vec<Cones> {
 pub(super) fn lanes(entries: &Entries) -> BTreeSet<String> {
     let mut made = Entries::default();
     paths(entries, &mut made);
-    let of_paths = made.table("table").into_iter().flat_map(Entries::iter).map(|found| found.key.clone());
+    let of_paths = made.entries_of("table").map(|found| found.key.clone());
     let of_manoeuvres = driven(entries).into_iter().flat_map(|one| one.made.tables);
     of_manoeuvres.filter(|(group, ..)| *group == "table").map(|(_, name, _)| name).chain(of_paths).collect()
 }
 
 /// `[path.NAME]` as tables.
 fn paths(entries: &Entries, out: &mut Entries) {
-    for found in entries.table("path").into_iter().flat_map(Entries::iter) {
-        let RawValue::Table(keys) = &found.entry.value else { continue };
-        let (Some(kind), Some(width)) = (text(keys, "kind"), text(keys, "width")) else { continue };
-        let value = |key: &str| text(keys, key).map(|text| format!("({text})"));
+    for (found, keys) in entries.tables_of("path") {
+        let (Some(kind), Some(width)) = (keys.text("kind"), keys.text("width")) else { continue };
+        let value = |key: &str| keys.text(key).map(|text| format!("({text})"));
         let start = value("start").unwrap_or("0 m".into());
-        let side = text(keys, "side").unwrap_or("left");
+        let side = keys.text("side").unwrap_or("left");
         let lanes = manoeuvre::lanes(kind, &format!("({width})"), value("offset").as_deref(), &start, side);
         for (part, table) in lanes {
             let name = format!("{}{part}", found.key);
-            out.table_mut("table").push(placed(&keyed(&name, RawValue::Table(table)), &found.place));
+            out.table_mut("table").push(KeyedEntry::at(&name, &RawValue::Table(table), &found.place));
         }
     }
 }
@@ -175,9 +156,8 @@ fn paths(entries: &Entries, out: &mut Entries) {
 fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     if out.get("variant").is_none() {
         for one in all.iter() {
-            let keys = manoeuvre::table(&[("name", one.name), ("manoeuvre", one.name)]);
-            let entry = placed(&keyed("", RawValue::Table(keys)), one.place).entry;
-            out.list_mut("variant").push(entry);
+            let keys = Entries::of_texts([("name", one.name), ("manoeuvre", one.name)]);
+            out.list_mut("variant").push(KeyedEntry::at("", &RawValue::Table(keys), one.place).entry);
         }
     }
     let usual = out.table("scenario").and_then(|scenario| scenario.get("duration")).cloned();
@@ -185,7 +165,7 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     let parameter = |out: &mut Entries, name: &str, value: RawValue, place: &Place| {
         let parameters = out.table_mut("parameters");
         if parameters.get(name).is_none() {
-            parameters.push(placed(&keyed(name, value), place));
+            parameters.push(KeyedEntry::at(name, &value, place));
         }
     };
     parameter(out, DURATION, usual.unwrap_or(RawValue::Text("1 s".into())), &place);
@@ -196,9 +176,9 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     put(out.table_mut("scenario"), "duration", RawValue::Text(DURATION.into()), &place);
     for variant in out.list_mut("variant") {
         let RawValue::Table(table) = &mut variant.value else { continue };
-        let named = text(table, "manoeuvre").map(str::to_string);
+        let named = table.text("manoeuvre").map(str::to_string);
         let Some(one) = named.and_then(|name| all.iter_mut().find(|one| one.name == name)) else { continue };
-        one.variants.extend(text(table, "name").map(str::to_string));
+        one.variants.extend(table.text("name").map(str::to_string));
         let mut set = one.keys.table("set").cloned().unwrap_or_default();
         if steered {
             put(&mut set, NUMBER, RawValue::Number(one.number.to_string()), one.place);
@@ -220,6 +200,12 @@ fn variants(all: &mut [Driven<'_>], out: &mut Entries) {
     }
 }
 
+/// A signal of the kind `expression`.
+fn expression_signal(name: &str, value: String, place: &Place) -> KeyedEntry {
+    let signal = Entries::of_texts([("kind", "expression".to_string()), ("value", value)]);
+    KeyedEntry::at(name, &RawValue::Table(signal), place)
+}
+
 /// Inputs of manoeuvres to the car itself: zero while another one is driven.
 fn shared(all: &[Driven<'_>], out: &mut Entries) {
     let mut names: Vec<&str> = all.iter().flat_map(|one| &one.made.shared).map(|(name, _)| name.as_str()).collect();
@@ -230,9 +216,8 @@ fn shared(all: &[Driven<'_>], out: &mut Entries) {
         let own: Vec<_> = own.filter(|(_, (shared, _))| shared == name).collect();
         let parts = own.iter().map(|(one, (_, part))| format!("{} * {part}", one.switch()));
         let value = parts.collect::<Vec<_>>().join(" + ");
-        let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
         let Some((one, _)) = own.first() else { continue };
-        out.table_mut("signal").push(placed(&keyed(name, RawValue::Table(signal)), one.place));
+        out.table_mut("signal").push(expression_signal(name, value, one.place));
     }
 }
 
@@ -246,23 +231,20 @@ fn steer(all: &[Driven<'_>], out: &mut Entries) {
         let switched = |expression: &str, one: &Driven<'_>| format!("{} * ({expression})", one.switch());
         let angles: Vec<String> = own().filter_map(|one| Some(switched(one.made.angle.as_deref()?, one))).collect();
         if let (false, Some(first)) = (angles.is_empty(), own().find(|one| one.made.angle.is_some())) {
-            let value = angles.join(" + ");
-            let signal = manoeuvre::table(&[("kind", "expression"), ("value", &value)]);
-            out.table_mut("signal").push(placed(&keyed(&name, RawValue::Table(signal)), first.place));
+            out.table_mut("signal").push(expression_signal(&name, angles.join(" + "), first.place));
         }
         let paths: Vec<String> = own().filter_map(|one| Some(switched(one.made.path.as_deref()?, one))).collect();
         if paths.is_empty() {
             continue;
         }
         let on: Vec<String> = own().filter(|one| one.made.path.is_some()).map(|one| one.switch()).collect();
-        let drivers: Vec<String> =
-            out.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.clone()).collect();
+        let drivers: Vec<String> = out.entries_of("driver").map(|found| found.key.clone()).collect();
         for driver in drivers {
             let driver = out.table_mut("driver").table_mut(&driver);
             let (Some(path), Some(gain)) = (driver.keyed("path").cloned(), driver.keyed("gain").cloned()) else {
                 continue;
             };
-            if !matches!(&path.entry.value, RawValue::Text(text) if *text == name) {
+            if path.entry.value.as_text() != Some(name.as_str()) {
                 continue;
             }
             let (RawValue::Text(factor) | RawValue::Number(factor)) = &gain.entry.value else { continue };
@@ -300,13 +282,13 @@ pub(super) fn check_manoeuvres(
         wrong.extend((out.len() > before).then(|| node.name.to_string()));
     }
     for variant in variants {
-        let Some(Placed { value: Value::Word(name), place }) = variant.values.get("manoeuvre") else { continue };
+        let Some((name, place)) = variant.placed_word("manoeuvre") else { continue };
         if manoeuvres.iter().any(|node| node.name == name) {
             continue;
         }
-        let whose = match variant.values.get("name") {
-            Some(Placed { value: Value::Word(name), .. }) => format!("variant `{}`", shortened(name)),
-            _ => "`[[variant]]`".to_string(),
+        let whose = match variant.word("name") {
+            Some(name) => format!("variant `{}`", shortened(name)),
+            None => "`[[variant]]`".to_string(),
         };
         let help = match manoeuvres {
             [] => "the model has no `[manoeuvre.NAME]`".to_string(),
@@ -320,7 +302,7 @@ pub(super) fn check_manoeuvres(
 
 /// The kind of a manoeuvre; the reader reports an unknown one.
 fn kind_of(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<&'static ManoeuvreKind> {
-    let word = text(node.table, "kind").unwrap_or_default();
+    let word = node.table.text("kind").unwrap_or_default();
     let found = manoeuvre::find(word);
     if found.is_none() {
         // Reports an error in `kind`.
@@ -369,8 +351,8 @@ fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
 /// Reports a manoeuvre without a car.
 fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
     let cars = || document.elements.iter().filter(|one| one.kind.keyword == "vehicle").map(|one| one.name.as_str());
-    let free = text(node.table, "kind") == Some("free");
-    match text(node.table, "car") {
+    let free = node.table.text("kind") == Some("free");
+    match node.table.text("car") {
         Some(name) if !cars().any(|car| car == name) && !document.suppressed.has(name) => {
             let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place).clone();
             let message = format!("{what}: there is no car `{}`", shortened(name));
@@ -398,10 +380,10 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
 
 /// Reports a manoeuvre that brakes a car without brakes.
 fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Diagnostic>) {
-    if text(node.table, "kind") != Some("split_braking") {
+    if node.table.text("kind") != Some("split_braking") {
         return;
     }
-    let named = text(node.table, "car");
+    let named = node.table.text("car");
     let mut cars = document.elements.iter().filter(|one| one.kind.keyword == "vehicle");
     let car = cars.find(|car| named.is_none_or(|name| name == car.name));
     let Some(car) = car.filter(|car| !car.table.values.contains_key("braking")) else { return };
@@ -410,7 +392,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
     }
     let message = format!("{what}: the car `{}` does not brake", shortened(&car.name));
     let [brakes, slows] = [("braking_signal", "braking"), ("speed_reduction_signal", "slowed")]
-        .map(|(key, usual)| text(node.table, key).unwrap_or(usual));
+        .map(|(key, usual)| node.table.text(key).unwrap_or(usual));
     let help =
         format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
     out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
@@ -420,7 +402,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
 pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) {
     let mut wrong = Vec::new();
     for driver in document.elements.iter().filter(|one| one.kind.keyword == "driver") {
-        let Some(Placed { value: Value::Word(path), place }) = driver.table.values.get("path") else { continue };
+        let Some((path, place)) = driver.table.placed_word("path") else { continue };
         let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
         let names = || document.tables.iter().map(|(name, _)| name.as_str());
         if !is_name || names().any(|name| name == path) || document.suppressed.has(path) {
@@ -467,7 +449,7 @@ pub(super) fn unfollowed_manoeuvres(
         names(&found.entry.value, &mut followed);
     }
     // Signals and blocks pass on their inputs if they are used themselves.
-    let between = || ["signal", "block"].into_iter().filter_map(|key| entries.table(key)).flat_map(Entries::iter);
+    let between = || ["signal", "block"].into_iter().flat_map(|key| entries.entries_of(key));
     loop {
         let before = followed.len();
         for found in between() {
@@ -497,7 +479,7 @@ pub(super) fn unfollowed_manoeuvres(
         }
         let (made, key) = if one.made.path.is_some() { ("path", "path") } else { ("signal", "angle") };
         let message = format!("{what}: the model does not use its {made} `{name}`, so no run of it has steering");
-        let drivers = entries.table("driver").into_iter().flat_map(Entries::iter).map(|found| found.key.as_str());
+        let drivers = entries.entries_of("driver").map(|found| found.key.as_str());
         let help = match drivers.collect::<Vec<_>>().as_slice() {
             [] => format!(
                 "add a `[driver.NAME]` with `{key} = \"{name}\"`, or let a torque, a reference or a position read `{name}`"
@@ -528,11 +510,11 @@ pub(super) fn leave_made_out(
                 elsewhere || own.iter().any(|own| diagnostic.message.contains(own))
             });
         }
-        let steering = text(node.table, "steering_signal").into_iter().chain(["steer", "lane"]);
-        let brakes = text(node.table, "kind") == Some("split_braking");
+        let steering = node.table.text("steering_signal").into_iter().chain(["steer", "lane"]);
+        let brakes = node.table.text("kind") == Some("split_braking");
         let of_car = ["braking_signal", "speed_reduction_signal"]
             .into_iter()
-            .filter_map(|key| text(node.table, key))
+            .filter_map(|key| node.table.text(key))
             .chain(["braking", "slowed"]);
         let names = steering.chain(of_car.filter(|_| brakes)).map(str::to_string);
         let names: Vec<String> = names.chain([node.name.to_string()]).collect();

@@ -5,31 +5,87 @@ use std::fmt::Write;
 use super::examples::example_of;
 use super::reading::{BLOCK, CONTROL, SIGNAL};
 use super::tables;
-use kardan_elements::block;
-use kardan_elements::element;
 use kardan_elements::manoeuvre::{self, Manoeuvre, Need, Path};
-use kardan_elements::signal;
+use kardan_elements::{block, element, signal};
 use kardan_math::units::Dimension;
 use kardan_results::{ManualKey, ManualTable};
 use kardan_schema::schema::{Field, Keys, Kind, Sign};
 
+/// A kind of element, law, signal or block, as the manual shows it.
+pub(super) struct KindPage {
+    pub(super) keyword: &'static str,
+    /// `element`, `law`, `signal` or `block`.
+    pub(super) group: &'static str,
+    pub(super) summary: &'static str,
+    /// Paragraphs between the summary and the keys.
+    about: Vec<&'static str>,
+    pub(super) fields: Vec<Field>,
+    example: &'static str,
+}
+
+impl KindPage {
+    /// The header of its table.
+    fn header(&self) -> String {
+        match self.group {
+            "element" => format!("[{}.NAME]", self.keyword),
+            "law" => "[control.NAME]".into(),
+            group => format!("[{group}.NAME]"),
+        }
+    }
+
+    /// The same with the word that selects it.
+    fn title(&self) -> String {
+        match self.group {
+            "element" => self.header(),
+            "law" => format!("{} with law = \"{}\"", self.header(), self.keyword),
+            _ => format!("{} with kind = \"{}\"", self.header(), self.keyword),
+        }
+    }
+
+    fn page(&self) -> String {
+        let mut out = format!("{}\n\n{}\n\n", self.title(), self.summary);
+        for paragraph in &self.about {
+            let _ = write!(out, "{paragraph}\n\n");
+        }
+        out.push_str("Keys\n");
+        keys(&self.fields, &mut out);
+        let _ = write!(out, "\nExample\n\n{}", self.example);
+        out
+    }
+}
+
+/// All kinds, in the order of their registries.
+pub(super) fn kind_pages() -> Vec<KindPage> {
+    let page =
+        |group, keyword, summary, about, fields, example| KindPage { keyword, group, summary, about, fields, example };
+    let elements = element::REGISTRY.iter().map(|kind| {
+        let about = vec![kind.sketch.trim_start_matches('\n'), kind.signs];
+        page("element", kind.keyword, kind.summary, about, kind.fields.to_vec(), kind.example)
+    });
+    let laws = kardan_synthesis::REGISTRY
+        .iter()
+        .map(|law| page("law", law.keyword, law.summary, Vec::new(), [CONTROL, law.fields].concat(), law.example));
+    let signals = signal::REGISTRY.iter().map(|kind| {
+        let fields = [SIGNAL, kind.fields].concat();
+        page("signal", kind.keyword, kind.summary, vec![kind.formula], fields, kind.example)
+    });
+    let blocks = block::REGISTRY.iter().map(|kind| {
+        let fields = [BLOCK, kind.fields].concat();
+        page("block", kind.keyword, kind.summary, vec![kind.formula], fields, kind.example)
+    });
+    elements.chain(laws).chain(signals).chain(blocks).collect()
+}
+
 /// An overview of all tables that a model file may have.
 pub fn manual() -> String {
-    let mut out = String::from("Tables of a model file (`kardan elements NAME` shows one in full):\n\nElements\n");
-    for kind in element::REGISTRY {
-        let _ = writeln!(out, "  [{}.NAME]\n      {}", kind.keyword, kind.summary);
-    }
-    out.push_str("\nControl laws\n");
-    for law in kardan_synthesis::REGISTRY {
-        let _ = writeln!(out, "  [control.NAME] with law = \"{}\"\n      {}", law.keyword, law.summary);
-    }
-    out.push_str("\nSignals\n");
-    for kind in signal::REGISTRY {
-        let _ = writeln!(out, "  [signal.NAME] with kind = \"{}\"\n      {}", kind.keyword, kind.summary);
-    }
-    out.push_str("\nBlocks\n");
-    for kind in block::REGISTRY {
-        let _ = writeln!(out, "  [block.NAME] with kind = \"{}\"\n      {}", kind.keyword, kind.summary);
+    let mut out = String::from("Tables of a model file (`kardan elements NAME` shows one in full):\n");
+    let pages = kind_pages();
+    for (group, title) in [("element", "Elements"), ("law", "Control laws"), ("signal", "Signals"), ("block", "Blocks")]
+    {
+        let _ = writeln!(out, "\n{title}");
+        for page in pages.iter().filter(|page| page.group == group) {
+            let _ = writeln!(out, "  {}\n      {}", page.title(), page.summary);
+        }
     }
     out.push_str("\nStudy\n");
     for (_, header, what) in STUDY {
@@ -256,61 +312,35 @@ damping = \"0.02 N m s/rad ± 50 %\"
 /// The manual page of one table: an element, a law, or one of [`study_pages`].
 pub fn manual_of(name: &str) -> Option<String> {
     let name = name.trim_start_matches("scenario.");
-    let mut out = String::new();
-    if let Some(kind) = element::find(name) {
-        let _ = writeln!(
-            out,
-            "[{}.NAME]\n\n{}\n\n{}\n\n{}\n\nKeys",
-            kind.keyword,
-            kind.summary,
-            kind.sketch.trim_start_matches('\n'),
-            kind.signs
-        );
-        keys(kind.fields, &mut out);
-        let _ = write!(out, "\nExample\n\n{}", kind.example);
-    } else if let Some(law) = kardan_synthesis::find(name) {
-        let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
-        keys(&[CONTROL, law.fields].concat(), &mut out);
-        let _ = write!(out, "\nExample\n\n{}", law.example);
-    } else if let Some(kind) = signal::find(name) {
-        let _ = writeln!(
-            out,
-            "[signal.NAME] with kind = \"{}\"\n\n{}\n\n{}\n\nKeys",
-            kind.keyword, kind.summary, kind.formula
-        );
-        keys(&[SIGNAL, kind.fields].concat(), &mut out);
-        let _ = write!(out, "\nExample\n\n{}", kind.example);
-        if let Some(page) = block_page(name) {
-            out = format!("{out}\n{page}");
-        }
-        // A kind of signal and a table of the model may have one name.
-        if STUDY_TABLES.iter().any(|(page, _)| *page == name) {
-            out = format!("{}\n{out}", study_page(name)?);
-        }
-    } else if let Some(page) = block_page(name) {
-        out = page;
-    } else if name == "block" {
-        out.push_str(BLOCKS);
-        for kind in block::REGISTRY {
-            let _ = writeln!(out, "  kind = \"{}\": {}", kind.keyword, kind.summary);
-        }
-        let _ = write!(out, "\nExample\n\n{}", example_of(name));
-    } else if name == "signal" {
-        out.push_str(SIGNALS);
-        for kind in signal::REGISTRY {
-            let _ = writeln!(out, "  kind = \"{}\": {}", kind.keyword, kind.summary);
-        }
-        let _ = write!(out, "\nExample\n\n{}", example_of(name));
-    } else if name == "manoeuvre" {
-        out = manoeuvre_page()?;
-    } else if name == "variants" {
-        out.push_str(VARIANTS);
-    } else if name == "parameters" {
-        out.push_str(PARAMETERS);
-    } else {
-        out = study_page(name)?;
+    let pages = kind_pages();
+    let of_group = |group: &str| pages.iter().find(|page| page.group == group && page.keyword == name);
+    if let Some(page) = of_group("element").or_else(|| of_group("law")) {
+        return Some(page.page());
     }
-    Some(out)
+    let block = of_group("block").map(KindPage::page);
+    if let Some(signal) = of_group("signal").map(KindPage::page) {
+        // A kind of signal, a kind of block and a table of the model may have one name.
+        let study = STUDY_TABLES.iter().any(|(page, _)| *page == name).then(|| study_page(name)).flatten();
+        return Some(study.into_iter().chain([signal]).chain(block).collect::<Vec<_>>().join("\n"));
+    }
+    block.or_else(|| match name {
+        "block" => Some(group_page(BLOCKS, name, &pages)),
+        "signal" => Some(group_page(SIGNALS, name, &pages)),
+        "manoeuvre" => manoeuvre_page(),
+        "variants" => Some(VARIANTS.into()),
+        "parameters" => Some(PARAMETERS.into()),
+        _ => study_page(name),
+    })
+}
+
+/// The page of a group of kinds: its text, then each kind.
+fn group_page(text: &str, group: &str, pages: &[KindPage]) -> String {
+    let mut out = String::from(text);
+    for page in pages.iter().filter(|page| page.group == group) {
+        let _ = writeln!(out, "  kind = \"{}\": {}", page.keyword, page.summary);
+    }
+    let _ = write!(out, "\nExample\n\n{}", example_of(group));
+    out
 }
 
 /// The page of manoeuvres: the keys, then each kind with the keys that it accepts.
@@ -332,16 +362,6 @@ fn manoeuvre_page() -> Option<String> {
             kind.measures
         );
     }
-    Some(out)
-}
-
-/// The page of a kind of block.
-fn block_page(name: &str) -> Option<String> {
-    let kind = block::find(name)?;
-    let mut out =
-        format!("[block.NAME] with kind = \"{}\"\n\n{}\n\n{}\n\nKeys\n", kind.keyword, kind.summary, kind.formula);
-    keys(&[BLOCK, kind.fields].concat(), &mut out);
-    let _ = write!(out, "\nExample\n\n{}", kind.example);
     Some(out)
 }
 
@@ -369,26 +389,14 @@ pub fn manual_tables() -> Vec<ManualTable> {
         keys: manual_keys(fields),
         example: example.into(),
     };
-    let elements = element::REGISTRY.iter().map(|kind| {
-        table(kind.keyword, format!("[{}.NAME]", kind.keyword), "element", kind.summary, kind.fields, kind.example)
-    });
-    let laws = kardan_synthesis::REGISTRY.iter().map(|law| {
-        let keys = [CONTROL, law.fields].concat();
-        table(law.keyword, "[control.NAME]".into(), "law", law.summary, &keys, law.example)
-    });
-    let signals = signal::REGISTRY.iter().map(|kind| {
-        let keys = [SIGNAL, kind.fields].concat();
-        table(kind.keyword, "[signal.NAME]".into(), "signal", kind.summary, &keys, kind.example)
-    });
-    let blocks = block::REGISTRY.iter().map(|kind| {
-        let keys = [BLOCK, kind.fields].concat();
-        table(kind.keyword, "[block.NAME]".into(), "block", kind.summary, &keys, kind.example)
-    });
+    let kinds = kind_pages()
+        .into_iter()
+        .map(|page| table(page.keyword, page.header(), page.group, page.summary, &page.fields, page.example));
     let study = STUDY.iter().map(|(page, header, summary)| {
         let fields = STUDY_TABLES.iter().find(|(name, _)| name == page).map_or(&[][..], |(_, fields)| *fields);
         table(page, (*header).into(), "study", summary, fields, example_of(page))
     });
-    elements.chain(laws).chain(signals).chain(blocks).chain(study).collect()
+    kinds.chain(study).collect()
 }
 
 fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {

@@ -3,8 +3,7 @@
 use super::document::Instance;
 use kardan_mechanics::equations::{GROUND, Measured, Term, UnilateralConstraint};
 use kardan_results::{JoinKind, MechanismPart, Symbol, Terminal};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind};
+use kardan_schema::schema::{Field, Kind, Values};
 
 /// An element with its ends; `values` is the line that describes it.
 pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], described: &str) -> MechanismPart {

@@ -14,7 +14,11 @@ use kardan_mechanics::program::Read;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::Resolved;
-use kardan_schema::schema::{Placed, Value};
+
+/// The dimension of a torque, or of a force on masses.
+fn effort(masses: bool) -> Dimension {
+    if masses { Dimension::TORQUE.translational() } else { Dimension::TORQUE }
+}
 
 impl Document {
     /// The outputs of the blocks of a model; program controllers get their commands.
@@ -25,11 +29,7 @@ impl Document {
         (controls, idle): (&mut [ControlSpec], &[ControlSpec]),
         out: &mut Vec<Diagnostic>,
     ) -> Programs {
-        let expressions = |name: &str| {
-            let control = self.controls.get(name)?;
-            let Value::Map(commands) = &control.table.values.get("commands")?.value else { return None };
-            Some(commands)
-        };
+        let expressions = |name: &str| self.controls.get(name)?.table.map("commands");
         let laws: Vec<Commands<'a>> = controls
             .iter()
             .filter_map(|control| {
@@ -39,11 +39,9 @@ impl Document {
             .collect();
         let formulas = self.signals.iter().any(|signal| signal.formula.is_some());
         for control in laws.iter().filter_map(|law| self.controls.get(&law.control)) {
-            if let Some(Placed { value: Value::Tables(references), .. }) = control.table.values.get("references") {
-                for (k, reference) in references.iter().enumerate() {
-                    let what = format!("entry {} of `references` of control `{}`", k + 1, control.name);
-                    unit_of(reference, &what, out);
-                }
+            for (k, reference) in control.table.tables("references").iter().enumerate() {
+                let what = format!("entry {} of `references` of control `{}`", k + 1, control.name);
+                unit_of(reference, &what, out);
             }
             if let Some(design) = control.table.values.get("design") {
                 let message =
@@ -90,8 +88,7 @@ impl Document {
             }
         }
         for disturbance in self.elements.iter().filter(|element| element.kind.keyword == "disturbance") {
-            let torque = Dimension::TORQUE;
-            let dimension = if disturbance.table.translational { torque.translational() } else { torque };
+            let dimension = effort(disturbance.table.translational);
             add(disturbance.name.clone(), Read::Source(disturbance.name.clone()), dimension);
         }
         out.extend(self.law_signals(reader, controls));
@@ -110,11 +107,7 @@ impl Document {
             };
             for input in (control.law.inputs)(&control.values) {
                 if let Some(element) = self.elements.all(&input).find(|element| element.kind.keyword == "motor") {
-                    let torque = Dimension::TORQUE;
-                    add(
-                        format!("{input}.command"),
-                        if element.table.translational { torque.translational() } else { torque },
-                    );
+                    add(format!("{input}.command"), effort(element.table.translational));
                 }
             }
             if !control.values.has("observer") {
@@ -124,9 +117,7 @@ impl Document {
                 let body = SignalName::new(&position).element.to_string();
                 let domain = reader.domain_of(&body);
                 let [of_position, of_rate] = domain.dimensions();
-                let torque = Dimension::TORQUE;
-                let effort = if domain == Domain::Translation { torque.translational() } else { torque };
-                add(format!("{body}.disturbance"), effort);
+                add(format!("{body}.disturbance"), effort(domain == Domain::Translation));
                 add(position, of_position);
                 add(rate, of_rate);
             }
@@ -137,28 +128,20 @@ impl Document {
     /// Whether a sensor can be read at every instant: coordinates, rates, and the twist of a spring.
     pub fn reads_at_every_instant(&self, sensor: &str) -> bool {
         let Some(sensor) = self.elements.get(sensor) else { return false };
-        let word = |key: &str| match &sensor.table.values.get(key)?.value {
-            Value::Word(word) => Some(word.as_str()),
-            _ => None,
-        };
         let twists = |name: &str| {
             let found = self.elements.get(name);
             found.is_some_and(|element| element.kind.keyword == "spring_damper")
         };
-        match word("measures") {
+        match sensor.table.word("measures") {
             Some("angle" | "speed") => true,
-            Some("torque") => word("element").is_some_and(twists),
+            Some("torque") => sensor.table.word("element").is_some_and(twists),
             _ => false,
         }
     }
 
     /// The name of the quantity that a sensor reads, and its dimension.
     fn reading(&self, sensor: &Instance, reader: &TableReader<'_>) -> Option<(String, Dimension)> {
-        let word = |key: &str| match &sensor.table.values.get(key)?.value {
-            Value::Word(word) => Some(word.as_str()),
-            _ => None,
-        };
-        let domain = match (word("shaft"), word("element")) {
+        let domain = match (sensor.table.word("shaft"), sensor.table.word("element")) {
             (Some(body), _) => reader.domain_of(body),
             (None, Some(element)) => {
                 let masses = self.elements.all(element).any(|one| one.table.translational);
@@ -167,14 +150,10 @@ impl Document {
             (None, None) => return None,
         };
         let ([position, rate], dimensions) = (domain.motion(), domain.dimensions());
-        Some(match word("measures")? {
+        Some(match sensor.table.word("measures")? {
             "angle" => (position.of(&sensor.name), dimensions[0]),
             "speed" => (rate.of(&sensor.name), dimensions[1]),
-            _ => {
-                let torque = Dimension::TORQUE;
-                let dimension = if domain == Domain::Translation { torque.translational() } else { torque };
-                (domain.effort().of(&sensor.name), dimension)
-            }
+            _ => (domain.effort().of(&sensor.name), effort(domain == Domain::Translation)),
         })
     }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::document::{Document, Parameter};
 use super::in_order::in_order;
 use super::keys::{Following, expression_diagnostic};
-use super::parse::{Node, check_name, value_near};
+use super::parse::{Node, check_name, reserved_name, value_near};
 use kardan_math::names;
 use kardan_math::units::{Dimension, Evaluated, Exact, Expression, Tolerated, format_quantity, parse_number};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
@@ -29,14 +29,7 @@ pub(super) fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mu
         }
         let number = parse_number(name);
         if number.is_ok() || number.is_err_and(|error| error.code == "number::not-finite") {
-            out.push(
-                Diagnostic::error(
-                    "name::reserved",
-                    format!("`{name}` cannot be the name of a parameter: it means a number"),
-                )
-                .at(place, "this name")
-                .help(format!("choose another name, such as `{name}_1`")),
-            );
+            out.push(reserved_name(name, &place, "parameter", "it means a number"));
             continue;
         }
         let what = format!("parameter `{name}`");

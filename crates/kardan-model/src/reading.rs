@@ -13,18 +13,16 @@ use super::manoeuvres::{
 use super::parameters::{
     REMOVE_TOLERANCE, follow, implicit_nested, implicit_parameters, read_parameters, refuse_tolerances,
 };
-use super::parse::{Node, check_name, table, value};
+use super::parse::{Node, check_name, reserved_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
-use kardan_elements::block;
-use kardan_elements::element;
 use kardan_elements::manoeuvre::{Manoeuvre, Path};
-use kardan_elements::signal;
+use kardan_elements::{block, element, signal};
 use kardan_math::names::{NamedList, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use kardan_math::units::{Dimension, Expression};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, Severity, shortened};
-use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
+use kardan_schema::entries::{Entries, KeyedEntry, Place, RawValue};
 use kardan_schema::file::syntax;
 use kardan_schema::schema::{Field, Keys, Kind, Placed, Sign, Table};
 
@@ -33,10 +31,6 @@ pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Whic
 
 /// The key that selects the kind of a `[signal.<name>]`; the other keys are those of the kind.
 pub const SIGNAL: &[Field] = &[Field::required("kind", Kind::Choice(SIGNALS), "Which kind of signal.")];
-
-/// The keywords of [`signal::REGISTRY`]; a test checks that they are equal.
-const SIGNALS: &[&str] =
-    &["sine", "chirp", "pulses", "ramp", "smooth_step", "sine_with_dwell", "multisine", "noise", "table", "expression"];
 
 /// The key that selects the kind of a `[block.<name>]`, and the common keys; the other keys are those of the kind.
 pub const BLOCK: &[Field] = &[
@@ -53,38 +47,25 @@ pub const BLOCK: &[Field] = &[
     ),
 ];
 
-/// The keywords of [`block::REGISTRY`]; a test checks that they are equal.
-const BLOCKS: &[&str] = &[
-    "gain",
-    "table",
-    "transfer_function",
-    "low_pass",
-    "lead_lag",
-    "pid",
-    "integrator",
-    "rate_limit",
-    "saturation",
-    "dead_zone",
-    "hysteresis",
-    "delay",
-    "hold",
-    "observer",
-    "monitor",
-    "state_machine",
-];
+/// The keywords of a registry.
+macro_rules! keywords {
+    ($registry:expr) => {{
+        const ALL: [&str; $registry.len()] = {
+            let mut keywords = [""; $registry.len()];
+            let mut k = 0;
+            while k < keywords.len() {
+                keywords[k] = $registry[k].keyword;
+                k += 1;
+            }
+            keywords
+        };
+        &ALL
+    }};
+}
 
-/// The keywords of [`kardan_synthesis::REGISTRY`]; a test checks that they are equal.
-const LAWS: &[&str] = &[
-    "computed_torque",
-    "decoupling",
-    "flatness",
-    "lqr",
-    "noninteracting",
-    "pole_placement",
-    "position_loop",
-    "program",
-    "sampled_noninteracting",
-];
+const LAWS: &[&str] = keywords!(kardan_synthesis::REGISTRY);
+const SIGNALS: &[&str] = keywords!(signal::REGISTRY);
+const BLOCKS: &[&str] = keywords!(block::REGISTRY);
 
 /// Reads a model file. All errors of syntax, keys, types and units are reported together.
 pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
@@ -218,8 +199,8 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     let warning = |message: String, place: &Place, label: &str, help: &str| {
         Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
     };
-    for found in entries.iter().filter(|found| matches!(&found.entry.value, RawValue::Table(table) if table.is_empty()))
-    {
+    let is_empty = |found: &&KeyedEntry| found.entry.value.as_table().is_some_and(Entries::is_empty);
+    for found in entries.iter().filter(is_empty) {
         let named =
             element::find(&found.key).is_some() || matches!(found.key.as_str(), "control" | "log" | "signal" | "table");
         let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
@@ -241,12 +222,8 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     if let Some(signals) = entries.table("scenario").and_then(|scenario| scenario.table("signals")) {
         named.extend(signals.iter().map(|found| found.key.clone()));
     }
-    let programs =
-        entries.table("control").into_iter().flat_map(|all| all.iter()).filter_map(|found| match &found.entry.value {
-            RawValue::Table(control) => control.table("commands"),
-            _ => None,
-        });
-    named.extend(programs.flat_map(|commands| commands.iter().map(|found| found.key.clone())));
+    let commands = entries.tables_of("control").flat_map(|(_, control)| control.entries_of("commands"));
+    named.extend(commands.map(|found| found.key.clone()));
     let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
     let has_events = has_events && document.bench.values.is_empty();
     let moved: BTreeSet<&str> = named.iter().map(|text| SignalName::new(text).element).collect();
@@ -267,17 +244,12 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
 
 /// All texts within a value, and the names in those that are expressions.
 fn texts(value: &RawValue, out: &mut BTreeSet<String>) {
-    match value {
-        RawValue::Text(text) => {
-            out.insert(text.trim().to_string());
-            if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
-                out.extend(read.names().into_iter().map(str::to_string));
-            }
+    value.each_text(&mut |text: &str| {
+        out.insert(text.trim().to_string());
+        if let Ok(read) = Expression::parse(text).or_else(|_| Expression::parse_law(text)) {
+            out.extend(read.names().into_iter().map(str::to_string));
         }
-        RawValue::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
-        RawValue::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),
-        _ => {}
-    }
+    });
 }
 
 /// `[scenario]`, with its values that have a tolerance.
@@ -327,6 +299,19 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
     tables
 }
 
+/// A table that has no tolerances.
+fn without_tolerances(
+    fields: &'static [Field],
+    node: &Node<'_>,
+    example: &'static str,
+    (what, help): (&str, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Table {
+    let mut table = table(fields, &node.clone().like(example), what, out);
+    refuse_tolerances(&mut table, what, help, out);
+    table
+}
+
 /// The remedy if a key cannot have a tolerance, but may name a parameter.
 const DECLARE: &str = "declare a parameter with it under `[parameters]`, and write its name here";
 
@@ -347,11 +332,7 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             if let Some(reason) =
                 reserved(node.name, document).filter(|_| standalone && ["t", "pi"].contains(&node.name))
             {
-                let message = format!("`{}` cannot be the name of a {}: {reason}", node.name, kind.keyword);
-                let help = format!("choose another name, such as `{}_1`", node.name);
-                out.push(
-                    Diagnostic::error("name::reserved", message).at(node.name_place.clone(), "this name").help(help),
-                );
+                out.push(reserved_name(node.name, &node.name_place, kind.keyword, reason));
             }
             document.elements.push(Instance {
                 kind,
@@ -366,34 +347,25 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
 fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "control", CONTROL, &mut document.suppressed, out) {
         let what = format!("control `{}`", shortened(node.name));
-        let entry = node.table.keyed("law").map(|found| &found.entry);
-        let word = entry.map(|entry| if let RawValue::Text(word) = &entry.value { word.as_str() } else { "" });
-        let law = word.and_then(|word| kardan_synthesis::REGISTRY.iter().position(|law| law.keyword == word));
-        let Some(number) = law else {
-            // Reports only the error in `law`: the other keys depend on it.
-            match entry {
-                Some(entry) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), entry, out)),
-                None => drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
-            }
+        let Some(number) = number_of_kind(&node, CONTROL, &what, out) else {
             document.suppressed.references = true;
             document.suppressed.equations = true;
             continue;
         };
         let before = out.len();
-        let mut table =
-            table(&CONTROL_FIELDS[number], &node.clone().like(kardan_synthesis::REGISTRY[number].example), &what, out);
-        refuse_tolerances(&mut table, &what, DECLARE, out);
+        let (fields, example) = &LAW_KEYS[number];
+        let table = without_tolerances(fields, &node, example, (&what, DECLARE), out);
         document.suppressed.references |= out.len() > before;
-        let law = &kardan_synthesis::REGISTRY[number];
-        document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
+        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        document.controls.push(Control { kind: &kardan_synthesis::REGISTRY[number], name, place, table });
     }
 }
 
 fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "log", tables::Log::FIELDS, &mut SuppressedChecks::default(), out) {
         let what = format!("log `{}`", shortened(node.name));
-        let mut table = table(tables::Log::FIELDS, &node.clone().like(example_of("log")), &what, out);
-        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        let texts = (what.as_str(), REMOVE_TOLERANCE);
+        let table = without_tolerances(tables::Log::FIELDS, &node, example_of("log"), texts, out);
         document.logs.push((node.name.to_string(), table));
     }
 }
@@ -414,8 +386,8 @@ fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnosti
     for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut suppressed, out) {
         let what = format!("table `{}`", shortened(node.name));
         let before = out.len();
-        let mut table = table(tables::LookupTable::FIELDS, &node.clone().like(example_of("table")), &what, out);
-        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        let texts = (what.as_str(), REMOVE_TOLERANCE);
+        let table = without_tolerances(tables::LookupTable::FIELDS, &node, example_of("table"), texts, out);
         if out.len() > before {
             document.suppressed.names.insert(node.name.to_string());
         }
@@ -443,34 +415,11 @@ fn read_manoeuvres(
 
 fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "signal", SIGNAL, &mut SuppressedChecks::default(), out) {
-        let what = format!("signal `{}`", shortened(node.name));
-        let word = node.table.keyed("kind").map(|found| &found.entry);
-        let kind_index = |entry: &Entry| match &entry.value {
-            RawValue::Text(word) => signal::REGISTRY.iter().position(|kind| kind.keyword == word),
-            _ => None,
-        };
-        let Some(number) = word.and_then(kind_index) else {
-            // Reports only the error in `kind`: the other keys depend on it.
-            match word {
-                Some(entry) => drop(value(&SIGNAL[0].kind, &format!("`kind` of {what}"), entry, out)),
-                None => drop(table(SIGNAL, &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
-            }
-            document.suppressed.names.insert(node.name.to_string());
-            continue;
-        };
-        let kind = &signal::REGISTRY[number];
-        let before = out.len();
-        let mut table = table(&SIGNAL_FIELDS[number], &node.clone().like(kind.example), &what, out);
-        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
-        if out.len() > before {
-            document.suppressed.names.insert(node.name.to_string());
-            continue;
-        }
-        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        let read = table_of_kind(&node, "signal", (SIGNAL, &SIGNAL_KEYS), &mut document.suppressed, out);
+        let Some((number, table)) = read else { continue };
+        let (kind, name, place) = (&signal::REGISTRY[number], node.name.to_string(), node.name_place.clone());
         if let Some(reason) = reserved(&name, document) {
-            let message = format!("`{name}` cannot be the name of a signal: {reason}");
-            let help = format!("choose another name, such as `{name}_1`");
-            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+            out.push(reserved_name(&name, &place, "signal", reason));
         }
         document.signals.push(SignalTable { kind, name, place, table, formula: None });
     }
@@ -478,37 +427,48 @@ fn read_signals(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnost
 
 fn read_blocks(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "block", BLOCK, &mut SuppressedChecks::default(), out) {
-        let what = format!("block `{}`", shortened(node.name));
-        let word = node.table.keyed("kind").map(|found| &found.entry);
-        let kind_index = |entry: &Entry| match &entry.value {
-            RawValue::Text(word) => block::REGISTRY.iter().position(|kind| kind.keyword == word),
-            _ => None,
-        };
-        let Some(number) = word.and_then(kind_index) else {
-            match word {
-                Some(entry) => drop(value(&BLOCK[0].kind, &format!("`kind` of {what}"), entry, out)),
-                None => drop(table(&BLOCK[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
-            }
-            document.suppressed.names.insert(node.name.to_string());
-            continue;
-        };
-        let kind = &block::REGISTRY[number];
-        let before = out.len();
-        let mut table = table(&BLOCK_FIELDS[number], &node.clone().like(kind.example), &what, out);
-        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
-        if out.len() > before {
-            document.suppressed.names.insert(node.name.to_string());
-            continue;
-        }
-        let (name, place) = (node.name.to_string(), node.name_place.clone());
+        let read = table_of_kind(&node, "block", (BLOCK, &BLOCK_KEYS), &mut document.suppressed, out);
+        let Some((number, table)) = read else { continue };
+        let (kind, name, place) = (&block::REGISTRY[number], node.name.to_string(), node.name_place.clone());
         let of_signal = document.signals.has(&name).then_some("a signal has it");
         if let Some(reason) = of_signal.or_else(|| reserved(&name, document)) {
-            let message = format!("`{name}` cannot be the name of a block: {reason}");
-            let help = format!("choose another name, such as `{name}_1`");
-            out.push(Diagnostic::error("name::reserved", message).at(place.clone(), "this name").help(help));
+            out.push(reserved_name(&name, &place, "block", reason));
         }
         document.blocks.push(BlockTable { kind, name, place, table });
     }
+}
+
+/// The number of the kind that a table names by the first key of its group. An error there is the only one to report: the other keys
+/// depend on it.
+fn number_of_kind(node: &Node<'_>, head: &'static [Field], what: &str, out: &mut Vec<Diagnostic>) -> Option<usize> {
+    let (key, Kind::Choice(keywords)) = (head[0].name, head[0].kind) else { return None };
+    let Some(found) = node.table.keyed(key) else {
+        table(&head[..1], &Node { table: &Entries::default(), ..node.clone() }, what, out);
+        return None;
+    };
+    value(&head[0].kind, &format!("`{key}` of {what}"), &found.entry, out)?;
+    keywords.iter().position(|keyword| found.entry.value.as_text() == Some(*keyword))
+}
+
+/// The number of the kind of a signal or a block, and its table; `None` after a reported error, which leaves its name doubtful.
+fn table_of_kind(
+    node: &Node<'_>,
+    group: &str,
+    (head, kinds): (&'static [Field], &'static [KindKeys]),
+    suppressed: &mut SuppressedChecks,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(usize, Table)> {
+    let what = format!("{group} `{}`", shortened(node.name));
+    let before = out.len();
+    let read = number_of_kind(node, head, &what, out).map(|number| {
+        let (fields, example) = &kinds[number];
+        (number, without_tolerances(fields, node, example, (&what, REMOVE_TOLERANCE), out))
+    });
+    let sound = read.filter(|_| out.len() == before);
+    if sound.is_none() {
+        suppressed.names.insert(node.name.to_string());
+    }
+    sound
 }
 
 /// Why a signal or a block cannot have that name.
@@ -647,7 +607,7 @@ fn named_tables<'t>(
     let own = |place: &Place| {
         let is_part = |found: &KeyedEntry| found.place == *place;
         let of = |kind: &&element::Element| root.table.table(kind.keyword).is_some_and(|all| all.iter().any(is_part));
-        !element::COMPOSITES.iter().any(of) || element::COMPOSITES.iter().any(|kind| kind.keyword == keyword)
+        !element::COMPOSITES.iter().any(of) || element::is_composite(keyword)
     };
     for node in nodes.iter().filter(|node| own(&node.name_place)) {
         check_name(node.name, node.name_place.clone(), keyword, out);
@@ -676,17 +636,21 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// All keys of a control table, by law.
-static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| kardan_synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
+/// All keys of a kind, those of its group first, and its example.
+type KindKeys = (Vec<Field>, &'static str);
 
-/// All keys of a signal table, by kind.
-static SIGNAL_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| signal::REGISTRY.iter().map(|kind| [SIGNAL, kind.fields].concat()).collect());
+fn with_head(head: &[Field], kinds: impl Iterator<Item = (&'static [Field], &'static str)>) -> Vec<KindKeys> {
+    kinds.map(|(fields, example)| ([head, fields].concat(), example)).collect()
+}
 
-/// All keys of a block's table, by kind.
-static BLOCK_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| block::REGISTRY.iter().map(|kind| [BLOCK, kind.fields].concat()).collect());
+static LAW_KEYS: LazyLock<Vec<KindKeys>> =
+    LazyLock::new(|| with_head(CONTROL, kardan_synthesis::REGISTRY.iter().map(|law| (law.fields, law.example))));
+
+static SIGNAL_KEYS: LazyLock<Vec<KindKeys>> =
+    LazyLock::new(|| with_head(SIGNAL, signal::REGISTRY.iter().map(|kind| (kind.fields, kind.example))));
+
+static BLOCK_KEYS: LazyLock<Vec<KindKeys>> =
+    LazyLock::new(|| with_head(BLOCK, block::REGISTRY.iter().map(|kind| (kind.fields, kind.example))));
 
 #[cfg(test)]
 #[path = "../tests/unit/reading.rs"]

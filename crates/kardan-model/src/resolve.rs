@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::document::{Control, Document, Instance, Setting, keys_of};
 use super::functions::Functions;
+use super::keys::key_diagnostic;
 use super::mechanism::part;
 use super::programs::Programs;
 use super::table_reader::{Rounded, TableReader, occurrences};
@@ -16,8 +17,7 @@ use kardan_mechanics::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, 
 use kardan_results::{ElementSummary, Mechanism, ParameterValue};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Value};
-use kardan_schema::schema::{Resolved, Values};
+use kardan_schema::schema::{Field, Keys, Kind, Placed, Resolved, Scalar, Sign, Value, Values};
 use kardan_synthesis::LawKind;
 
 /// A controller with its keys.
@@ -162,7 +162,7 @@ impl Document {
         for control in active {
             let what = format!("control `{}`", control.name);
             let mut spec = ControlSpec::read(control, reader, out);
-            reader.check_outputs(&keys_of(control.law), &control.table, &what, out);
+            reader.check_outputs(&keys_of(control.kind), &control.table, &what, out);
             spec.design = reader.settings(&control.table, "design", &what, out);
             controls.push(spec);
         }
@@ -324,8 +324,8 @@ impl ControlSpec {
         Self {
             name: control.name.clone(),
             place: control.place.clone(),
-            law: control.law,
-            values: reader.values(&keys_of(control.law), &control.table, &what, out),
+            law: control.kind,
+            values: reader.values(&keys_of(control.kind), &control.table, &what, out),
             design: Vec::new(),
         }
     }
@@ -345,33 +345,24 @@ pub(super) fn element_values(
         let Some(entry) = table.values.get(field.name) else { continue };
         let masses = table.translational || values.measure("coefficients") == Some(Domain::Translation);
         let label = format!("`{}` of {what}", field.name);
-        if let (Kind::OfTime(dimension), Value::Scalar(scalar)) = (field.kind.for_translation(masses), &entry.value)
-            && let Some(expression) = functions.of_time(scalar)
-        {
-            let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
-            function.into_iter().for_each(|found| values.insert(field.name, Resolved::OfTime(Arc::new(found))));
-        }
-        if let (Kind::Formulas, Value::Map(entries)) = (field.kind, &entry.value) {
-            if let Some(row) = functions.row(entries, &label, out) {
-                values.insert(field.name, Resolved::Formulas(row));
+        let resolved = match (field.kind.for_translation(masses), &entry.value) {
+            (Kind::OfTime(dimension), Value::Scalar(scalar)) => functions.of_time(scalar).and_then(|expression| {
+                let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
+                function.map(|found| Resolved::OfTime(Arc::new(found)))
+            }),
+            (Kind::Formulas, Value::Map(entries)) => functions.row(entries, &label, out).map(Resolved::Formulas),
+            (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) => {
+                let formula = functions.surface(expression, (&entry.place, &label), out);
+                formula.map(|formula| Resolved::Formulas(vec![(String::new(), formula)]))
             }
-            continue;
-        }
-        if let (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) = (field.kind, &entry.value) {
-            if let Some(formula) = functions.surface(expression, (&entry.place, &label), out) {
-                values.insert(field.name, Resolved::Formulas(vec![(String::new(), formula)]));
+            (Kind::Formula(expected), Value::Scalar(Scalar::Expression(expression))) => {
+                let own = if field.name == LOSS.name { gear_loss_symbols(expected) } else { Vec::new() };
+                let formula = functions.formula(expression, expected, own, (&entry.place, &label), out);
+                formula.map(|formula| Resolved::Formula(Arc::new(formula)))
             }
-            continue;
-        }
-        let (Kind::Formula(expected), Value::Scalar(Scalar::Expression(expression))) =
-            (field.kind.for_translation(masses), &entry.value)
-        else {
-            continue;
+            _ => None,
         };
-        let own = if field.name == LOSS.name { gear_loss_symbols(expected) } else { Vec::new() };
-        if let Some(formula) = functions.formula(expression, expected, own, (&entry.place, &label), out) {
-            values.insert(field.name, Resolved::Formula(Arc::new(formula)));
-        }
+        resolved.into_iter().for_each(|resolved| values.insert(field.name, resolved));
     }
     if let Some(signal) = kind.signal_of_events(name).filter(|_| !table.values.contains_key("current")) {
         let function = functions.of_events(&signal, Dimension::CURRENT, out);
@@ -380,14 +371,8 @@ pub(super) fn element_values(
     // A check over several keys is skipped if one of them could not be read.
     let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();
     if complete && out.len() == before {
-        for error in (kind.check)(&values) {
-            let place = table.values.get(error.key).map_or(place, |value| &value.place);
-            out.push(
-                Diagnostic::error("element::invalid", format!("{what}: {}", error.message))
-                    .at(place.clone(), "")
-                    .help(error.help),
-            );
-        }
+        let errors = (kind.check)(&values).into_iter();
+        out.extend(errors.map(|error| key_diagnostic("element::invalid", &what, error, (table, place))));
     }
     (values, complete && out.len() == before)
 }
@@ -402,10 +387,9 @@ fn describe(instance: &Instance, values: &Values, reader: &TableReader<'_>) -> S
     let mut parts = Vec::new();
     for field in instance.kind.fields {
         let mut kind = field.kind.for_translation(instance.table.translational);
-        if let (Kind::AnyQuantity, Some(Placed { value: Value::Scalar(scalar), place })) =
-            (kind, instance.table.values.get(field.name))
+        if kind == Kind::AnyQuantity
+            && let Some(scalar) = instance.table.values.get(field.name).and_then(Placed::scalar)
         {
-            let scalar = Placed { value: scalar.clone(), place: place.clone() };
             let read = reader.scalar(&scalar, None, "", &mut Vec::new());
             kind = read.map_or(kind, |(_, dimension)| Kind::Quantity(dimension, Sign::Any));
         }
@@ -416,15 +400,14 @@ fn describe(instance: &Instance, values: &Values, reader: &TableReader<'_>) -> S
             (Kind::Quantity(dimension, _), Some(value), _, _) => format!("{} {}", tidy(value.to_f64()), dimension.si()),
             (_, Some(value), _, _) => tidy(value.to_f64()),
             (_, _, Some(word), _) => word.to_string(),
-            _ if values.formula(field.name).is_some() => {
-                values.formula(field.name).map_or("", |formula| formula.expression.text()).to_string()
-            }
-            (_, _, _, Some(map)) => {
-                let entries: Vec<String> =
-                    map.iter().map(|(name, x)| format!("{name}: {}", tidy(x.to_f64()))).collect();
-                entries.join(", ")
-            }
-            _ => continue,
+            (_, _, _, map) => match (values.formula(field.name), map) {
+                (Some(formula), _) => formula.expression.text().to_string(),
+                (None, Some(map)) => {
+                    let entries = map.iter().map(|(name, x)| format!("{name}: {}", tidy(x.to_f64())));
+                    entries.collect::<Vec<_>>().join(", ")
+                }
+                (None, None) => continue,
+            },
         };
         parts.push(format!("{} = {text}", field.name.replace('_', " ")));
     }

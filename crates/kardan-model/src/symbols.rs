@@ -9,8 +9,7 @@ use super::table_reader::TableReader;
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::equations::{self, Domain, GROUND, InputKind, NamedTerm, Term};
 use kardan_mechanics::symbolic::{FunctionSource, Meaning, TimeFunction};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Kind, Scalar, Value};
+use kardan_schema::schema::{Kind, Scalar, Value, Values};
 
 /// A value that equations in symbols may name.
 #[derive(Debug, Clone)]

@@ -66,7 +66,7 @@ impl Document {
             let before = out.len();
             self.check_inside(&tolerance, settings, out);
             let elements = self.elements.iter().map(|e| (e.kind.keyword, &e.name, e.kind.fields, &e.table));
-            let controls = self.controls.iter().map(|c| ("control", &c.name, c.law.fields, &c.table));
+            let controls = self.controls.iter().map(|c| ("control", &c.name, c.kind.fields, &c.table));
             let faults = self.faults.iter().map(|(name, table)| ("fault", &name.value, table.fields, table));
             let named = elements.chain(controls).chain(faults);
             let named = named.map(|(keyword, name, fields, table)| (format!("{keyword} `{name}`"), fields, table));
@@ -117,7 +117,7 @@ impl Document {
             .elements
             .iter()
             .map(|e| (e.kind.keyword, &e.name, &e.table, e.kind.fields.to_vec(), Some(e.kind.check)));
-        let controls = self.controls.iter().map(|c| ("control", &c.name, &c.table, keys_of(c.law), None));
+        let controls = self.controls.iter().map(|c| ("control", &c.name, &c.table, keys_of(c.kind), None));
         let users = elements.chain(controls).filter(|(_, _, table, ..)| {
             table.unread.is_empty() && table.values.values().any(|entry| uses(entry, &following))
         });
@@ -165,24 +165,7 @@ fn uses(entry: &Placed<Value>, parameters: &[&str]) -> bool {
         Scalar::Expression(expression) => expression.names().iter().any(|name| parameters.contains(name)),
         Scalar::Literal(..) | Scalar::Tolerated(_) => false,
     };
-    match &entry.value {
-        Value::Scalar(scalar) => uses(scalar),
-        Value::Map(entries) => entries.iter().any(|(_, scalar)| uses(&scalar.value)),
-        Value::Tables(tables) => {
-            tables.iter().flat_map(|table| table.values.values()).any(|entry| self::uses(entry, parameters))
-        }
-        _ => false,
-    }
-}
-
-/// Whether a value of a table is this parameter.
-fn names(entry: &Placed<Value>, tolerance: &Tolerance) -> bool {
-    let is = |scalar: &Scalar| matches!(scalar, Scalar::Parameter(name) if *name == tolerance.parameter);
-    match &entry.value {
-        Value::Scalar(scalar) => is(scalar),
-        Value::Map(entries) => entries.iter().any(|(_, scalar)| is(&scalar.value)),
-        _ => false,
-    }
+    entry.value.scalars().into_iter().any(uses)
 }
 
 /// Reports an interval that violates the rule of a key.
@@ -196,7 +179,11 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
                 }
                 continue;
             }
-            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(_)) if names(entry, tolerance) => *sign,
+            (Kind::Quantity(_, sign) | Kind::Number(sign), Value::Scalar(Scalar::Parameter(name)))
+                if *name == tolerance.parameter =>
+            {
+                *sign
+            }
             _ => continue,
         };
         let Tolerance { nominal, lower, upper, .. } = tolerance;

@@ -12,7 +12,7 @@ use kardan_math::units::{
 };
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::entries::{Entry, KeyedEntry, Place, RawValue};
-use kardan_schema::schema::{Placed, Table, Value};
+use kardan_schema::schema::{Placed, Table};
 
 /// Most runs that one study may have.
 const MOST_VARIANTS: usize = 1000;
@@ -43,6 +43,29 @@ fn variant_values(
                 .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
     };
+    let read = |entry: &Entry, out: &[Diagnostic]| -> Result<VariantValue, Diagnostic> {
+        let place = entry.place.clone();
+        let text = match &entry.value {
+            RawValue::Text(text) | RawValue::Number(text) => text,
+            RawValue::Quantity(value, dimension) => {
+                return Ok((value.clone(), *dimension, format_quantity(value, *dimension), place));
+            }
+            _ => {
+                let message = format!("variants of `{name}`: expected a quantity");
+                return Err(Diagnostic::error("type::wrong", message).at(place, "not a quantity").help(VARIANTS_HELP));
+            }
+        };
+        if let Some(toleranced) = toleranced(text, &place) {
+            return Err(toleranced);
+        }
+        match parse_quantity(text) {
+            Ok((value, dimension)) => Ok((value, dimension, text.trim().to_string(), place)),
+            Err(error) => match computed(name, text, (&place, document, varied), out) {
+                Some(found) => found.map(|(value, dimension, shown)| (value, dimension, shown, place)),
+                None => Err(unreadable(error, text, &place)),
+            },
+        }
+    };
     match &entry.value {
         RawValue::Text(text) if toleranced(text, &entry.place).is_some() => out.extend(toleranced(text, &entry.place)),
         RawValue::Text(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
@@ -54,38 +77,9 @@ fn variant_values(
         },
         RawValue::List(list) => {
             for entry in list {
-                let text = match &entry.value {
-                    RawValue::Text(text) | RawValue::Number(text) => text.clone(),
-                    RawValue::Quantity(value, dimension) => {
-                        let text = format_quantity(value, *dimension);
-                        values.push((value.clone(), *dimension, text, entry.place.clone()));
-                        continue;
-                    }
-                    _ => {
-                        let message = format!("variants of `{name}`: expected a quantity");
-                        out.push(
-                            Diagnostic::error("type::wrong", message)
-                                .at(entry.place.clone(), "not a quantity")
-                                .help(VARIANTS_HELP),
-                        );
-                        continue;
-                    }
-                };
-                if let Some(expression_diagnostic) = toleranced(&text, &entry.place) {
-                    out.push(expression_diagnostic);
-                    continue;
-                }
-                match parse_quantity(&text) {
-                    Ok((value, dimension)) => {
-                        values.push((value, dimension, text.trim().to_string(), entry.place.clone()));
-                    }
-                    Err(error) => match computed(name, &text, (&entry.place, document, varied), out) {
-                        Some(Ok((value, dimension, shown))) => {
-                            values.push((value, dimension, shown, entry.place.clone()))
-                        }
-                        Some(Err(expression_diagnostic)) => out.push(expression_diagnostic),
-                        None => out.push(unreadable(error, &text, &entry.place)),
-                    },
+                match read(entry, &out[..]) {
+                    Ok(value) => values.push(value),
+                    Err(diagnostic) => out.push(diagnostic),
                 }
             }
         }
@@ -156,7 +150,7 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
     let reader = TableReader::new(document, &[]);
     let (mut read, mut first_places) = (NamedList::<NamedVariant>::default(), HashMap::new());
     for table in tables {
-        let Some(Placed { value: Value::Word(name), place }) = table.values.get("name") else { continue };
+        let Some((name, place)) = table.placed_word("name") else { continue };
         let what = format!("variant `{name}`");
         let first = first_places.entry(name.to_ascii_lowercase()).or_insert(place);
         if *first != place {
@@ -169,15 +163,9 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
             continue;
         }
         let settings = reader.settings(table, "set", &what, out);
-        let name = Placed { value: name.clone(), place: place.clone() };
-        let controls = match table.values.get("controls").map(|entry| &entry.value) {
-            Some(Value::Names(names)) => Some(names.clone()),
-            _ => None,
-        };
-        let faults = match table.values.get("faults").map(|entry| &entry.value) {
-            Some(Value::Names(names)) => names.clone(),
-            _ => Vec::new(),
-        };
+        let name = Placed { value: name.to_string(), place: place.clone() };
+        let controls = table.names("controls").map(<[_]>::to_vec);
+        let faults = table.names("faults").unwrap_or_default().to_vec();
         read.push(NamedVariant { name, settings, controls, faults });
     }
     document.named_variants = read;
@@ -269,14 +257,14 @@ fn distinct(
                 Some(_) => format!("variants of `{name}`: expected {expected} as under `[parameters]`, found {noun}"),
                 None => format!("variants of `{name}`: the first is {expected}, this one {noun}"),
             };
-            let mut expression_diagnostic =
+            let mut diagnostic =
                 Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
             if let Some(declared) = declared {
-                expression_diagnostic = expression_diagnostic.at(declared.place.clone(), expected);
+                diagnostic = diagnostic.at(declared.place.clone(), expected);
             }
             // One wrong unit for a whole list is one error.
-            if out[before..].iter().all(|d| d.labels[0].place != expression_diagnostic.labels[0].place) {
-                out.push(expression_diagnostic);
+            if out[before..].iter().all(|d| d.labels[0].place != diagnostic.labels[0].place) {
+                out.push(diagnostic);
             }
         } else if good.iter().any(|(candidate, _)| *candidate == value) {
             let message = format!("variants of `{name}`: the value {} is listed twice", shortened(&text));
@@ -340,10 +328,9 @@ pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>)
 /// The error for a missing fault, with the existing ones.
 pub fn no_such_fault(document: &Document, name: &str, what: &str) -> Diagnostic {
     let names = || document.faults.iter().map(|(name, _)| name.value.as_str());
-    let help = match nearest(name, names()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if names().next().is_none() => format!("write it: `[fault.{}]`", shortened(name)),
-        None => format!("there are {}", quoted(names())),
+    let help = match names().next() {
+        Some(_) => unknown_name(name, names()),
+        None => format!("write it: `[fault.{}]`", shortened(name)),
     };
     Diagnostic::error("name::unknown", format!("{what}: there is no fault `{}`", shortened(name))).help(help)
 }

@@ -6,6 +6,7 @@ use std::fmt;
 
 use crate::entries::Place;
 pub use kardan_math::names::{bidi_escaped, nearest, quoted, shortened};
+use kardan_math::units::UnitError;
 
 /// How serious a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,6 +15,16 @@ pub enum Severity {
     Warning,
     /// The model cannot be used.
     Error,
+}
+
+impl Severity {
+    /// The word in messages.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
 }
 
 /// A place in the model with a label.
@@ -51,6 +62,13 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
 
+    /// The error of a quantity or an expression that was read from a text, with the remedy that it knows.
+    pub fn of_unit_error(what: &str, error: UnitError, text: &str, place: &Place) -> Self {
+        let at = place.part(text, error.span);
+        let diagnostic = Self::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+        Self { help: error.help, ..diagnostic }
+    }
+
     /// Adds a place and its label.
     pub fn at(mut self, place: impl Into<Place>, text: impl Into<String>) -> Self {
         self.labels.push(Label { place: place.into(), text: text.into() });
@@ -66,11 +84,7 @@ impl Diagnostic {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let severity = match self.severity {
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        };
-        write!(f, "{severity}[{}]: {}", self.code, self.message)?;
+        write!(f, "{}[{}]: {}", self.severity.word(), self.code, self.message)?;
         if let Some(path) = self.labels.first().and_then(|label| label.place.path()) {
             write!(f, " (at `{path}`)")?;
         }
@@ -92,11 +106,7 @@ pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
     let mut out = String::new();
     let lines = Lines::new(source);
     for d in diagnostics {
-        let severity = match d.severity {
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        };
-        out.push_str(&format!("{severity}[{}]", d.code));
+        out.push_str(&format!("{}[{}]", d.severity.word(), d.code));
         if let Some(label) = d.labels.first() {
             match &label.place {
                 Place::Text(span) => {

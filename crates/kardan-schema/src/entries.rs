@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use kardan_math::names::{HasName, NamedList};
-use kardan_math::units::{Dimension, Exact};
+use kardan_math::units::{Dimension, Exact, format_quantity};
 
 /// The place of an entry: in a text, or at a path in a model that a program built.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -32,6 +32,11 @@ impl From<Range<usize>> for Place {
 }
 
 impl Place {
+    /// That of an entry of a program before [`Entries::assign_places`].
+    pub fn unsettled() -> Self {
+        Self::Path(Arc::from(""))
+    }
+
     /// The byte range in the text; empty at the start for an entry without text.
     pub fn span(&self) -> Range<usize> {
         match self {
@@ -96,6 +101,50 @@ pub enum RawValue {
     Broken,
 }
 
+impl RawValue {
+    /// The text that it is.
+    pub fn as_text(&self) -> Option<&str> {
+        if let Self::Text(text) = self { Some(text) } else { None }
+    }
+
+    /// The table that it is.
+    pub fn as_table(&self) -> Option<&Entries> {
+        if let Self::Table(table) = self { Some(table) } else { None }
+    }
+
+    /// The same with all its content at a place.
+    #[must_use]
+    pub fn placed(&self, place: &Place) -> Self {
+        let entry = |entry: &Entry| Entry { value: entry.value.placed(place), place: place.clone() };
+        match self {
+            Self::Table(table) => {
+                Self::Table(table.iter().map(|found| KeyedEntry::at(&found.key, &found.entry.value, place)).collect())
+            }
+            Self::List(list) => Self::List(list.iter().map(entry).collect()),
+            other => other.clone(),
+        }
+    }
+
+    /// Calls a function with each text within.
+    pub fn each_text(&self, visit: &mut impl FnMut(&str)) {
+        match self {
+            Self::Text(text) => visit(text),
+            Self::Table(table) => table.iter().for_each(|found| found.entry.value.each_text(visit)),
+            Self::List(list) => list.iter().for_each(|entry| entry.value.each_text(visit)),
+            _ => {}
+        }
+    }
+
+    /// The expression that it is, as a part of others.
+    pub fn factor(&self) -> Option<String> {
+        match self {
+            Self::Text(text) | Self::Number(text) => Some(format!("({text})")),
+            Self::Quantity(value, dimension) => Some(format_quantity(value, *dimension)),
+            _ => None,
+        }
+    }
+}
+
 /// A key with its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyedEntry {
@@ -105,6 +154,17 @@ pub struct KeyedEntry {
     pub place: Place,
     /// Its value.
     pub entry: Entry,
+}
+
+impl KeyedEntry {
+    /// A key and its value, with all its content, at a place.
+    pub fn at(key: &str, value: &RawValue, place: &Place) -> Self {
+        Self {
+            key: key.into(),
+            place: place.clone(),
+            entry: Entry { value: value.placed(place), place: place.clone() },
+        }
+    }
 }
 
 /// A table: keys with values, in the order in which they were written.
@@ -142,10 +202,29 @@ impl Entries {
 
     /// The table of a key.
     pub fn table(&self, key: &str) -> Option<&Entries> {
-        match self.get(key)? {
-            RawValue::Table(table) => Some(table),
-            _ => None,
-        }
+        self.get(key)?.as_table()
+    }
+
+    /// The text of a key.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        self.get(key)?.as_text()
+    }
+
+    /// The entries of the table of a key; none if it is no table.
+    pub fn entries_of(&self, key: &str) -> impl Iterator<Item = &KeyedEntry> + Clone {
+        self.table(key).into_iter().flat_map(|table| table.list.iter())
+    }
+
+    /// The tables in the table of a key, each with its entry.
+    pub fn tables_of(&self, key: &str) -> impl Iterator<Item = (&KeyedEntry, &Entries)> + Clone {
+        self.entries_of(key).filter_map(|found| Some((found, found.entry.value.as_table()?)))
+    }
+
+    /// A table of texts, as a program makes it.
+    pub fn of_texts<K: AsRef<str>, T: Into<String>>(texts: impl IntoIterator<Item = (K, T)>) -> Self {
+        let mut out = Self::default();
+        texts.into_iter().for_each(|(key, text)| out.set(key.as_ref(), RawValue::Text(text.into())));
+        out
     }
 
     /// Adds an entry after the others.
@@ -155,7 +234,7 @@ impl Entries {
 
     /// Sets a key, in its place if it exists; the entry comes from a program, and [`Entries::assign_places`] sets its place.
     pub fn set(&mut self, key: &str, value: RawValue) {
-        let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
+        let new = KeyedEntry { key: key.into(), place: Place::unsettled(), entry: Entry::from(value) };
         match self.list.get_mut(key) {
             Some(entry) => *entry = new,
             None => self.list.push(new),
@@ -208,11 +287,6 @@ impl Entries {
     }
 }
 
-/// The place of an entry of a program before [`Entries::assign_places`].
-fn unsettled() -> Place {
-    Place::Path(Arc::from(""))
-}
-
 fn same_value(a: &RawValue, b: &RawValue) -> bool {
     match (a, b) {
         (RawValue::List(a), RawValue::List(b)) => {
@@ -258,7 +332,7 @@ impl FromIterator<KeyedEntry> for Entries {
 impl From<RawValue> for Entry {
     /// An entry of a program.
     fn from(value: RawValue) -> Self {
-        Self { value, place: unsettled() }
+        Self { value, place: Place::unsettled() }
     }
 }
 

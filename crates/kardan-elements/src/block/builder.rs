@@ -10,8 +10,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Function, Graph, Lookup, Symbol, Traced};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Field;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Values};
 
 /// The description of a kind of block.
 #[derive(Debug, Clone, Copy)]
@@ -118,14 +117,11 @@ pub struct Rule<'g> {
     pub dimension: Dimension,
 }
 
-pub(super) fn key_error(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> KeyError {
-    KeyError { key, message: message.into(), help: help.into() }
-}
-
 impl<'g> BlockBuilder<'g> {
     /// The expression of a required key.
     pub fn input(&self, key: &'static str) -> Result<(Traced<'g>, Dimension), KeyError> {
-        let missing = || key_error(key, format!("`{key}` is missing"), "write an expression, or the name of a signal");
+        let missing =
+            || KeyError::new(key, format!("`{key}` is missing"), "write an expression, or the name of a signal");
         self.inputs.get(key).copied().ok_or_else(missing)
     }
 
@@ -136,7 +132,7 @@ impl<'g> BlockBuilder<'g> {
             return Ok(Some(value));
         }
         let message = format!("`{key}`: expected {}, found {}", expected.noun(), found.noun());
-        Err(key_error(key, message, format!("write it in a unit such as {}", expected.example())))
+        Err(KeyError::new(key, message, format!("write it in a unit such as {}", expected.example())))
     }
 
     /// The same of a required key.
@@ -188,7 +184,7 @@ impl<'g> BlockBuilder<'g> {
         match &self.sample_time {
             Some(time) => Ok(self.exact(time)),
             None => {
-                Err(key_error("kind", format!("it needs a `sample_time`: {why}"), "write `sample_time = \"1 ms\"`"))
+                Err(KeyError::new("kind", format!("it needs a `sample_time`: {why}"), "write `sample_time = \"1 ms\"`"))
             }
         }
     }
@@ -274,7 +270,7 @@ impl<'g> BlockBuilder<'g> {
     /// The quotient of two dimensions.
     pub fn over(&self, key: &'static str, a: Dimension, b: Dimension, power: i32) -> Result<Dimension, KeyError> {
         a.times(&b, power).ok_or_else(|| {
-            key_error(key, format!("`{key}`: the exponents in its unit are too large"), "check the units")
+            KeyError::new(key, format!("`{key}`: the exponents in its unit are too large"), "check the units")
         })
     }
 
@@ -285,14 +281,14 @@ impl<'g> BlockBuilder<'g> {
             ratio.denominator().is_one().then(|| ratio.numerator().clone().try_into().ok()).flatten();
         match whole {
             Some(count) if count <= MOST_SAMPLES => Ok(count),
-            Some(count) => Err(key_error(
+            Some(count) => Err(KeyError::new(
                 key,
                 format!("`{key}` has {count} samples, more than {MOST_SAMPLES}"),
                 "make it shorter, or the sample time longer",
             )),
             None => {
                 let nearest = kardan_math::num::rational_to_f64(&ratio).round() * period.to_f64();
-                Err(key_error(
+                Err(KeyError::new(
                     key,
                     format!("`{key}` is not a multiple of the sample time"),
                     format!("the nearest one is {nearest} s"),
@@ -358,7 +354,7 @@ impl<'g> BlockBuilder<'g> {
                     true => "write a value above zero, or remove the block",
                     false => "check the sign",
                 };
-                Err(key_error(key, message, help))
+                Err(KeyError::new(key, message, help))
             }
             Some(_) => Ok(value),
             None => {
@@ -373,7 +369,7 @@ impl<'g> BlockBuilder<'g> {
     /// Rejects a key without effect.
     pub fn idle(&self, key: &'static str, why: &str, help: &str) -> Result<(), KeyError> {
         match self.inputs.contains_key(key) || self.values.has(key) {
-            true => Err(key_error(key, format!("`{key}` has no effect: {why}"), help)),
+            true => Err(KeyError::new(key, format!("`{key}` has no effect: {why}"), help)),
             false => Ok(()),
         }
     }
@@ -390,10 +386,10 @@ impl<'g> BlockBuilder<'g> {
                 let [lower, upper] = keys;
                 if !self.inputs.contains_key(lower) {
                     let message = format!("`{upper}` is below zero, and `{lower}`, which is left out, is its opposite");
-                    return Err(key_error(upper, message, format!("write both, `{lower}` below `{upper}`")));
+                    return Err(KeyError::new(upper, message, format!("write both, `{lower}` below `{upper}`")));
                 }
                 let message = format!("`{lower}` is above `{upper}`: {a} and {b} in SI units");
-                Err(key_error(lower, message, "swap them, or check the signs"))
+                Err(KeyError::new(lower, message, "swap them, or check the signs"))
             }
             [Some(_), Some(_)] => Ok(()),
             _ => {

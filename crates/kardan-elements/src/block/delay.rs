@@ -1,6 +1,6 @@
 //! The block `delay` by whole samples.
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_math::units::Dimension;
 use kardan_schema::schema::{BlockKeys, Keys, Sign, keys};
@@ -43,7 +43,11 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
         _ => 1,
     };
     if count == 0 {
-        return Err(key_error("time", "`time` is shorter than a sample", "make it one sample, or remove the block"));
+        return Err(KeyError::new(
+            "time",
+            "`time` is shorter than a sample",
+            "make it one sample, or remove the block",
+        ));
     }
     let first = builder.states.len();
     let mut state = vec![BlockBuilder::zero()];

@@ -11,8 +11,6 @@ keys! {
             input: Expression, "The input signal.";
             gain: Expression, "The gain, with its unit; it may vary.";
         }
-        optional {
-        }
     }
 }
 

@@ -10,8 +10,6 @@ keys! {
         required {
             input: Expression, "The input signal, of any sample times.";
         }
-        optional {
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The block `integrator`.
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_math::units::Dimension;
 use kardan_schema::schema::{BlockKeys, Keys, keys};
@@ -51,7 +51,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     }
     let (reset, reset_to) = (builder.of("reset", Dimension::NONE)?, builder.of("reset_to", dimension)?);
     if reset.is_none() && reset_to.is_some() {
-        return Err(key_error("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
+        return Err(KeyError::new("reset_to", "`reset_to` is for a `reset`, which is not given", "add `reset`"));
     }
     let output = match builder.sample_time.clone() {
         Some(time) => {
@@ -74,7 +74,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             );
         }
         None if reset.is_some() => {
-            return Err(key_error("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
+            return Err(KeyError::new("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => {
             let first = builder.states.len();

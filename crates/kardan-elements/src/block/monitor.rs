@@ -1,6 +1,6 @@
 //! The block `monitor` of a residual.
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_expr::expr::Traced;
 use kardan_math::units::{Dimension, Exact};
@@ -49,7 +49,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     builder.not_negative("threshold", of, "every residual exceeds that, so there always is an alarm")?;
     if let Some(value) = builder.constant(residual) {
         let message = format!("`residual` is constant: it is always {value} in SI units");
-        return Err(key_error("residual", message, "write the difference of two signals that should agree"));
+        return Err(KeyError::new("residual", message, "write the difference of two signals that should agree"));
     }
     // As many samples as fill the time, the first at its start.
     let count = |key, fallback: usize| -> Traced<'_> {

@@ -1,6 +1,6 @@
 //! The block `observer`: a linear state observer.
 
-use super::builder::{BlockBuilder, BlockKind, List, key_error, rational};
+use super::builder::{BlockBuilder, BlockKind, List, rational};
 use super::estimate::{Plant, of_poles, rounded, settled, staying};
 use crate::element::KeyError;
 use kardan_expr::expr::{Rationals, Symbol, Traced, lower};
@@ -70,13 +70,13 @@ fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     for List { name, values, .. } in builder.lists_of("states") {
         let [(start, dimension)] = values.as_slice() else {
             let message = format!("`states`: `{name}` has {} values, and it needs one initial value", values.len());
-            return Err(key_error("states", message, "write `{ speed = \"0 rad/s\", load = \"0 N m\" }`"));
+            return Err(KeyError::new("states", message, "write `{ speed = \"0 rad/s\", load = \"0 N m\" }`"));
         };
         found.push((name.clone(), builder.exact(start), *dimension));
     }
     if found.is_empty() {
         let help = "name them, each with its initial value: `{ speed = \"0 rad/s\", load = \"0 N m\" }`";
-        return Err(key_error("states", "`states` is empty: there is nothing to estimate", help));
+        return Err(KeyError::new("states", "`states` is empty: there is nothing to estimate", help));
     }
     Ok(found)
 }
@@ -87,7 +87,11 @@ fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str
         return Ok(());
     }
     let message = format!("`{key}`: `{name}` is not a state{besides}");
-    Err(key_error(key, message, format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str())))))
+    Err(KeyError::new(
+        key,
+        message,
+        format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str()))),
+    ))
 }
 
 /// The rate of each state, 0 by default.
@@ -107,7 +111,7 @@ fn rates<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<Tra
                     format!("`rates`: that of `{state}`: expected {}, found {}", expected.noun(), found.noun());
                 let help =
                     format!("the initial value of `{state}` is in {}, so its rate is in {}", of.si(), expected.si());
-                return Err(key_error("rates", message, help));
+                return Err(KeyError::new("rates", message, help));
             }
         });
     }
@@ -130,25 +134,25 @@ fn measured<'g>(builder: &BlockBuilder<'g>, states: &[State<'g>]) -> Result<Vec<
         if !expected.is_like(found) {
             let message = format!("`measured`: `{name}`: expected {}, found {}", expected.noun(), found.noun());
             let help = format!("write the measurement in a unit such as {}", expected.example());
-            return Err(key_error("measured", message, help));
+            return Err(KeyError::new("measured", message, help));
         }
         let follows = |both: &[Traced<'g>; 2]| both.iter().any(|symbol| builder.depends(*value, *symbol));
         if let Some(((state, ..), _)) = states.iter().zip(&builder.own).find(|(_, both)| follows(both)) {
             let message = format!("`measured`: `{name}` follows from the estimate of `{state}` itself");
             let help = "write only the sensor; write its prediction in `predicted`";
-            return Err(key_error("measured", message, help));
+            return Err(KeyError::new("measured", message, help));
         }
         all.push((name.clone(), *value, prediction, expected));
     }
     if all.is_empty() {
         let help = "name a sensor for a state: `{ speed = \"encoder.w\" }`";
-        return Err(key_error("measured", "`measured` is empty: nothing corrects the estimate", help));
+        return Err(KeyError::new("measured", "`measured` is empty: nothing corrects the estimate", help));
     }
     match predicted.iter().find(|(name, ..)| all.iter().all(|(candidate, ..)| candidate != name)) {
         None => Ok(all),
         Some((name, ..)) => {
             let message = format!("`predicted`: `{name}` is not measured, so nothing is compared with it");
-            Err(key_error("predicted", message, "add it to `measured`, or remove it"))
+            Err(KeyError::new("predicted", message, "add it to `measured`, or remove it"))
         }
     }
 }
@@ -175,7 +179,7 @@ fn linear<'g, 's>(
                 let message =
                     format!("`{key}`: {what} `{}` is not linear in `{state}` with a constant coefficient", of[i]);
                 let help = "this observer is linear: write the slope at the operating point, and put the nonlinear part into a signal of measurements";
-                return Err(key_error(key, message, help));
+                return Err(KeyError::new(key, message, help));
             };
             matrix[(i, j)] = slope;
         }
@@ -209,7 +213,7 @@ fn check_observable(plant: &Plant, states: &[State<'_>]) -> Result<(), KeyError>
             format!("not observable: {} can change together without effect on any measurement", shares.join(", "))
         }
     };
-    Err(key_error(
+    Err(KeyError::new(
         "measured",
         message,
         "add a measurement, or remove a state from `states` and put its known value into `rates`",
@@ -221,7 +225,7 @@ fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, K
     let poles = builder.values.poles("poles").unwrap_or_default();
     if poles.len() != states {
         let message = format!("{} `poles` for {states} states", poles.len());
-        return Err(key_error("poles", message, "write one for each state; `\"-14 ± 14.3j\"` are two"));
+        return Err(KeyError::new("poles", message, "write one for each state; `\"-14 ± 14.3j\"` are two"));
     }
     let time = builder.sample_time.as_ref().map(|time| time.to_rational());
     for (re, im) in poles {
@@ -229,7 +233,7 @@ fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, K
         if re >= 0.0 {
             let message =
                 format!("`poles`: the error of the estimate does not decay at a pole with the real part {re} 1/s");
-            return Err(key_error("poles", message, "write poles with negative real part, such as `-50`"));
+            return Err(KeyError::new("poles", message, "write poles with negative real part, such as `-50`"));
         }
         if let Some(half) =
             time.as_ref().map(|time| std::f64::consts::PI / rational_to_f64(time)).filter(|half| im.abs() >= *half)
@@ -238,11 +242,11 @@ fn polynomial(builder: &BlockBuilder<'_>, states: usize) -> Result<Polynomial, K
                 "`poles`: {} 1/s is not below half the sampling rate (Nyquist), {half} 1/s: samples cannot represent it",
                 im.abs()
             );
-            return Err(key_error("poles", message, "make the imaginary part smaller, or the sample time shorter"));
+            return Err(KeyError::new("poles", message, "make the imaginary part smaller, or the sample time shorter"));
         }
     }
     let constant_part =
-        || key_error("poles", "`poles`: a complex value has no conjugate", "write a pair, `-14 ± 14.3j`");
+        || KeyError::new("poles", "`poles`: a complex value has no conjugate", "write a pair, `-14 ± 14.3j`");
     of_poles(poles, time.as_ref()).ok_or_else(constant_part)
 }
 
@@ -258,7 +262,7 @@ fn gain_from_file(
     let mut out = Matrix::<Rational>::zeros(states.len(), measured.len());
     for (i, (state, _, of)) in states.iter().enumerate() {
         let Some(row) = builder.lists_of("gains").find(|list| list.name == *state) else {
-            return Err(key_error(
+            return Err(KeyError::new(
                 "gains",
                 format!("`gains`: there are none for `{state}`"),
                 "write one for each measurement, 0 in its unit where there is none",
@@ -266,7 +270,7 @@ fn gain_from_file(
         };
         if row.values.len() != measured.len() {
             let message = format!("`gains`: `{state}` has {} for {} measurements", row.values.len(), measured.len());
-            return Err(key_error("gains", message, "write one for each, in the order of `measured`"));
+            return Err(KeyError::new("gains", message, "write one for each, in the order of `measured`"));
         }
         for (k, ((value, found), (name, .., by))) in row.values.iter().zip(measured).enumerate() {
             let mut expected = builder.over("gains", *of, *by, -1)?;
@@ -285,7 +289,7 @@ fn gain_from_file(
                     }
                     None => format!("a rate, in a unit such as {}", expected.example()),
                 };
-                return Err(key_error("gains", message, help));
+                return Err(KeyError::new("gains", message, help));
             }
             out[(i, k)] = value.to_rational();
         }
@@ -303,7 +307,7 @@ fn gain(
     let sampled = builder.sample_time.is_some();
     let gain = match (builder.values.has("poles"), builder.values.has("gains")) {
         (true, true) => {
-            return Err(key_error(
+            return Err(KeyError::new(
                 "gains",
                 "`gains` and `poles` are given: only one of them may define the speed of the estimate",
                 "remove one of them",
@@ -311,7 +315,7 @@ fn gain(
         }
         (false, false) => {
             let message = "the speed of the estimate is not defined: there are neither `poles` nor `gains`";
-            return Err(key_error("kind", message, "write `poles = [\"-60 ± 60j\"]`, as many as there are states"));
+            return Err(KeyError::new("kind", message, "write `poles = [\"-60 ± 60j\"]`, as many as there are states"));
         }
         (false, true) => gain_from_file(builder, states, measured)?,
         (true, false) => {
@@ -320,12 +324,12 @@ fn gain(
                     "`poles` need exactly one measurement, and there are several: `{}`, `{}`",
                     first.0, second.0
                 );
-                return Err(key_error("poles", message, "write `gains`, or keep one measurement"));
+                return Err(KeyError::new("poles", message, "write `gains`, or keep one measurement"));
             }
             let polynomial = polynomial(builder, states.len())?;
             let blind = || {
                 let message = "at this sample time all samples of two motions are equal, so no gain distinguishes them";
-                key_error("poles", message, "make the sample time shorter")
+                KeyError::new("poles", message, "make the sample time shorter")
             };
             plant.gain(&polynomial).ok_or_else(blind)?
         }
@@ -347,12 +351,12 @@ fn check_decays(builder: &BlockBuilder<'_>, error: &Matrix<Rational>) -> Result<
         false => format!("the pole {at} 1/s has no negative real part"),
     };
     let message = format!("the error of the estimate does not decay: {why}");
-    Err(key_error(key, message, "check the signs of `gains`, or write `poles`"))
+    Err(KeyError::new(key, message, "check the signs of `gains`, or write `poles`"))
 }
 
 fn too_fast() -> KeyError {
     let message = "within one sample the states grow or decay beyond the range of floating point";
-    key_error("rates", message, "make the sample time shorter, or check the units in `rates`")
+    KeyError::new("rates", message, "make the sample time shorter, or check the units in `rates`")
 }
 
 fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
@@ -362,7 +366,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let outputs: Vec<String> = measured.iter().map(|(name, ..)| format!("residual_{name}")).collect();
     if let Some((state, ..)) = states.iter().find(|(state, ..)| outputs.contains(state)) {
         let message = format!("`states`: `{state}` is the residual of a measurement, so no state can have that name");
-        return Err(key_error("states", message, "choose another name"));
+        return Err(KeyError::new("states", message, "choose another name"));
     }
     let of_states: Vec<&str> = states.iter().map(|(name, ..)| name.as_str()).collect();
     let of_measured: Vec<&str> = measured.iter().map(|(name, ..)| name.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use kardan_rt::Manual;
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_expr::expr::Traced;
 use kardan_math::units::Dimension;
@@ -87,7 +87,7 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
         }
     }
     if let (Some(_), None, None) = (derivative, filter, &builder.sample_time) {
-        return Err(key_error(
+        return Err(KeyError::new(
             "derivative",
             "a derivative in continuous time needs a filter",
             "add `filter = \"5 ms\"`, or a `sample_time`",
@@ -101,7 +101,7 @@ fn read<'g>(builder: &BlockBuilder<'g>) -> Result<Read<'g>, KeyError> {
     let tracking = tracking(builder, (proportional, integral), &bounds, on.is_some())?;
     let value = builder.of("manual", dimension)?;
     if on.is_none() && value.is_some() {
-        return Err(key_error(
+        return Err(KeyError::new(
             "manual",
             "`manual` is the output while `on` is false, and there is no `on`",
             "add `on`",
@@ -149,7 +149,7 @@ fn tracking<'g>(
         }
         None if explicit.is_none() => {
             let message = "without an `integral` the offset after a switch from `manual` would never decay";
-            return Err(key_error("on", message, "give its decay time: `tracking_time = \"0.2 s\"`"));
+            return Err(KeyError::new("on", message, "give its decay time: `tracking_time = \"0.2 s\"`"));
         }
         _ => {}
     }
@@ -160,7 +160,7 @@ fn tracking<'g>(
             Some(time) => builder.exact(time),
             None => {
                 let message = "`tracking_time` is missing: with a `proportional` of 0, the default K/Ki is not defined";
-                return Err(key_error("proportional", message, "give the time constant of anti-windup at a bound"));
+                return Err(KeyError::new("proportional", message, "give the time constant of anti-windup at a bound"));
             }
         },
         (None, Some(integral)) => proportional / integral,
@@ -181,7 +181,7 @@ fn tracking<'g>(
                 ),
                 None => format!("{what} is {time} s: at a bound the integral would diverge"),
             };
-            Err(key_error(key, message, "write a longer `tracking_time`"))
+            Err(KeyError::new(key, message, "write a longer `tracking_time`"))
         }
         _ => Ok(found),
     }
@@ -197,7 +197,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             builder.step(|state| pid.step(reference, measured, manual, state), [zero; 5])
         }
         None if manual.is_some() => {
-            return Err(key_error("on", "switching needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
+            return Err(KeyError::new("on", "switching needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => flowing(builder, &pid, [reference, measured]),
     };

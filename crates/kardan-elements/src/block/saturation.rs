@@ -1,6 +1,6 @@
 //! The block `saturation`.
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_schema::schema::{BlockKeys, Keys, keys};
 
@@ -36,7 +36,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let (input, dimension) = builder.input("input")?;
     let bounds = builder.bounds(dimension)?;
     if bounds.iter().all(Option::is_none) {
-        return Err(key_error("high", "there is no bound", "add `high`, `low` or both"));
+        return Err(KeyError::new("high", "there is no bound", "add `high`, `low` or both"));
     }
     let output = builder.clamped(input, bounds);
     builder.output(output, dimension);

@@ -2,7 +2,7 @@
 
 use kardan_rt::{Arithmetic, Transition};
 
-use super::builder::{BlockBuilder, BlockKind, List, key_error};
+use super::builder::{BlockBuilder, BlockKind, List};
 use crate::element::KeyError;
 use kardan_expr::expr::Traced;
 use kardan_math::units::{Dimension, Exact};
@@ -15,8 +15,6 @@ keys! {
             from: Text, "The state that it leaves.";
             to: Text, "The state that it leads to.";
             when: Expression, "The guard condition: a monitor, `mode.since > 0.2 s and not hands_on`; a number above 0.5 is true.";
-        }
-        optional {
         }
     }
 }
@@ -70,17 +68,17 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let states = builder.values.names("states").unwrap_or_default().to_vec();
     if states.iter().any(|state| state == SINCE) {
         let message = format!("`states`: `{SINCE}` is the time in a state, so no state can have that name");
-        return Err(key_error("states", message, "choose another name"));
+        return Err(KeyError::new("states", message, "choose another name"));
     }
     let outputs = std::mem::take(&mut builder.lists);
     for List { name, values, .. } in &outputs {
         if name == SINCE || states.contains(name) {
             let message = format!("`outputs`: `{name}` is the name of a state, or of the time in it");
-            return Err(key_error("outputs", message, "choose another name"));
+            return Err(KeyError::new("outputs", message, "choose another name"));
         }
         if values.len() != states.len() {
             let message = format!("`outputs`: `{name}` has {} values for {} states", values.len(), states.len());
-            return Err(key_error("outputs", message, "write one for each state, in their order"));
+            return Err(KeyError::new("outputs", message, "write one for each state, in their order"));
         }
         if let Some((_, different)) = values.iter().find(|(_, found)| !values[0].1.is_like(found)) {
             let message = format!(
@@ -88,7 +86,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
                 values[0].1.noun(),
                 different.noun()
             );
-            return Err(key_error("outputs", message, "write them in units of one kind"));
+            return Err(KeyError::new("outputs", message, "write them in units of one kind"));
         }
     }
     let (transitions, guards): (Vec<Transition>, Vec<Traced<'_>>) =

@@ -1,6 +1,6 @@
 //! The block `table`: a lookup table over one or two signals.
 
-use super::builder::{BlockBuilder, BlockKind, key_error};
+use super::builder::{BlockBuilder, BlockKind};
 use crate::element::KeyError;
 use kardan_expr::expr::Traced;
 use kardan_schema::schema::{BlockKeys, Keys, keys};
@@ -40,11 +40,11 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let Some(table) = builder.table.clone() else {
         let name = builder.values.word_or_default("table");
         let help = "declare it by its points, or by a file";
-        return Err(key_error("table", format!("there is no table `{name}`"), help));
+        return Err(KeyError::new("table", format!("there is no table `{name}`"), help));
     };
     let expected = table.arguments().to_vec();
     if expected.len() == 1 && builder.inputs.contains_key("input_2") {
-        return Err(key_error("input_2", "the table is over one quantity", "remove `input_2`"));
+        return Err(KeyError::new("input_2", "the table is over one quantity", "remove `input_2`"));
     }
     let mut at = Vec::new();
     for (key, expected) in ["input", "input_2"].into_iter().zip(expected) {

@@ -2,7 +2,7 @@
 
 use kardan_rt::functions::hypot;
 
-use super::builder::{BlockBuilder, BlockKind, key_error, rational};
+use super::builder::{BlockBuilder, BlockKind, rational};
 use super::rational::{filtered, product};
 use crate::element::KeyError;
 use kardan_expr::expr::Traced;
@@ -112,11 +112,11 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             zeros.len(),
             poles.len()
         );
-        return Err(key_error("zeros", message, "add fast poles until there are as many as zeros"));
+        return Err(KeyError::new("zeros", message, "add fast poles until there are as many as zeros"));
     }
     let of_roots = |key, roots| {
         let not_factored =
-            || key_error(key, format!("`{key}`: a complex value has no conjugate"), "write a pair, `-14 ± 14.3j`");
+            || KeyError::new(key, format!("`{key}`: a complex value has no conjugate"), "write a pair, `-14 ± 14.3j`");
         factors(builder, roots).ok_or_else(not_factored)
     };
     let sections = sections(of_roots("zeros", zeros)?, of_roots("poles", poles)?);
@@ -128,10 +128,10 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     let start = builder.of("initial", dimension)?;
     if start.is_some() && power != 0 {
         let message = "`initial`: with a pole or a zero at 0 the output has no unique equilibrium";
-        return Err(key_error("initial", message, "take it out"));
+        return Err(KeyError::new("initial", message, "take it out"));
     }
     if start.is_some() && builder.is_zero(gain) {
-        return Err(key_error(
+        return Err(KeyError::new(
             "initial",
             "`initial`: with a `gain` of 0 the only equilibrium output is 0",
             "take it out",

@@ -6,8 +6,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A friction brake of a shaft or a mass, whose torque follows from a signal.
@@ -24,8 +23,7 @@ keys! {
     }
 }
 
-/// A friction brake of a shaft or a mass, whose torque follows from a signal.
-pub const BRAKE: Element = Element {
+pub(super) const BRAKE: Element = Element {
     keyword: Brake::KEYWORD,
     summary: "Friction brake: Coulomb friction of a shaft against the housing with a torque that a signal commands.",
     sketch: r"

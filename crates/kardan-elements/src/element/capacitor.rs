@@ -5,8 +5,7 @@ use super::shared::branch::{FROM, TO, branch, check_branch};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A capacitor: the spring of a circuit with the elastance 1/C, \[diss. Table 4.3\].
@@ -24,8 +23,7 @@ keys! {
     }
 }
 
-/// A capacitor: the spring of a circuit with the elastance 1/C, \[diss. Table 4.3\].
-pub const CAPACITOR: Element = Element {
+pub(super) const CAPACITOR: Element = Element {
     keyword: Capacitor::KEYWORD,
     summary: "An ideal capacitor between two nodes of a circuit: v = v0 + q/C.",
     sketch: r"

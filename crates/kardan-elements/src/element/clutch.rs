@@ -5,8 +5,7 @@ use super::{Element, KeyError, gear};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Field, Keys, Kind, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Field, Keys, Kind, Sign, Values, keys};
 
 keys! {
     /// A friction clutch between two shafts, whose torque follows from a signal.
@@ -30,8 +29,7 @@ pub(super) const STATIC_FACTOR: Field = Field::optional(
     "While it sticks it transmits up to this factor times that torque, at least 1; left out: 1.",
 );
 
-/// A friction clutch between two shafts, whose torque follows from a signal.
-pub const CLUTCH: Element = Element {
+pub(super) const CLUTCH: Element = Element {
     keyword: Clutch::KEYWORD,
     summary: "Friction clutch: Coulomb friction between two shafts with a torque that a signal commands; it sticks exactly, without creep.",
     sketch: r"

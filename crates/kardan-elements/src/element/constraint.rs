@@ -7,14 +7,11 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Domain, MultiplierLaw, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// Any linear row by hand, \[diss. (4.31)\] with an offset.
     element Constraint("constraint") {
-        required {
-        }
         optional {
             coefficients: Coefficients,
                 "Coefficients by shaft; { shaft = 1 } fixes one shaft. With masses, or with lengths as coefficients of shafts, the sum is a length: \
@@ -32,8 +29,7 @@ keys! {
     }
 }
 
-/// Any linear row by hand, \[diss. (4.31)\] with an offset.
-pub const CONSTRAINT: Element = Element {
+pub(super) const CONSTRAINT: Element = Element {
     keyword: Constraint::KEYWORD,
     summary: "Any relation between angles and positions: sum of coefficient times angle = offset, an expression that is zero, or a relation of \
               speeds.",

@@ -6,8 +6,7 @@ use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// Two coils that share a part of their flux.
@@ -31,8 +30,7 @@ keys! {
     }
 }
 
-/// Two coils that share a part of their flux.
-pub const COUPLED_INDUCTORS: Element = Element {
+pub(super) const COUPLED_INDUCTORS: Element = Element {
     keyword: CoupledInductors::KEYWORD,
     summary: "Two coils with a mutual inductance: v1 = L1 di1/dt + M di2/dt, v2 = M di1/dt + L2 di2/dt.",
     sketch: r"

@@ -8,8 +8,7 @@ use kardan_expr::expr::OfTime;
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, MultiplierLaw, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// An ideal current source: a branch whose current is a function of time.
@@ -26,8 +25,7 @@ keys! {
     }
 }
 
-/// An ideal current source: a branch whose current is a function of time.
-pub const CURRENT_SOURCE: Element = Element {
+pub(super) const CURRENT_SOURCE: Element = Element {
     keyword: CurrentSource::KEYWORD,
     summary: "An ideal current source between two nodes of a circuit: its current follows a function of time, at any voltage.",
     sketch: r"

@@ -1,13 +1,12 @@
 //! The element `dc_motor`: a machine between a circuit and a shaft.
 
 use super::shared::branch::{FROM, TO, branch, check_branch};
-use super::shared::straight::check_moves;
+use super::shared::straight::{check_moves, check_reaction};
 use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Domain, Formula, Meaning, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
@@ -31,8 +30,7 @@ keys! {
     }
 }
 
-/// A machine between a circuit and a shaft: a gyrator with winding resistance, inductance and rotor inertia.
-pub const DC_MOTOR: Element = Element {
+pub(super) const DC_MOTOR: Element = Element {
     keyword: DcMotor::KEYWORD,
     summary: "A permanent-magnet motor or generator between two nodes of a circuit and a shaft: tau = k i and e = k w with one k, so that the \
               conversion is lossless; with masses a voice coil.",
@@ -61,12 +59,8 @@ rotor_inertia = \"40 g cm^2\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [check_branch(values), check_moves(values, &["shaft"])].concat();
-    if values.word("shaft").is_some() && values.word("shaft") == values.word("reaction") {
-        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
-        out.push(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"));
-    }
-    out
+    let own = [check_branch(values), check_moves(values, &["shaft"])].concat();
+    own.into_iter().chain(check_reaction(values)).collect()
 }
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {

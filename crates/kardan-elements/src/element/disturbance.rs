@@ -4,8 +4,7 @@ use super::Element;
 use super::shared::straight::check_moves;
 use kardan_mechanics::equations::{Direction, InputKind, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// An external torque or force, set by the scenario and unknown to the laws.
@@ -13,13 +12,10 @@ keys! {
         required {
             shaft: Body, "The shaft that the torque acts on, or the mass that the force acts on.";
         }
-        optional {
-        }
     }
 }
 
-/// An external torque or force, set by the scenario and unknown to the laws.
-pub const DISTURBANCE: Element = Element {
+pub(super) const DISTURBANCE: Element = Element {
     keyword: Disturbance::KEYWORD,
     summary: "An external torque on a shaft, or a force on a mass; events of the scenario set it, control laws do not use it.",
     sketch: r"

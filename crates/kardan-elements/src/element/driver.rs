@@ -1,12 +1,12 @@
 //! The element `driver`: a driver model that steers a car.
 
+use super::shared::car::quoted;
 use super::shared::car_checks::least;
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_results::Symbol;
 use kardan_schema::entries::{Entries, RawValue};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 /// Wheel angle for each metre of lateral deviation, rad/m.
 const TURN: Dimension = Dimension::mechanical(0, -1, 0, 1);
@@ -52,8 +52,7 @@ keys! {
     }
 }
 
-/// A driver at a steering wheel.
-pub const DRIVER: Element = Element {
+pub(super) const DRIVER: Element = Element {
     keyword: Driver::KEYWORD,
     summary: "A driver: arms with inertia that turn the steering wheel to an angle, or follow a path with preview, reaction time and muscles.",
     sketch: r"
@@ -135,11 +134,6 @@ pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     Some(out)
 }
 
-/// A name in the syntax of expressions.
-fn quoted(name: String) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name }
-}
-
 /// An expression with one identifier replaced.
 fn with_word(text: &str, word: &str, by: &str) -> String {
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
@@ -157,7 +151,7 @@ fn with_word(text: &str, word: &str, by: &str) -> String {
 
 impl DriverBuilder<'_> {
     fn text(&self, key: &str) -> Option<String> {
-        if let Some(RawValue::Text(text)) = self.entries.get(key) { Some(text.clone()) } else { None }
+        self.entries.text(key).map(str::to_string)
     }
 
     /// The expression of a key.
@@ -180,8 +174,7 @@ impl DriverBuilder<'_> {
     }
 
     fn add(&self, out: &mut Entries, group: &str, part: &str, keys: &[(&str, String)]) {
-        let mut table = Entries::default();
-        keys.iter().for_each(|(key, text)| table.set(key, RawValue::Text(text.clone())));
+        let table = Entries::of_texts(keys.iter().cloned());
         out.table_mut(group).set(&self.part(part), RawValue::Table(table));
     }
 

@@ -5,8 +5,7 @@ use super::{Element, KeyError, gear};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// Stops that limit an angle or a distance.
@@ -27,8 +26,7 @@ keys! {
     }
 }
 
-/// Stops that limit an angle or a distance.
-pub const END_STOP: Element = Element {
+pub(super) const END_STOP: Element = Element {
     keyword: EndStop::KEYWORD,
     summary: "Stops that limit an angle or a distance: rigid, with restitution, or soft; a ball on the ground, a rack at its end.",
     sketch: r"

@@ -6,8 +6,7 @@ use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// Two shafts (or two masses) in a fixed ratio, \[diss. (4.3)\].
@@ -31,8 +30,7 @@ keys! {
     }
 }
 
-/// Two shafts (or two masses) in a fixed ratio, \[diss. (4.3)\].
-pub const GEAR: Element = Element {
+pub(super) const GEAR: Element = Element {
     keyword: Gear::KEYWORD,
     summary: "Two shafts, or two masses, in a fixed ratio: q1 - i q2 + offset = 0.",
     sketch: r"

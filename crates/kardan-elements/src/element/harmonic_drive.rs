@@ -7,8 +7,7 @@ use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
@@ -37,8 +36,7 @@ keys! {
     }
 }
 
-/// A strain-wave gear with three rotating shafts, \[diss. (6.1)\].
-pub const HARMONIC_DRIVE: Element = Element {
+pub(super) const HARMONIC_DRIVE: Element = Element {
     keyword: HarmonicDrive::KEYWORD,
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
     sketch: r"

@@ -5,8 +5,7 @@ use super::shared::branch::{FROM, TO, branch, check_branch};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A coil: the inertia of a circuit, \[diss. Table 4.3\].
@@ -17,13 +16,10 @@ keys! {
             inductance: Quantity(Dimension::INDUCTANCE, Sign::Positive),
                 "Inductance L.";
         }
-        optional {
-        }
     }
 }
 
-/// A coil: the inertia of a circuit, \[diss. Table 4.3\].
-pub const INDUCTOR: Element = Element {
+pub(super) const INDUCTOR: Element = Element {
     keyword: Inductor::KEYWORD,
     summary: "An ideal coil between two nodes of a circuit: v = L di/dt.",
     sketch: r"

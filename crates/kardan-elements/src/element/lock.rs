@@ -4,8 +4,7 @@ use super::{Element, KeyError, gear};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A form-fit lock that a signal engages and releases.
@@ -21,8 +20,7 @@ keys! {
     }
 }
 
-/// A form-fit lock that a signal engages and releases.
-pub const LOCK: Element = Element {
+pub(super) const LOCK: Element = Element {
     keyword: Lock::KEYWORD,
     summary: "Form-fit lock (dog clutch, parking pawl): while it is engaged both shafts have the same speed, at any torque.",
     sketch: r"

@@ -5,14 +5,11 @@ use super::shared::losses::{check_losses, losses};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A rigid body in translation.
     element Mass("mass") {
-        required {
-        }
         optional {
             mass: Quantity(Dimension::MASS, Sign::NonNegative) = "0 kg", "Mass.";
             damping: Quantity(Dimension::LINEAR_DAMPING, Sign::Any) = "0 N s/m", "Viscous damping against the ground.";
@@ -27,8 +24,7 @@ keys! {
     }
 }
 
-/// A rigid body in translation.
-pub const MASS: Element = Element {
+pub(super) const MASS: Element = Element {
     keyword: Mass::KEYWORD,
     summary: "A rigid body that moves straight, with mass, viscous damping and Coulomb friction against the ground.",
     sketch: r"

@@ -128,3 +128,8 @@ pub fn parts(keyword: &str, name: &str, entries: &Entries, translational: bool) 
 
 /// The composite kinds.
 pub const COMPOSITES: [&Element; 2] = [&VEHICLE, &DRIVER];
+
+/// Whether it is the keyword of a composite kind.
+pub fn is_composite(keyword: &str) -> bool {
+    COMPOSITES.iter().any(|kind| kind.keyword == keyword)
+}

@@ -1,12 +1,11 @@
 //! The element `motor`: a torque or force that laws and scenarios command.
 
-use super::shared::straight::check_moves;
+use super::shared::straight::{check_moves, check_reaction};
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{self, Direction, InputKind, Ripple, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A torque input between the housing and a shaft, or between two shafts; a force along masses.
@@ -30,8 +29,7 @@ keys! {
     }
 }
 
-/// A torque input between the housing and a shaft, or between two shafts; a force along masses.
-pub const MOTOR: Element = Element {
+pub(super) const MOTOR: Element = Element {
     keyword: Motor::KEYWORD,
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"
@@ -51,7 +49,8 @@ lag = \"160 us\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [check_shafts(values), check_moves(values, &["shaft"])].concat();
+    let mut out = Vec::from_iter(check_reaction(values));
+    out.extend(check_moves(values, &["shaft"]));
     match (values.has("ripple"), values.has("ripple_order")) {
         (true, false) => out.push(KeyError::new(
             "ripple",
@@ -71,14 +70,6 @@ fn check(values: &Values) -> Vec<KeyError> {
         _ => {}
     }
     out
-}
-
-fn check_shafts(values: &Values) -> Vec<KeyError> {
-    if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
-        return Vec::new();
-    }
-    let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
-    vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

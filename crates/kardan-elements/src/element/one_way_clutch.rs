@@ -3,8 +3,7 @@
 use super::{Element, KeyError};
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A freewheel: one shaft drives the other forward and lets it overrun.
@@ -18,8 +17,7 @@ keys! {
     }
 }
 
-/// A freewheel: one shaft drives the other forward and lets it overrun.
-pub const ONE_WAY_CLUTCH: Element = Element {
+pub(super) const ONE_WAY_CLUTCH: Element = Element {
     keyword: OneWayClutch::KEYWORD,
     summary: "One-way clutch (freewheel, backstop): the driven shaft may overrun the driving one and is never slower.",
     sketch: r"

@@ -5,14 +5,11 @@ use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A three-shaft epicyclic gear.
     element Planetary("planetary") {
-        required {
-        }
         optional {
             sun: Shaft, "The shaft of the sun; needed, as the next four keys, unless `coefficients` replace them.";
             ring: Shaft, "The shaft of the ring.";
@@ -30,8 +27,7 @@ keys! {
 const SHAFTS: [&str; 3] = ["sun", "ring", "carrier"];
 const TEETH: [&str; 2] = ["sun_teeth", "ring_teeth"];
 
-/// A three-shaft epicyclic gear.
-pub const PLANETARY: Element = Element {
+pub(super) const PLANETARY: Element = Element {
     keyword: Planetary::KEYWORD,
     summary: "A planetary gear of sun, ring and carrier, none of them fixed: z_s w_s + z_r w_r - (z_s + z_r) w_c = 0.",
     sketch: r"

@@ -9,8 +9,7 @@ use kardan_expr::expr::OfTime;
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Domain, MultiplierLaw, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A shaft or a mass that follows a function of time.
@@ -32,8 +31,7 @@ keys! {
     }
 }
 
-/// A shaft or a mass that follows a function of time.
-pub const PRESCRIBED_MOTION: Element = Element {
+pub(super) const PRESCRIBED_MOTION: Element = Element {
     keyword: PrescribedMotion::KEYWORD,
     summary: "A shaft or a mass that moves as a function of time prescribes, at any torque or force.",
     sketch: r"

@@ -6,8 +6,7 @@ use super::shared::straight::{check_moves, straight};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::Term;
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A rope or belt on a pulley.
@@ -26,8 +25,7 @@ keys! {
     }
 }
 
-/// A rope or belt on a pulley.
-pub const PULLEY: Element = Element {
+pub(super) const PULLEY: Element = Element {
     keyword: Pulley::KEYWORD,
     summary: "A rope or belt that a pulley winds without slip or stretch, always tight: s - r phi = offset.",
     sketch: r"

@@ -10,8 +10,7 @@ use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A pinion that moves a rack.
@@ -46,13 +45,10 @@ keys! {
             angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the pinion.";
             position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
         }
-        optional {
-        }
     }
 }
 
-/// A pinion that moves a rack.
-pub const RACK_AND_PINION: Element = Element {
+pub(super) const RACK_AND_PINION: Element = Element {
     keyword: RackAndPinion::KEYWORD,
     summary: "A pinion that moves a rack: s - r phi = offset, or s = curve(phi) where the ratio varies.",
     sketch: r"
@@ -72,7 +68,8 @@ radius = \"7 mm\"
     terms,
 };
 
-fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
+/// The points of the key `curve`.
+pub(super) fn points(values: &Values) -> Option<Vec<(f64, f64)>> {
     let point = |point: &Values| Some((point.number("angle")?, point.number("position")?));
     values.tables("curve")?.iter().map(point).collect()
 }

@@ -5,8 +5,7 @@ use super::shared::branch::{FROM, TO, branch, check_branch};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A resistor: the damper of a circuit, \[diss. Table 4.3\].
@@ -17,13 +16,10 @@ keys! {
             resistance: Quantity(Dimension::RESISTANCE, Sign::NonNegative),
                 "Resistance R.";
         }
-        optional {
-        }
     }
 }
 
-/// A resistor: the damper of a circuit, \[diss. Table 4.3\].
-pub const RESISTOR: Element = Element {
+pub(super) const RESISTOR: Element = Element {
     keyword: Resistor::KEYWORD,
     summary: "An ohmic resistor between two nodes of a circuit: v = R i; with no resistance a wire that shows its current.",
     sketch: r"

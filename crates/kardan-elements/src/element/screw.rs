@@ -7,8 +7,7 @@ use super::shared::straight::{check_moves, straight};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A screw that moves a nut.
@@ -30,8 +29,7 @@ keys! {
     }
 }
 
-/// A screw that moves a nut.
-pub const SCREW: Element = Element {
+pub(super) const SCREW: Element = Element {
     keyword: Screw::KEYWORD,
     summary: "A screw that moves a nut, such as a ball screw: s - lead phi = offset.",
     sketch: r"

@@ -7,8 +7,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{self, Measured, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A measured angle, speed, torque or signal.
@@ -42,8 +41,7 @@ keys! {
     }
 }
 
-/// A measured angle, speed, torque or signal.
-pub const SENSOR: Element = Element {
+pub(super) const SENSOR: Element = Element {
     keyword: Sensor::KEYWORD,
     summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, the net torque on a \
               shaft, or a signal such as the lateral acceleration of a vehicle.",

@@ -5,14 +5,11 @@ use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A rigid rotating body; every other element names the shafts it acts on.
     element Shaft("shaft") {
-        required {
-        }
         optional {
             inertia: Quantity(Dimension::INERTIA, Sign::NonNegative) = "0 kg m^2", "Moment of inertia.";
             damping: Quantity(Dimension::DAMPING, Sign::Any) = "0 N m s/rad",
@@ -26,8 +23,7 @@ keys! {
     }
 }
 
-/// A rigid rotating body; every other element names the shafts it acts on.
-pub const SHAFT: Element = Element {
+pub(super) const SHAFT: Element = Element {
     keyword: Shaft::KEYWORD,
     summary: "A rigid rotating body with inertia, viscous damping and Coulomb friction against the housing.",
     sketch: r"

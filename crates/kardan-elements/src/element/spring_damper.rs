@@ -6,8 +6,7 @@ use super::{Element, KeyError, gear};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
@@ -31,8 +30,7 @@ keys! {
     }
 }
 
-/// Spring, damper and friction in parallel between two shafts or masses, or to the housing.
-pub const SPRING_DAMPER: Element = Element {
+pub(super) const SPRING_DAMPER: Element = Element {
     keyword: SpringDamper::KEYWORD,
     summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts or two masses, or from one to the housing.",
     sketch: r"

@@ -4,8 +4,7 @@ use super::Element;
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A state of first order.
@@ -14,13 +13,10 @@ keys! {
             rate: Formula(Dimension::FREQUENCY),
                 "Its rate of change, an expression of states (`slip.z`), angles and speeds, the time `t`, parameters, signals and tables, in 1/s.";
         }
-        optional {
-        }
     }
 }
 
-/// A state of first order.
-pub const STATE: Element = Element {
+pub(super) const STATE: Element = Element {
     keyword: State::KEYWORD,
     summary: "A first-order state, a number whose rate an expression gives: tyre relaxation, bristle deflection, a temperature. Torque laws read it \
               as `slip.z`.",

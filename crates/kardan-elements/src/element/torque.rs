@@ -1,11 +1,11 @@
 //! The element `torque`: a torque or force from an expression.
 
+use super::shared::straight::check_reaction;
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
 keys! {
     /// A torque or a force that an expression gives.
@@ -24,8 +24,7 @@ keys! {
     }
 }
 
-/// A torque or a force that an expression gives.
-pub const TORQUE: Element = Element {
+pub(super) const TORQUE: Element = Element {
     keyword: Torque::KEYWORD,
     summary: "A torque or a force as an expression of angles, speeds, time, parameters, signals and tables: gravity, drag, loads, engine maps.",
     sketch: r"
@@ -72,11 +71,7 @@ fn check(values: &Values) -> Vec<KeyError> {
             "give at least one that is not zero",
         )];
     }
-    if shaft && values.word("shaft") == values.word("reaction") {
-        let message = format!("it reacts on `{}` itself, so it has no effect", values.word_or_default("shaft"));
-        return vec![KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing")];
-    }
-    Vec::new()
+    check_reaction(values).into_iter().collect()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

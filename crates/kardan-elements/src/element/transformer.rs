@@ -5,8 +5,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// An ideal transformer: the gear of a circuit.
@@ -19,13 +18,10 @@ keys! {
             ratio: Number(Sign::NonZero),
                 "n: turns of winding 1 for one turn of winding 2; negative if one of them has the opposite sense.";
         }
-        optional {
-        }
     }
 }
 
-/// An ideal transformer: the gear of a circuit.
-pub const TRANSFORMER: Element = Element {
+pub(super) const TRANSFORMER: Element = Element {
     keyword: Transformer::KEYWORD,
     summary: "An ideal transformer, two coupled windings: v1 = n v2 and n i1 + i2 = 0.",
     sketch: r"

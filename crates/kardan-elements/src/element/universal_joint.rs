@@ -13,8 +13,7 @@ use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Curve, CurveFormulas, Direction, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
@@ -36,8 +35,7 @@ keys! {
     }
 }
 
-/// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
-pub const UNIVERSAL_JOINT: Element = Element {
+pub(super) const UNIVERSAL_JOINT: Element = Element {
     keyword: UniversalJoint::KEYWORD,
     summary: "A universal (Cardan) joint: tan q1 = C tan(q2 + phase) with C = cos(angle); a double joint has \
               C = cos(angle_1)/cos(angle_2).",

@@ -1,5 +1,6 @@
 //! The element `vehicle`: a car as a single-track model.
 
+use super::rack_and_pinion::points;
 use super::shared::car::Car;
 use super::shared::car_checks::{check_tyres, check_wheels, least};
 use super::shared::spline::check_points;
@@ -8,8 +9,7 @@ use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_results::Symbol;
 use kardan_schema::entries::{Entries, RawValue};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 /// Of a tyre, N/rad.
 const CORNERING: Dimension = Dimension::mechanical(1, 1, -2, -1);
@@ -99,13 +99,10 @@ keys! {
             angle: Quantity(Dimension::ANGLE, Sign::Any), "Angle of the front wheels.";
             position: Quantity(Dimension::LENGTH, Sign::Any), "Position of the rack there.";
         }
-        optional {
-        }
     }
 }
 
-/// A car as a single-track vehicle.
-pub const VEHICLE: Element = Element {
+pub(super) const VEHICLE: Element = Element {
     keyword: Vehicle::KEYWORD,
     summary: "A car on a road as a single-track vehicle, from standstill on, with linear tyres, the Magic Formula or TMeasy, and brakes: it is \
               steered by a mass or a shaft, and its forces act back on that.",
@@ -193,11 +190,7 @@ fn check_steering(values: &Values) -> Vec<KeyError> {
         }
         _ => Vec::new(),
     };
-    if let Some(tables) = values.tables("curve") {
-        let point = |point: &Values| Some((point.number("angle")?, point.number("position")?));
-        let points: Option<Vec<(f64, f64)>> = tables.iter().map(point).collect();
-        out.extend(points.map(|points| check_points("curve", &points)).unwrap_or_default());
-    }
+    out.extend(points(values).map(|points| check_points("curve", &points)).unwrap_or_default());
     out
 }
 
@@ -247,11 +240,8 @@ impl Car<'_> {
     }
 
     fn steering(&self, out: &mut Entries, by_mass: bool) {
-        let text = |key: &str| match self.entries.get(key) {
-            Some(RawValue::Text(text)) => text.clone(),
-            _ => String::new(),
-        };
-        let (steered_by, wheel) = (text("steered_by"), self.part("wheel"));
+        let steered_by = self.entries.text("steered_by").unwrap_or_default().to_string();
+        let wheel = self.part("wheel");
         if !by_mass {
             let keys = [("shaft_1", steered_by), ("shaft_2", wheel), ("ratio", self.own("steering_ratio"))];
             return self.add(out, "gear", "steering", &keys);
@@ -390,12 +380,11 @@ impl Car<'_> {
         let axis = self.at_axis();
         let [psi, delta] = [self.of("yaw", "phi"), self.of("wheel", "phi")];
         let mut add = |name: &str, kind: &str, input: String| {
-            let mut table = Entries::default();
             let gain = (kind == "gain").then(|| ("gain", "1".to_string()));
             // The unit of the result contains no slip angle.
             let unit = (name == "a_y").then(|| ("unit", "m/s^2".to_string()));
             let keys = [("kind", kind.to_string()), ("input", input)].into_iter().chain(gain).chain(unit);
-            keys.for_each(|(key, text)| table.set(key, RawValue::Text(text)));
+            let table = Entries::of_texts(keys);
             out.table_mut("block").set(&format!("{}.{name}", self.name), RawValue::Table(table));
         };
         add("yaw_rate", "gain", r.clone());

@@ -5,8 +5,7 @@ use super::shared::branch::{FROM, branch, check_branch};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, InputKind, Motor, Term};
 use kardan_results::Symbol;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{ElementKeys, Keys, Sign, keys};
+use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
 keys! {
     /// An ideal voltage source: an input along its own charge.
@@ -22,8 +21,7 @@ keys! {
     }
 }
 
-/// An ideal voltage source: an input along its own charge.
-pub const VOLTAGE_SOURCE: Element = Element {
+pub(super) const VOLTAGE_SOURCE: Element = Element {
     keyword: VoltageSource::KEYWORD,
     summary: "An ideal voltage source between two nodes of a circuit; a control law commands `<name>.v`, or events of the scenario set it.",
     sketch: r"

@@ -3,7 +3,6 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 
-/// The double lane change of ISO 3888-1.
 pub(super) const DOUBLE_LANE_CHANGE: ManoeuvreKind = ManoeuvreKind {
     keyword: "double_lane_change",
     summary: "The double lane change of ISO 3888-1, driven by a driver with a path.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// A custom manoeuvre.
 pub(super) const FREE: ManoeuvreKind = ManoeuvreKind {
     keyword: "free",
     summary: "A custom manoeuvre: the wheel angle as an expression, with a duration; figures and requirements are separate tables.",

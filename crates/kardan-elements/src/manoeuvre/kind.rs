@@ -1,7 +1,7 @@
 //! The description of a kind of manoeuvre, and the tables that it expands to.
 
 use kardan_math::units::Dimension;
-use kardan_schema::entries::{Entries, Entry, RawValue};
+use kardan_schema::entries::Entries;
 use kardan_schema::schema::{Sign, keys};
 
 keys! {
@@ -140,20 +140,11 @@ pub fn quoted(name: &str) -> String {
     if name.contains('-') { format!("'{name}'") } else { name.to_string() }
 }
 
-/// A table of texts.
-pub fn table(keys: &[(&str, &str)]) -> Entries {
-    let mut out = Entries::default();
-    keys.iter().for_each(|(key, text)| out.set(key, RawValue::Text((*text).into())));
-    out
-}
-
 impl ManoeuvreSpec<'_> {
     /// A value as an expression: the given one, or its default.
     pub fn value(&self, key: &str) -> Option<String> {
         match self.keys.get(key) {
-            Some(RawValue::Text(text) | RawValue::Number(text)) => Some(format!("({text})")),
-            Some(RawValue::Quantity(value, dimension)) => Some(kardan_math::units::format_quantity(value, *dimension)),
-            Some(_) => None,
+            Some(value) => value.factor(),
             None => self.kind.keys.iter().find(|(name, _)| *name == key).and_then(|(_, need)| match need {
                 Need::Default(text) => Some(format!("({text})")),
                 _ => None,
@@ -168,7 +159,7 @@ impl ManoeuvreSpec<'_> {
 
     /// The word of a key.
     pub fn word(&self, key: &str) -> Option<&str> {
-        if let Some(RawValue::Text(word)) = self.keys.get(key) { Some(word) } else { None }
+        self.keys.text(key)
     }
 
     /// The name of one of its parts.
@@ -186,33 +177,26 @@ impl Made {
     /// Adds a figure: the name after that of the manoeuvre, and its keys.
     pub fn figure(&mut self, spec: &ManoeuvreSpec<'_>, name: &str, keys: &[(&str, &str)]) {
         let own = spec.own(name);
-        let mut out = table(&[("name", own.as_str())]);
-        keys.iter().for_each(|(key, text)| out.set(key, RawValue::Text((*text).into())));
-        self.figures.push(out);
+        self.figures.push(Entries::of_texts([&[("name", own.as_str())][..], keys].concat()));
     }
 
     /// Adds a criterion: a figure of the manoeuvre with a bound.
     pub fn criterion(&mut self, spec: &ManoeuvreSpec<'_>, figure: &str, bound: (&str, &str)) {
         let own = spec.own(figure);
-        self.requirements.push(table(&[("figure", own.as_str()), bound]));
+        self.requirements.push(Entries::of_texts([("figure", own.as_str()), bound]));
     }
 
     /// Adds a signal that manoeuvres share, by the key that names it and its default name, with its own part.
     pub fn share(&mut self, spec: &ManoeuvreSpec<'_>, (key, usual): (&str, &str), keys: &[(&str, &str)]) {
         let name = spec.own(usual);
-        self.tables.push(("signal", name.clone(), table(keys)));
+        self.tables.push(("signal", name.clone(), Entries::of_texts(keys.iter().copied())));
         self.shared.push((spec.word(key).unwrap_or(usual).to_string(), quoted(&name)));
     }
 
     /// Adds the angle of the wheel as a signal of a kind.
     pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)]) {
         let name = spec.own("steer");
-        self.tables.push(("signal", name.clone(), table(keys)));
+        self.tables.push(("signal", name.clone(), Entries::of_texts(keys.iter().copied())));
         self.angle = Some(quoted(&name));
     }
-}
-
-/// A list of names.
-pub fn list(names: &[String]) -> RawValue {
-    RawValue::List(names.iter().map(|name| Entry::from(RawValue::Text(name.clone()))).collect())
 }

@@ -16,7 +16,7 @@ mod steady_circle;
 mod step_steer;
 mod weave;
 
-pub use kind::{COMMON, Cones, Made, Manoeuvre, ManoeuvreKind, ManoeuvreSpec, Need, list, quoted, table};
+pub use kind::{COMMON, Cones, Made, Manoeuvre, ManoeuvreKind, ManoeuvreSpec, Need, quoted};
 pub use path::{Path, lanes};
 
 /// All kinds of manoeuvres.

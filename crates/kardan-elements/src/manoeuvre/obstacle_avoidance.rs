@@ -3,7 +3,6 @@
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec};
 use super::path::{KEYS, lane_change};
 
-/// The obstacle avoidance of ISO 3888-2.
 pub(super) const OBSTACLE_AVOIDANCE: ManoeuvreKind = ManoeuvreKind {
     keyword: "obstacle_avoidance",
     summary: "The obstacle avoidance of ISO 3888-2 (moose test), driven by a driver with a path.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// Steering at standstill.
 pub(super) const PARKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "parking",
     summary: "Parking: one period of the wheel from side to side, at standstill if `set` defines it.",

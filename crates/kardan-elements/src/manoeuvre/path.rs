@@ -2,8 +2,8 @@
 
 use super::kind::{Cones, Made, ManoeuvreSpec, Need, quoted};
 use kardan_math::units::Dimension;
-use kardan_schema::entries::{Entries, Entry, RawValue};
-use kardan_schema::schema::{Sign, keys};
+use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::schema::{EntryValue, Names, Sign, keys};
 
 keys! {
     /// `[path.<name>]`.
@@ -43,12 +43,10 @@ const PART_2: Track = Track {
 
 /// A curve through points, as the table of a model.
 fn curve(points: &[(String, String)], interpolation: &str) -> Entries {
-    let texts = |of: &dyn Fn(&(String, String)) -> String| {
-        RawValue::List(points.iter().map(|point| Entry::from(RawValue::Text(of(point)))).collect())
-    };
+    let (x, values) = points.iter().cloned().unzip();
     let mut lists = Entries::default();
-    lists.set("x", texts(&|point| point.0.clone()));
-    lists.set("value", texts(&|point| point.1.clone()));
+    lists.set("x", Names(x).raw());
+    lists.set("value", Names(values).raw());
     let mut out = Entries::default();
     out.set("points", RawValue::Table(lists));
     out.set("interpolation", RawValue::Text(interpolation.into()));
@@ -143,7 +141,7 @@ pub(super) fn lane_change(spec: &ManoeuvreSpec<'_>, made: &mut Made, kind: &str)
         }
     }
     let signal = spec.own("room");
-    made.tables.push(("signal", signal.clone(), super::table(&[("kind", "expression"), ("value", &room)])));
+    made.tables.push(("signal", signal.clone(), Entries::of_texts([("kind", "expression"), ("value", room.as_str())])));
     let signal = quoted(&signal);
     made.figure(spec, "room", &[("signal", &signal), ("measure", "min")]);
     made.criterion(spec, "room", ("above", "0 m"));

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// The sine of ISO 7401.
 pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
     keyword: "sine_steer",
     summary: "One period of the sinusoidal input of ISO 7401.",

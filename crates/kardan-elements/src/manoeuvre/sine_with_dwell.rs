@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// The sine with dwell of FMVSS 126 and UN R140.
 pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
     keyword: "sine_with_dwell",
     summary: "The sine with dwell of FMVSS 126 and UN R140.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// Braking straight ahead on split friction.
 pub(super) const SPLIT_BRAKING: ManoeuvreKind = ManoeuvreKind {
     keyword: "split_braking",
     summary: "Braking straight ahead to standstill; with `mu_left` and `mu_right` of the car on split friction.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// The steady circle of ISO 4138.
 pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
     keyword: "steady_circle",
     summary: "Steady circles of ISO 4138 at one speed: the wheel turns slowly to an angle.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// The step of ISO 7401.
 pub(super) const STEP_STEER: ManoeuvreKind = ManoeuvreKind {
     keyword: "step_steer",
     summary: "The step input of ISO 7401: the wheel turns to an angle at a rate, and stays there.",

@@ -2,7 +2,6 @@
 
 use super::kind::{Made, ManoeuvreKind, ManoeuvreSpec, Need};
 
-/// The weave of ISO 13674-1.
 pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
     keyword: "weave",
     summary: "The weave of ISO 13674-1: a sine about straight ahead.",

@@ -4,8 +4,7 @@ use super::{Refused, SignalKind, SignalWriter};
 use kardan_expr::expr::{Expr, Function};
 use kardan_math::num::Rational;
 use kardan_math::units::Dimension;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// A sine whose frequency changes.

@@ -3,16 +3,13 @@
 use super::{Refused, SignalKind, SignalWriter};
 use kardan_expr::expr::Expr;
 use kardan_math::units::Expression;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, SignalKeys, keys};
+use kardan_schema::schema::{Keys, SignalKeys, Values, keys};
 
 keys! {
     /// An explicit function of time.
     signal ExpressionSignal("expression") {
         required {
             value: Text, "An expression of the time `t`, parameters and other signals: `\"2 N m * sin(2 pi t / 1 s) * gate\"`.";
-        }
-        optional {
         }
     }
 }

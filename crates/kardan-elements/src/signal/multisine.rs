@@ -1,13 +1,11 @@
 //! The signal `multisine`: a sum of sines.
 
-use super::writer::key_error;
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::{Expr, Function};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 /// Lines of a multisine.
 const MOST_LINES: f64 = 1000.0;
@@ -15,8 +13,6 @@ const MOST_LINES: f64 = 1000.0;
 keys! {
     /// A sum of sines.
     signal Multisine("multisine") {
-        required {
-        }
         optional {
             line: Tables(MultisineLine), "Its sines: `[[signal.NAME.line]]`; left out: `count` of them in a band.";
             amplitude: AnyQuantity, "Amplitude of each sine of the band; its unit is that of the signal.";
@@ -67,20 +63,20 @@ fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let (Some(key), true) = (band.iter().find(|key| values.has(key)), listed) {
         let message = format!("`{key}` belongs to a band, but the sines are listed by `line`");
-        out.push(key_error(key, message, "remove one of the two"));
+        out.push(KeyError::new(key, message, "remove one of the two"));
     }
     if let (Some(key), false) = (missing, listed) {
         let message = format!("a band needs `amplitude`, `from`, `to` and `count`; `{key}` is missing");
-        out.push(key_error("kind", message, "add it, or list the sines by `[[signal.NAME.line]]`"));
+        out.push(KeyError::new("kind", message, "add it, or list the sines by `[[signal.NAME.line]]`"));
     }
     if let Some(count) = values.number("count").filter(|n| n.fract() != 0.0 || !(2.0..=MOST_LINES).contains(n)) {
         let message = format!("expected a whole number of sines from 2 to {MOST_LINES}, found {count}");
-        out.push(key_error("count", message, "write a number such as 20"));
+        out.push(KeyError::new("count", message, "write a number such as 20"));
     }
     if let (Some(from), Some(to)) = (values.number("from"), values.number("to"))
         && from >= to
     {
-        out.push(key_error(
+        out.push(KeyError::new(
             "to",
             format!("the band ends at {to} Hz, not above its start at {from} Hz"),
             "increase `to`",

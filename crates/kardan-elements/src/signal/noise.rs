@@ -1,13 +1,12 @@
 //! The signal `noise`: seeded random numbers.
 
-use super::writer::{key_error, times};
+use super::writer::times;
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::Expr;
 use kardan_math::num::Random;
 use kardan_math::units::Dimension;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// Seeded noise.
@@ -45,10 +44,10 @@ fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     if let Some(deviation) = values.number("deviation").filter(|deviation| *deviation < 0.0) {
         let message = format!("a standard deviation has no sign, found {deviation}");
-        out.push(key_error("deviation", message, "write zero or a number above zero"));
+        out.push(KeyError::new("deviation", message, "write zero or a number above zero"));
     }
     if let Some(seed) = values.number("seed").filter(|seed| seed.fract() != 0.0 || *seed > 9e15) {
-        out.push(key_error(
+        out.push(KeyError::new(
             "seed",
             format!("expected a whole number, found {seed}"),
             "write a whole number, such as 1",

@@ -1,12 +1,11 @@
 //! The signal `pulses`: a train of pulses.
 
-use super::writer::{key_error, times};
+use super::writer::times;
 use super::{Refused, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::Expr;
 use kardan_math::units::{Dimension, Exact};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// A train of pulses.
@@ -48,10 +47,10 @@ fn check(values: &Values) -> Vec<KeyError> {
         && width >= period
     {
         let message = format!("a pulse of {width} s does not end before the next one begins, after {period} s");
-        out.push(key_error("width", message, "make `width` less than `period`"));
+        out.push(KeyError::new("width", message, "make `width` less than `period`"));
     }
     if let Some(count) = values.number("count").filter(|count| count.fract() != 0.0) {
-        out.push(key_error(
+        out.push(KeyError::new(
             "count",
             format!("expected a whole number of pulses, found {count}"),
             "write a number such as 3",

@@ -4,8 +4,7 @@ use super::{Refused, SignalKind, SignalWriter};
 use kardan_expr::expr::Expr;
 use kardan_math::num::rational_to_f64;
 use kardan_math::units::Dimension;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// A ramp from one value to another.

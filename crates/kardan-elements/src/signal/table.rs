@@ -1,19 +1,15 @@
 //! The signal `table`: values over time, from a file or listed.
 
-use super::writer::key_error;
 use super::{Refused, Samples, SignalKind, SignalWriter};
 use crate::element::KeyError;
 use kardan_expr::expr::Expr;
 use kardan_math::num::steffen;
 use kardan_math::units::Dimension;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Keys, Sign, SignalKeys, keys};
+use kardan_schema::schema::{Keys, Sign, SignalKeys, Values, keys};
 
 keys! {
     /// Values over time, from a file or listed.
     signal TableSignal("table") {
-        required {
-        }
         optional {
             points: Lists,
                 "The points: `{ time = [\"0 s\", \"1 s\"], value = [\"0 N m\", \"2 N m\"] }`; left out: those of a file.";
@@ -53,13 +49,15 @@ extrapolation = \"hold\"
 fn check(values: &Values) -> Vec<KeyError> {
     let mut out = Vec::new();
     match (values.has("points"), values.has("file")) {
-        (true, true) => out.push(key_error("points", "there are points and a file", "remove one of the two")),
-        (false, false) => out.push(key_error("kind", "there are neither points nor a file", "add `points` or `file`")),
+        (true, true) => out.push(KeyError::new("points", "there are points and a file", "remove one of the two")),
+        (false, false) => {
+            out.push(KeyError::new("kind", "there are neither points nor a file", "add `points` or `file`"))
+        }
         _ => {}
     }
     let of_file = ["time", "column", "unit", "time_unit"];
     if let Some(key) = of_file.iter().find(|key| values.has("points") && values.has(key)) {
-        out.push(key_error(key, format!("`{key}` is for a file, but there are points"), "remove it"));
+        out.push(KeyError::new(key, format!("`{key}` is for a file, but there are points"), "remove it"));
     }
     out
 }

@@ -6,8 +6,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Expr, Function, Graph, Named, Part, Pieces};
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_math::units::{Dimension, Exact, UnitError};
-use kardan_schema::schema::Field;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Field, Values};
 
 /// Breakpoints that the signals of a scenario may have together: at each of them a step of the integrator ends.
 pub const MOST_BREAKPOINTS: usize = 100_000;
@@ -43,12 +42,8 @@ pub enum Refused {
 impl Refused {
     /// A code, the key, the message and the help.
     pub(super) fn new(code: &'static str, key: &'static str, message: String, help: impl Into<String>) -> Self {
-        Self::Key(code, key_error(key, message, help))
+        Self::Key(code, KeyError::new(key, message, help))
     }
-}
-
-pub(super) fn key_error(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> KeyError {
-    KeyError { key, message: message.into(), help: help.into() }
 }
 
 /// Points of a table, SI.

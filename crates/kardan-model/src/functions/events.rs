@@ -7,7 +7,7 @@ use crate::table_reader::TableReader;
 use kardan_expr::expr::{Graph, OfTime, Part, Pieces};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::schema::{Placed, Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_simulate::{Profile, SignalEvent};
 
 impl Functions<'_, '_> {
@@ -19,11 +19,8 @@ impl Functions<'_, '_> {
         dimension: Dimension,
         out: &mut Vec<Diagnostic>,
     ) -> Option<OfTime> {
-        let tables = match self.document.scenario.values.get("event").map(|found| &found.value) {
-            Some(Value::Tables(tables)) => tables.as_slice(),
-            _ => &[],
-        };
-        let own = |table: &&Table| matches!(table.values.get("signal"), Some(Placed { value: Value::Word(word), .. }) if word == signal);
+        let tables = self.document.scenario.tables("event");
+        let own = |table: &&Table| table.word("signal") == Some(signal);
         let found: Vec<(&Table, SignalEvent)> =
             tables.iter().filter(own).filter_map(|table| Some((table, self.event(table, dimension)?))).collect();
         let profile = Profile::new(found.iter().map(|(_, event)| event));
@@ -55,13 +52,7 @@ impl Functions<'_, '_> {
     /// An event without errors.
     fn event(&self, table: &Table, dimension: Dimension) -> Option<SignalEvent> {
         let number = |key: &str, expected: (Dimension, Sign)| {
-            let scalar = match table.values.get(key) {
-                Some(Placed { value: Value::Scalar(scalar), place }) => {
-                    Placed { value: scalar.clone(), place: place.clone() }
-                }
-                Some(_) => return None,
-                None => Placed { value: table.default_scalar(key)?, place: table.place.clone() },
-            };
+            let scalar = table.scalar_or_default(key, &table.place)?;
             let (value, found) = self.reader.scalar(&scalar, Some(expected), key, &mut Vec::new())?;
             (found == expected.0).then(|| value.to_f64())
         };

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Functions;
-use kardan_elements::element::COMPOSITES;
+use kardan_elements::element::is_composite;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::circle;
 use kardan_math::num::Rational;
@@ -29,24 +29,10 @@ impl Functions<'_, '_> {
         names.extend(own);
         let formula = Formula { expression: expression.clone(), names, dimension: expected };
         match self.dimension_of(&formula) {
-            Ok(found) if expected == Dimension::NONE && found != expected => {
-                let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
-                let at = place.part(expression.text(), 0..expression.text().len());
-                let unit = found.si();
-                let help = format!(
-                    "divide it by its unit, `(...) / (1 {unit})`, or compare it with a threshold: `if(... > 1 {unit}, \
-                     1, 0)`"
-                );
-                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
-                None
-            }
-            Ok(found) if expected.is_like(&found) => {
-                let rate = |name: &str| {
-                    formula
-                        .names
-                        .iter()
-                        .any(|(candidate, meaning)| candidate == name && matches!(meaning, Meaning::Rate(_)))
-                };
+            Ok(found) if found == expected || expected != Dimension::NONE && expected.is_like(&found) => {
+                let names = || formula.names.iter();
+                let rate =
+                    |name: &str| names().any(|(own, meaning)| own == name && matches!(meaning, Meaning::Rate(_)));
                 let signs = expression.signs_of(&rate);
                 if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
                     let message = format!(
@@ -62,7 +48,14 @@ impl Functions<'_, '_> {
             Ok(found) => {
                 let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
                 let at = place.part(expression.text(), 0..expression.text().len());
-                let help = format!("the result needs a unit such as {}", expected.example());
+                let unit = found.si();
+                let help = match expected {
+                    Dimension::NONE => format!(
+                        "divide it by its unit, `(...) / (1 {unit})`, or compare it with a threshold: `if(... > 1 {unit}, \
+                         1, 0)`"
+                    ),
+                    _ => format!("the result needs a unit such as {}", expected.example()),
+                };
                 out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
                 None
             }
@@ -152,7 +145,6 @@ impl Functions<'_, '_> {
     fn shared(&mut self, name: &str, place: &Place, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Formula>>> {
         let signal = self.document.signals.get(name)?;
         let head = SignalName::new(name).element;
-        let is_composite = |keyword: &str| COMPOSITES.iter().any(|kind| kind.keyword == keyword);
         self.document.elements.all(head).find(|one| head != name && is_composite(one.kind.keyword))?;
         let formula = signal.formula.as_ref()?;
         let what = format!("signal `{}`", shortened(name));
@@ -254,9 +246,7 @@ impl Functions<'_, '_> {
                     .into(),
             });
         }
-        let at = place.part(text, error.span.clone());
-        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..diagnostic }
+        Diagnostic::of_unit_error(what, error, text, place)
     }
 }
 

@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::Functions;
 use super::samples::{Refusal, factor, file_of, refusal, unknown};
+use super::{Functions, unlike};
 use crate::table_reader::TableReader;
 use kardan_expr::expr::{Extrapolation, Lookup};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Placed, Scalar, Table, Value};
+use kardan_schema::schema::{Placed, Table, Value, Values};
 use kardan_tables::read::{Block, CsvOptions, in_memory, open};
 
 /// The most points of a table.
@@ -54,22 +53,12 @@ impl<'a> Functions<'a, '_> {
         let values = self.reader.values(table.fields, table, &what, &mut Vec::new());
         let columns = match (values.has("file"), table.values.get("points")) {
             (true, Some(_)) => {
-                return report(
-                    table,
-                    "points",
-                    format!("{what}: there are points and a file"),
-                    "remove one of the two",
-                    out,
-                );
+                let message = format!("{what}: there are points and a file");
+                return report(table, "points", message, "remove one of the two", out);
             }
             (false, None) => {
-                return report(
-                    table,
-                    "points",
-                    format!("{what}: there are neither points nor a file"),
-                    "add `points` or `file`",
-                    out,
-                );
+                let message = format!("{what}: there are neither points nor a file");
+                return report(table, "points", message, "add `points` or `file`", out);
             }
             (false, Some(points)) => self.points(points, &what, out)?,
             (true, None) => {
@@ -146,12 +135,6 @@ impl<'a> Functions<'a, '_> {
 fn report<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
     out.push(Diagnostic::error("table::points", message).at(TableReader::place(table, key), "").help(help));
     None
-}
-
-fn unlike(label: &str, scalar: &Placed<Scalar>, common: &Dimension, own: &Dimension) -> Diagnostic {
-    let message = format!("{label}: expected {}, as before, found {}", common.noun(), own.noun());
-    let help = format!("write a unit such as {}", common.example());
-    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), own.noun()).help(help)
 }
 
 /// Points of a file.

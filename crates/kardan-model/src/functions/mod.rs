@@ -11,10 +11,11 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::document::{Document, SignalTable};
+use super::keys::key_diagnostic;
 use super::table_reader::TableReader;
 use kardan_elements::signal::{MOST_BREAKPOINTS, Refused, SignalWriter};
 use kardan_expr::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
-use kardan_math::names::circle;
+use kardan_math::names::{circle, did_you_mean};
 use kardan_math::units::{Dimension, Expression, UnitError};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::entries::Place;
@@ -76,12 +77,7 @@ impl<'a, 'd> Functions<'a, 'd> {
     pub(crate) fn of_scenario(reader: &'a TableReader<'d>, document: &'a Document) -> Self {
         let table = &document.scenario;
         let number = |key: &str| {
-            let scalar = match table.values.get(key) {
-                Some(Placed { value: Value::Scalar(scalar), place }) => {
-                    Placed { value: scalar.clone(), place: place.clone() }
-                }
-                _ => Placed { value: table.default_scalar(key)?, place: Place::default() },
-            };
+            let scalar = table.scalar_or_default(key, &Place::default())?;
             reader.scalar(&scalar, None, key, &mut Vec::new()).map(|(value, _)| value.to_f64())
         };
         let horizon = number("duration").filter(|duration| *duration > 0.0).unwrap_or(1.0);
@@ -174,7 +170,6 @@ impl<'a, 'd> Functions<'a, 'd> {
 
     /// An error in an expression, at its place.
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
-        let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
         if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
@@ -182,20 +177,16 @@ impl<'a, 'd> Functions<'a, 'd> {
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
             let readable_names =
                 || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
-            error.help = Some(match nearest(name, readable_names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if name.contains('.') => {
-                    "a function of time may name the time `t`, parameters and signals, but no coordinates".into()
-                }
-                None => format!(
+            error.help = Some(did_you_mean(nearest(name, readable_names()), || match name.contains('.') {
+                true => "a function of time may name the time `t`, parameters and signals, but no coordinates".into(),
+                false => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
                     shortened(name),
                     quoted(readable_names())
                 ),
-            });
+            }));
         }
-        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..diagnostic }
+        Diagnostic::of_unit_error(what, error, text, place)
     }
 
     /// The function of time of a signal of that name, which there is; `None` if it has an error, which was reported.
@@ -249,10 +240,8 @@ impl<'a, 'd> Functions<'a, 'd> {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
                         let message = format!("{what}: `{}` depends on itself: {}", next.name, circle(&names));
-                        let place = match signal.table.values.get("value") {
-                            Some(Placed { value: Value::Word(text), place }) => place.part(text, 0..text.len()),
-                            _ => signal.place.clone(),
-                        };
+                        let of_text = |(text, place): (&str, &Place)| place.part(text, 0..text.len());
+                        let place = signal.table.placed_word("value").map_or(signal.place.clone(), of_text);
                         let diagnostic = Diagnostic::error("signal::cyclic-definition", message).at(place, "circular");
                         out.push(diagnostic.help("define one of them without the others"));
                         None
@@ -270,7 +259,7 @@ impl<'a, 'd> Functions<'a, 'd> {
     /// The functions of time that a signal names, the first one last.
     fn named_by(&self, signal: &SignalTable) -> Vec<&'a SignalTable> {
         let document = self.document;
-        let Some(Placed { value: Value::Word(text), .. }) = signal.table.values.get("value") else { return Vec::new() };
+        let Some(text) = signal.table.word("value") else { return Vec::new() };
         let Ok(read) = Expression::parse_law(text) else { return Vec::new() };
         let of_time = |name: &&str| *name != "t" && !document.moves(name);
         read.names().into_iter().filter(of_time).filter_map(|name| document.signals.get(name)).rev().collect()
@@ -287,7 +276,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             return None;
         }
         for diagnostic in (kind.check)(&values) {
-            out.push(key_diagnostic("signal::key", table, what, &diagnostic));
+            out.push(key_diagnostic("signal::key", what, diagnostic, (table, &table.place)));
         }
         if out.len() > before {
             return None;
@@ -296,12 +285,11 @@ impl<'a, 'd> Functions<'a, 'd> {
             "table" => samples::samples(self.document, table, &values, what, out)?,
             _ => (None, None),
         };
-        let names = match table.values.get("value") {
-            Some(Placed { value: Value::Word(text), place }) => match Expression::parse_law(text) {
-                Ok(read) => self.names(&read, (place, what), out)?,
-                Err(_) => Vec::new(),
-            },
-            _ => Vec::new(),
+        let expression =
+            table.placed_word("value").and_then(|(text, at)| Some((Expression::parse_law(text).ok()?, at)));
+        let names = match expression {
+            Some((read, place)) => self.names(&read, (place, what), out)?,
+            None => Vec::new(),
         };
         let mut writer = SignalWriter {
             graph: &mut self.graph,
@@ -318,7 +306,7 @@ impl<'a, 'd> Functions<'a, 'd> {
         match (kind.write)(&values, &mut writer) {
             Ok(value) => Some((value, writer.dimension)),
             Err(Refused::Key(code, diagnostic)) => {
-                out.push(key_diagnostic(code, table, what, &diagnostic));
+                out.push(key_diagnostic(code, what, diagnostic, (table, &table.place)));
                 None
             }
             Err(Refused::Expression(error)) => {
@@ -342,9 +330,8 @@ impl<'a, 'd> Functions<'a, 'd> {
             let Some(entry) = table.values.get(field.name) else { continue };
             let label = format!("`{}` of {what}", field.name);
             match (&field.kind, &entry.value) {
-                (Kind::AnyQuantity, Value::Scalar(scalar)) => {
-                    let scalar = Placed { value: scalar.clone(), place: entry.place.clone() };
-                    self.like(&scalar, &label, common, out);
+                (Kind::AnyQuantity, Value::Scalar(_)) => {
+                    entry.scalar().iter().for_each(|scalar| self.like(scalar, &label, common, out));
                 }
                 (Kind::Lists, Value::Map(entries)) => {
                     for (name, scalar) in entries {
@@ -376,28 +363,19 @@ impl<'a, 'd> Functions<'a, 'd> {
         match common {
             None => *common = Some(found),
             Some(common) if common.is_like(&found) => {}
-            Some(common) => {
-                let message = format!("{label}: expected {}, as before, found {}", common.noun(), found.noun());
-                let help = format!("write a unit such as {}", common.example());
-                let diagnostic = Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), found.noun());
-                out.push(diagnostic.help(help));
-            }
+            Some(common) => out.push(unlike(label, scalar, common, &found)),
         }
     }
+}
+
+/// A quantity of another dimension than those before it.
+fn unlike(label: &str, scalar: &Placed<Scalar>, common: &Dimension, own: &Dimension) -> Diagnostic {
+    let message = format!("{label}: expected {}, as before, found {}", common.noun(), own.noun());
+    let help = format!("write a unit such as {}", common.example());
+    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), own.noun()).help(help)
 }
 
 /// The meaning of a name.
 fn named(names: &[(String, Named)], name: &str) -> Option<Named> {
     names.iter().find(|(candidate, _)| candidate == name).map(|(_, named)| named.clone())
-}
-
-/// An error in a key of a signal.
-fn key_diagnostic(
-    code: &'static str,
-    table: &Table,
-    what: &str,
-    error: &kardan_elements::element::KeyError,
-) -> Diagnostic {
-    let message = format!("{what}: {}", error.message);
-    Diagnostic::error(code, message).at(TableReader::place(table, error.key), "").help(error.help.clone())
 }

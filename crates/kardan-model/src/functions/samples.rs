@@ -5,10 +5,10 @@ use std::sync::Arc;
 use crate::document::Document;
 use crate::table_reader::TableReader;
 use kardan_elements::signal::{MOST_BREAKPOINTS, Samples};
+use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::Table;
-use kardan_schema::schema::Values;
+use kardan_schema::schema::{Table, Values};
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open, unit_in_name};
 
 /// The points of a table, and the dimensions of those of a file; `None` after a reported error.
@@ -28,8 +28,8 @@ pub(super) fn samples(
     };
     let shown = shortened(file);
     let bytes = file_of(document, table, file, what, out)?;
-    match Chosen::new(bytes, table, values) {
-        Ok(chosen) => Some((Some(chosen.samples), Some(chosen.dimension))),
+    match of_file(bytes, table, values) {
+        Ok((samples, dimension)) => Some((Some(samples), Some(dimension))),
         Err(Refusal { key, message, help }) => report(table, key, format!("{what}: `{shown}`: {message}"), &help, out),
     }
 }
@@ -74,55 +74,48 @@ impl From<LogError> for Refusal {
     }
 }
 
-/// The columns chosen from a file.
-struct Chosen {
-    samples: Samples,
-    dimension: Dimension,
-}
-
-impl Chosen {
-    fn new(bytes: Arc<[u8]>, table: &Table, values: &Values) -> Result<Self, Refusal> {
-        let mut log = open(in_memory(bytes), &CsvOptions::default())?;
-        let groups = log.groups().to_vec();
-        let (group, column) = column(&groups, values.word("column"))?;
-        let own = &groups[group];
-        let time = match values.word("time") {
-            Some(name) => own.channel(name).ok_or_else(|| unknown("time", name, own))?,
-            None => own.time.ok_or_else(|| {
-                let names = quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
-                refusal("file", "no column is named like a time", format!("name it by `time`; there are {names}"))
-            })?,
-        };
-        let channel = &own.channels[time];
-        let unit = match values.word("time_unit") {
-            Some(unit) => unit,
-            None if channel.unit.trim().is_empty() => unit_in_name(&channel.name).unwrap_or("s"),
-            None => &channel.unit,
-        };
-        let of_time = factor(unit, "time_unit")?;
-        if of_time.1 != Dimension::TIME {
-            let message = format!("the unit `{}` is that of {}, not of a time", shortened(unit), of_time.1.noun());
-            return Err(refusal("time_unit", message, "write a unit such as `time_unit = \"ms\"`"));
-        }
-        let unit = values.word("unit").unwrap_or(&own.channels[column].unit);
-        let (of_value, dimension) = factor(unit, if table.values.contains_key("unit") { "unit" } else { "file" })?;
-        log.choose(&[(group, time), (group, column)])?;
-        let (mut block, mut samples) = (Block::default(), Samples::default());
-        while log.next(&mut block)? {
-            let [times, values] = &block.columns[..] else { continue };
-            samples.times.extend(times.iter().map(|time| time * of_time.0));
-            samples.values.extend(values.iter().map(|value| value * of_value));
-            if samples.times.len() > MOST_BREAKPOINTS {
-                let message = format!("more than {MOST_BREAKPOINTS} rows, each of which ends a step of the integrator");
-                return Err(refusal("file", message, "reduce the number of rows"));
-            }
-        }
-        if !log.damage().is_empty() {
-            let message = format!("not every row could be read: {}", log.notes().join("; "));
-            return Err(refusal("file", message, "every point needs a time and a value: correct or remove the row"));
-        }
-        Ok(Self { samples, dimension })
+/// The points in the chosen columns of a file, and the dimension of their values.
+fn of_file(bytes: Arc<[u8]>, table: &Table, values: &Values) -> Result<(Samples, Dimension), Refusal> {
+    let mut log = open(in_memory(bytes), &CsvOptions::default())?;
+    let groups = log.groups().to_vec();
+    let (group, column) = column(&groups, values.word("column"))?;
+    let own = &groups[group];
+    let time = match values.word("time") {
+        Some(name) => own.channel(name).ok_or_else(|| unknown("time", name, own))?,
+        None => own.time.ok_or_else(|| {
+            let names = quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
+            refusal("file", "no column is named like a time", format!("name it by `time`; there are {names}"))
+        })?,
+    };
+    let channel = &own.channels[time];
+    let unit = match values.word("time_unit") {
+        Some(unit) => unit,
+        None if channel.unit.trim().is_empty() => unit_in_name(&channel.name).unwrap_or("s"),
+        None => &channel.unit,
+    };
+    let of_time = factor(unit, "time_unit")?;
+    if of_time.1 != Dimension::TIME {
+        let message = format!("the unit `{}` is that of {}, not of a time", shortened(unit), of_time.1.noun());
+        return Err(refusal("time_unit", message, "write a unit such as `time_unit = \"ms\"`"));
     }
+    let unit = values.word("unit").unwrap_or(&own.channels[column].unit);
+    let (of_value, dimension) = factor(unit, if table.values.contains_key("unit") { "unit" } else { "file" })?;
+    log.choose(&[(group, time), (group, column)])?;
+    let (mut block, mut samples) = (Block::default(), Samples::default());
+    while log.next(&mut block)? {
+        let [times, values] = &block.columns[..] else { continue };
+        samples.times.extend(times.iter().map(|time| time * of_time.0));
+        samples.values.extend(values.iter().map(|value| value * of_value));
+        if samples.times.len() > MOST_BREAKPOINTS {
+            let message = format!("more than {MOST_BREAKPOINTS} rows, each of which ends a step of the integrator");
+            return Err(refusal("file", message, "reduce the number of rows"));
+        }
+    }
+    if !log.damage().is_empty() {
+        let message = format!("not every row could be read: {}", log.notes().join("; "));
+        return Err(refusal("file", message, "every point needs a time and a value: correct or remove the row"));
+    }
+    Ok((samples, dimension))
 }
 
 /// Group and column of the values.
@@ -151,10 +144,7 @@ fn column(groups: &[Group], name: Option<&str>) -> Result<(usize, usize), Refusa
 
 pub(super) fn unknown(key: &'static str, name: &str, group: &Group) -> Refusal {
     let names = || group.channels.iter().map(|channel| channel.name.as_str());
-    let help = match nearest(name, names()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there are {}", quoted(names().take(24))),
-    };
+    let help = did_you_mean(nearest(name, names()), || format!("there are {}", quoted(names().take(24))));
     refusal(key, format!("there is no column `{}`", shortened(name)), help)
 }
 

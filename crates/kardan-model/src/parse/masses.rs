@@ -24,7 +24,7 @@ pub(super) fn misnamed_bodies<'a>(fields: &'a [Field], node: &'a Node<'_>) -> Ve
         .collect();
     let mut out = Vec::new();
     for keyed in node.table.iter().filter(|keyed| !fields.iter().any(|field| is_key(field, &keyed.key))) {
-        let RawValue::Text(body) = &keyed.entry.value else { continue };
+        let Some(body) = keyed.entry.value.as_text() else { continue };
         let Some(rest) = ["mass", "shaft", "body"].iter().find_map(|word| keyed.key.strip_prefix(word)) else {
             continue;
         };
@@ -49,8 +49,7 @@ pub(super) fn names_masses(fields: &[Field], node: &Node<'_>) -> Option<bool> {
     let model = node.hints.model?;
     let word = |field: &Field| {
         let alias = field.alias();
-        let keyed = node.table.keyed(field.name).or_else(|| node.table.keyed(alias.as_deref()?));
-        if let RawValue::Text(text) = &keyed?.entry.value { Some(text.as_str()) } else { None }
+        node.table.get(field.name).or_else(|| node.table.get(alias.as_deref()?))?.as_text()
     };
     let bodies = fields.iter().filter(|field| field.kind == Kind::Body);
     let named = bodies.filter_map(word).find(|name| is_in(model, "mass", name) || is_in(model, "shaft", name));
@@ -66,19 +65,15 @@ pub(super) fn names_masses(fields: &[Field], node: &Node<'_>) -> Option<bool> {
         _ => None,
     });
     let of_element = |(kinds, name): (&[&str], &str)| {
-        let named = kinds.iter().find_map(|kind| as_table(model, kind)?.get(name));
-        let Some(RawValue::Table(element)) = named else { return false };
-        element.iter().any(|keyed| matches!(&keyed.entry.value, RawValue::Text(text) if is_in(model, "mass", text)))
+        let named = kinds.iter().find_map(|kind| model.table(kind)?.get(name));
+        let Some(element) = named.and_then(RawValue::as_table) else { return false };
+        element.iter().filter_map(|keyed| keyed.entry.value.as_text()).any(|text| is_in(model, "mass", text))
     };
     let mut elements = elements.peekable();
     elements.peek()?;
     Some(elements.any(of_element))
 }
 
-fn as_table<'t>(model: &'t Entries, group: &str) -> Option<&'t Entries> {
-    if let RawValue::Table(table) = model.get(group)? { Some(table) } else { None }
-}
-
 fn is_in(model: &Entries, group: &str, name: &str) -> bool {
-    as_table(model, group).is_some_and(|table| table.get(name).is_some())
+    model.table(group).is_some_and(|table| table.get(name).is_some())
 }

@@ -2,7 +2,7 @@
 
 use super::node::HintSource;
 use super::wording::{example, expected};
-use kardan_schema::entries::{Entries, RawValue};
+use kardan_schema::entries::Entries;
 use kardan_schema::schema::{Field, Kind};
 
 /// The suggestion for a missing key. `used` are the shafts already in the table, or proposed for it.
@@ -19,10 +19,7 @@ pub(super) fn missing(field: &Field, hints: HintSource<'_>, used: &mut Vec<Strin
 
 /// The shafts that a table names.
 pub(super) fn own_shafts(table: &Entries) -> Vec<String> {
-    table
-        .iter()
-        .filter_map(|keyed| if let RawValue::Text(text) = &keyed.entry.value { Some(text.clone()) } else { None })
-        .collect()
+    table.iter().filter_map(|keyed| keyed.entry.value.as_text()).map(str::to_string).collect()
 }
 
 /// Names of the model for a key that takes names.
@@ -54,14 +51,14 @@ fn example_value(example: &'static str, key: &str) -> Option<&'static str> {
 /// The value of an example with the signals of the model: angles of its first shaft, torques of its first motor. Nothing where the
 /// model has no such part.
 fn with_own_names(value: &'static str, hints: HintSource<'_>) -> Option<String> {
-    let Some(model) = hints.model else { return Some(value.into()) };
+    if hints.model.is_none() {
+        return Some(value.into());
+    }
     let mut out = String::new();
     for (k, part) in value.split('"').enumerate() {
         let name = match part.rsplit_once('.') {
             _ if k % 2 == 0 => None,
-            Some((_, "tau")) => {
-                Some(format!("{}.tau", names(HintSource { model: Some(model), ..hints }, "motor").next()?))
-            }
+            Some((_, "tau")) => Some(format!("{}.tau", names(hints, "motor").next()?)),
             Some((_, word @ ("phi" | "w"))) => Some(format!("{}.{word}", names(hints, "shaft").next()?)),
             _ => None,
         };
@@ -73,7 +70,6 @@ fn with_own_names(value: &'static str, hints: HintSource<'_>) -> Option<String> 
 
 /// The names of the elements of a kind, in the order of the file.
 fn names<'t>(hints: HintSource<'t>, kind: &str) -> impl Iterator<Item = &'t str> {
-    let group = hints.model.and_then(|model| model.get(kind));
-    let table = group.and_then(|group| if let RawValue::Table(table) = group { Some(table) } else { None });
+    let table = hints.model.and_then(|model| model.table(kind));
     table.into_iter().flat_map(|table| table.iter().map(|keyed| keyed.key.as_str()))
 }

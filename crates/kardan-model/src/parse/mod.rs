@@ -224,8 +224,9 @@ pub(crate) fn value_near(
         (Kind::Formula(_) | Kind::Surface | Kind::Expression, RawValue::Text(text) | RawValue::Number(text)) => {
             reader.formula(text, out)
         }
-        (Kind::Formulas | Kind::Expressions, RawValue::Table(entries)) => Some(reader.functions(entries, out)),
-        (Kind::Functions, RawValue::Table(entries)) => Some(reader.functions(entries, out)),
+        (Kind::Formulas | Kind::Expressions | Kind::Functions, RawValue::Table(entries)) => {
+            Some(reader.functions(entries, out))
+        }
         (Kind::Tables(fields), RawValue::List(list)) => {
             let mut tables = Vec::new();
             for (i, entry) in list.iter().enumerate() {
@@ -287,6 +288,13 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
         );
     }
     valid
+}
+
+/// The error of a name that means something else.
+pub(super) fn reserved_name(name: &str, place: &Place, what: &str, reason: &str) -> Diagnostic {
+    let message = format!("`{name}` cannot be the name of a {what}: {reason}");
+    let diagnostic = Diagnostic::error("name::reserved", message).at(place.clone(), "this name");
+    diagnostic.help(format!("choose another name, such as `{name}_1`"))
 }
 
 /// The entries of a text such as `t = 3.2 s`, with commas between several; `None` if it is none.
@@ -530,10 +538,7 @@ impl Reader<'_> {
 
     /// A number times a parameter of the model, where its name is that of a unit too: `2*J` is 2 times the parameter, `2 J` an energy.
     fn of_parameter(&self, text: &str) -> Option<Expression> {
-        let parameters = match &self.hints.model?.get("parameters")? {
-            RawValue::Table(table) => table,
-            _ => return None,
-        };
+        let parameters = self.hints.model?.table("parameters")?;
         if !text.contains(['*', '/', '·', '⋅']) || parse_quantity(text).is_err() {
             return None;
         }
@@ -625,9 +630,7 @@ impl Reader<'_> {
 
     /// Points into the text where its bytes are those of the file.
     fn unit_error(&self, error: UnitError, text: &str) -> Diagnostic {
-        let message = format!("{}: {}", self.what, error.message);
-        let diagnostic = Diagnostic::error(error.code, message).at(self.place.part(text, error.span), "");
-        Diagnostic { help: error.help, ..diagnostic }
+        Diagnostic::of_unit_error(self.what, error, text, &self.place)
     }
 }
 

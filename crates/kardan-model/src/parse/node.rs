@@ -1,6 +1,6 @@
 //! The tables of a model, with their names and places.
 
-use super::wording::{describe_value, unknown_key};
+use super::wording::describe_value;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 
@@ -9,12 +9,8 @@ use kardan_schema::entries::{Entries, Entry, KeyedEntry, Place, RawValue};
 /// ```
 /// use kardan_schema::file::syntax;
 /// use kardan_model::parse::Node;
-/// let (entries, mut diagnostics) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
-/// let root = Node::root(&entries);
-/// root.expect_keys(&["model", "scenario"], "the file", &mut diagnostics);
-/// let scenario = root.child("scenario", &mut diagnostics).ok_or("no scenario")?;
-/// scenario.expect_keys(&["event"], "the scenario", &mut diagnostics);
-/// assert_eq!(diagnostics[0].help.as_deref(), Some("did you mean `event`?"));
+/// let (entries, mut diagnostics) = syntax("[[scenario.event]]\ntime = \"1 s\"\n");
+/// let scenario = Node::root(&entries).child("scenario", &mut diagnostics).ok_or("no scenario")?;
 /// assert!(scenario.list("event", &mut diagnostics)[0].table.get("time").is_some());
 /// # Ok::<(), &str>(())
 /// ```
@@ -69,15 +65,6 @@ impl<'t> Node<'t> {
         match &keyed.entry.value {
             RawValue::List(entries) => entries.iter().filter_map(|entry| self.as_table(keyed, entry, out)).collect(),
             _ => self.as_table(keyed, &keyed.entry, out).into_iter().collect(),
-        }
-    }
-
-    /// Reports `key::unknown` for each key that is not among the known ones.
-    pub fn expect_keys(&self, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
-        for entry in self.table.iter() {
-            if !keys.contains(&entry.key.as_str()) {
-                out.push(unknown_key(entry, keys, what, ""));
-            }
         }
     }
 

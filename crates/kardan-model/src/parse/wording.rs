@@ -1,8 +1,7 @@
 //! Expected types and source values as phrases.
 
 use kardan_math::names::{did_you_mean, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
-use kardan_math::units::Dimension;
-use kardan_math::units::format_quantity;
+use kardan_math::units::{Dimension, format_quantity};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::{KeyedEntry, RawValue};
 use kardan_schema::schema::{Kind, present_name};

@@ -14,8 +14,7 @@ use kardan_expr::expr::{Expr, Lookup, Traced};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::program::KeyRule;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Kind, Placed, Table, Value};
+use kardan_schema::schema::{Kind, Table, Values};
 
 use super::{BlockInputs, BlockStates, Blocks, Made, Outputs, outside_name};
 
@@ -134,8 +133,7 @@ impl<'a> Blocks<'a, '_, '_> {
     pub(super) fn lists(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Vec<List> {
         let (mut lists, mut places): (Vec<List>, HashMap<(&str, &str), usize>) = (Vec::new(), HashMap::new());
         for field in table.fields.iter().filter(|field| field.kind == Kind::Lists) {
-            let Some(Placed { value: Value::Map(entries), .. }) = table.values.get(field.name) else { continue };
-            for (name, scalar) in entries {
+            for (name, scalar) in table.map(field.name).unwrap_or_default() {
                 let label = format!("`{}` in `{}`", name.value, field.name);
                 let Some(found) = self.reader.scalar(scalar, None, &label, out) else { continue };
                 let place = *places.entry((field.name, &name.value)).or_insert(lists.len());

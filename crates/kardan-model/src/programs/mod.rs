@@ -11,15 +11,15 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use kardan_expr::expr::{Expr, Graph, Lookup, OfTime, Symbol};
-use kardan_math::names::{HasName, NamedList};
+use kardan_math::names::{HasName, NamedList, unknown_name};
 use kardan_math::units::{Dimension, Exact, UnitError};
 use kardan_mechanics::program::{AS_READ, KeyRule, Looked, Read, TableCall, Task, TaskOutput};
 use kardan_results::signal_name::SignalName;
-use kardan_schema::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, Severity, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Placed, Scalar, Table, Value};
+use kardan_schema::schema::{Placed, Scalar, Table};
 
-use super::document::{BlockTable, Document, SignalTable};
+use super::document::{BlockTable, Document, Instance, SignalTable};
 use super::functions::Functions;
 use super::monitors::MonitorExpr;
 use super::overlaps::TransitionGuard;
@@ -312,15 +312,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 Some(one) if one.kind.keyword == "motor" && one.table.translational => Dimension::FORCE,
                 Some(one) if one.kind.keyword == "motor" => Dimension::TORQUE,
                 _ => {
-                    let inputs = || {
-                        let all = self.document.elements.iter();
-                        all.filter(|one| ["motor", "voltage_source"].contains(&one.kind.keyword))
-                            .map(|one| one.name.as_str())
-                    };
-                    let help = match nearest(&name.value, inputs()) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => format!("there are {}", quoted(inputs())),
-                    };
+                    let is_input = |one: &&Instance| ["motor", "voltage_source"].contains(&one.kind.keyword);
+                    let inputs = self.document.elements.iter().filter(is_input).map(|one| one.name.as_str());
+                    let help = unknown_name(&name.value, inputs);
                     let message = format!("{label}: there is no motor and no voltage source of that name");
                     out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
                     continue;
@@ -416,7 +410,6 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
     }
 
     fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
-        let at = place.part(text, error.span.clone());
         let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
         if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
             error.code = "name::unknown";
@@ -445,14 +438,13 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 ),
             });
         }
-        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..diagnostic }
+        Diagnostic::of_unit_error(what, error, text, place)
     }
 }
 
 /// The unit that a table states.
 pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
-    let Some(Placed { value: Value::Word(text), place }) = table.values.get("unit") else { return None };
+    let (text, place) = table.placed_word("unit")?;
     match kardan_math::units::parse_quantity(&format!("1 {text}")) {
         Ok((_, dimension)) => Some(dimension),
         Err(error) => {

@@ -15,18 +15,10 @@ use kardan_schema::schema::{Scalar, Value};
 
 /// The names in all expressions of a value.
 fn names_in(value: &Value, out: &mut BTreeSet<String>) {
-    let mut read = |scalar: &Scalar| {
+    for scalar in value.scalars() {
         if let Scalar::Expression(read) = scalar {
             out.extend(read.names().into_iter().map(String::from));
         }
-    };
-    match value {
-        Value::Scalar(scalar) => read(scalar),
-        Value::Map(entries) => entries.iter().for_each(|(_, scalar)| read(&scalar.value)),
-        Value::Tables(tables) => {
-            tables.iter().flat_map(|table| table.values.values()).for_each(|found| names_in(&found.value, out));
-        }
-        _ => {}
     }
 }
 

@@ -7,17 +7,17 @@ use std::sync::Arc;
 use super::block_outputs::{declared_outputs, warn_of_growth};
 use super::{BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, errors, outside_name};
 use crate::document::BlockTable;
+use crate::keys::key_diagnostic;
 use crate::overlaps::TransitionGuard;
 use kardan_elements::block::List;
 use kardan_expr::expr::{Expr, Graph, Named};
-use kardan_math::names::circle;
+use kardan_math::names::{circle, did_you_mean};
 use kardan_math::units::{Dimension, Expression};
 use kardan_mechanics::program::{KeyRule, Read};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Kind, Placed, Scalar, Table, Value};
+use kardan_schema::schema::{Kind, Placed, Scalar, Table, Value, Values};
 
 /// Why an expression is not built.
 pub(super) enum Stopped<'a> {
@@ -445,9 +445,7 @@ impl<'a> Blocks<'a, '_, '_> {
             }
             Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));
-                let at = table.values.get(key_error.key).map_or(place, |value| &value.place);
-                let diagnostic = Diagnostic::error("block::key", format!("{what}: {}", key_error.message));
-                out.push(diagnostic.at(at.clone(), "").help(key_error.help));
+                out.push(key_diagnostic("block::key", &what, key_error, (table, place)));
                 None
             }
         }
@@ -478,22 +476,13 @@ fn expressions_of<'a>(table: &'a Table, block: &BlockTable) -> Vec<KeyExpression
             _ => {}
         }
     }
-    for (k, transition) in transitions(table).enumerate() {
+    for (k, transition) in table.tables("transitions").iter().enumerate() {
         if let Some(Placed { value: Value::Scalar(Scalar::Expression(read)), place }) = transition.values.get(WHEN) {
             let (read, what) = (Cow::Borrowed(&**read), format!("`when` of transition {} of {what}", k + 1));
             expressions.push(KeyExpression { key: WHEN, name: None, read, place, what });
         }
     }
     expressions
-}
-
-/// The transitions of a machine; empty for other kinds.
-fn transitions(table: &Table) -> impl Iterator<Item = &Table> {
-    let tables = match table.values.get("transitions") {
-        Some(Placed { value: Value::Tables(tables), .. }) => &tables[..],
-        _ => &[],
-    };
-    tables.iter()
 }
 
 /// From where to where the transitions of a machine with a condition lead; `None` for one that names no state, which is reported.
@@ -503,17 +492,15 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
         places.entry(state).or_insert(k);
     }
     let mut found = Vec::new();
-    for (k, transition) in transitions(table).enumerate() {
+    for (k, transition) in table.tables("transitions").iter().enumerate() {
         let mut number = |key: &'static str| {
-            let Some(Placed { value: Value::Word(name), place }) = transition.values.get(key) else { return None };
-            let target = places.get(name.as_str()).copied();
+            let (name, place) = transition.placed_word(key)?;
+            let target = places.get(name).copied();
             if target.is_none() {
                 let message =
                     format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
-                let help = match nearest(name, states.iter().map(String::as_str)) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("its states are {}", quoted(states.iter().map(String::as_str))),
-                };
+                let all = || states.iter().map(String::as_str);
+                let help = did_you_mean(nearest(name, all()), || format!("its states are {}", quoted(all())));
                 out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
             }
             target

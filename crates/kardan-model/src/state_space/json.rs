@@ -206,25 +206,18 @@ impl Json<'_> {
             }
         };
         let lists = rows.iter().filter(|row| self.kind(row) == "a list").count();
-        if lists == 0 {
-            // One row, or a list of numbers; the caller of [`GivenMatrix`] decides which.
-            self.wide(name, rows.len(), value, diagnostics)?;
-            let list = self.kind(value) == "a list" && !rows.is_empty();
-            let columns = rows.len();
-            let (entries, digits) = self.entries(name, &[rows], value, list, diagnostics)?;
-            let height = usize::from(columns > 0);
-            let matrix = Matrix::from_fn(height, columns, |_, j| entries[j].clone());
-            return Some(ParsedMatrix { matrix, digits, list, span: Some(self.head(value)) });
-        }
-        if lists < rows.len() {
+        // One row, or a list of numbers; the user of [`ParsedMatrix`] decides which.
+        let flat = lists == 0;
+        if !flat && lists < rows.len() {
             let (number, row) = rows.iter().enumerate().find(|(_, row)| self.kind(row) != "a list")?;
             let message = format!("row {} of `{name}` is {}, not a list of numbers", number + 1, self.kind(row));
             return refuse("state-space::type", message, &self.head(row), "write one list per row: [[0, 1], [-2, -3]]");
         }
         self.wide(name, rows.len(), value, diagnostics)?;
-        let cells: Vec<Vec<Range<usize>>> = rows.iter().map(|row| self.items(row)).collect();
+        let cells: Vec<Vec<Range<usize>>> =
+            if flat { vec![rows.clone()] } else { rows.iter().map(|row| self.items(row)).collect() };
         let columns = cells[0].len();
-        let ragged: Vec<usize> = (1..rows.len()).filter(|i| cells[*i].len() != columns).collect();
+        let ragged: Vec<usize> = (1..cells.len()).filter(|i| cells[*i].len() != columns).collect();
         for i in ragged.iter().take(MAX_REPORTED) {
             let message = format!(
                 "row {} of `{name}` has {} entries, but row 1 has {columns}: all rows must be equally long",
@@ -242,9 +235,11 @@ impl Json<'_> {
             return None;
         }
         self.wide(name, columns, value, diagnostics)?;
-        let (entries, digits) = self.entries(name, &cells, value, false, diagnostics)?;
-        let matrix = Matrix::from_fn(rows.len(), columns, |i, j| entries[i * columns + j].clone());
-        Some(ParsedMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
+        let list = flat && columns > 0 && self.kind(value) == "a list";
+        let (entries, digits) = self.entries(name, &cells, value, list, diagnostics)?;
+        let height = if columns == 0 && flat { 0 } else { cells.len() };
+        let matrix = Matrix::from_fn(height, columns, |i, j| entries[i * columns + j].clone());
+        Some(ParsedMatrix { matrix, digits, list, span: Some(self.head(value)) })
     }
 
     /// Reports too many rows or columns.

@@ -12,8 +12,7 @@ use kardan_math::units::{Dimension, Exact, UnitError, shown_quantity};
 use kardan_mechanics::equations::Domain;
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
-use kardan_schema::schema::{Resolved, Values};
+use kardan_schema::schema::{Field, Kind, Placed, Resolved, Scalar, Sign, Table, Value, Values};
 
 use super::document::{Document, Parameter, Setting};
 use super::keys::GUESSES;
@@ -72,7 +71,7 @@ impl<'a> TableReader<'a> {
 
     /// The place of a key's value; of the header if the key is absent.
     pub fn place(table: &Table, key: &str) -> Place {
-        table.values.get(key).map_or_else(|| table.place.clone(), |value| value.place.clone())
+        table.place_of(key).clone()
     }
 
     /// All values of a table, with names of shafts and elements checked and parameters inserted.
@@ -159,10 +158,10 @@ impl<'a> TableReader<'a> {
     /// Reports an element that would join a shaft and a mass as if they were of one kind.
     fn check_same_domain(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
         let named = fields.iter().filter(|field| field.kind == Kind::Body).filter_map(|field| {
-            let Placed { value: Value::Word(name), place } = table.values.get(field.name)? else { return None };
+            let (name, place) = table.placed_word(field.name)?;
             Some((name, place, self.body(name)?))
         });
-        let named: Vec<(&String, &Place, Domain)> = named.collect();
+        let named: Vec<(&str, &Place, Domain)> = named.collect();
         let Some((first, _, kind)) = named.first() else { return };
         if let Some((other, place, own)) = named.iter().find(|(_, _, own)| own != kind) {
             let message = format!("{what}: `{first}` is a {} and `{other}` a {}", kind.carrier(), own.carrier());
@@ -173,9 +172,8 @@ impl<'a> TableReader<'a> {
 
     /// Parameter settings written as a table, checked against `[parameters]`.
     pub fn settings(&self, table: &Table, key: &str, what: &str, out: &mut Vec<Diagnostic>) -> Vec<Setting> {
-        let Some(Value::Map(entries)) = table.values.get(key).map(|spanned| &spanned.value) else { return Vec::new() };
         let mut settings = Vec::new();
-        for (name, scalar) in entries {
+        for (name, scalar) in table.map(key).unwrap_or_default() {
             let label = format!("`{key}` of {what}");
             // A key of an element has its value there.
             let can_be_set = |name: &str| !self.document.keys.has(name);

@@ -162,11 +162,8 @@ impl<'a> TableReader<'a> {
         }
         if !required.is_like(&found) {
             let message = format!("{what}: expected {}, but this is {}", required.noun(), found.noun());
-            out.push(
-                Diagnostic::error("unit::dimension", message)
-                    .at(place.clone(), found.noun())
-                    .help(format!("the result needs a unit such as {}", required.example())),
-            );
+            let help = format!("the result needs a unit such as {}", required.example());
+            out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), found.noun()).help(help));
             return None;
         }
         if let Some(rule) = broken(sign, &value) {
@@ -219,20 +216,14 @@ impl<'a> TableReader<'a> {
             }
             if required != dimension {
                 let message = format!("{what}: expected {}, but `{name}` is {}", required.noun(), dimension.noun());
-                out.push(
-                    Diagnostic::error("unit::dimension", message)
-                        .at(place.clone(), dimension.noun())
-                        .help(format!("give `{name}` a unit such as {}", required.example())),
-                );
+                let help = format!("give `{name}` a unit such as {}", required.example());
+                out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
                 return None;
             }
             if let Some(required) = broken(sign, &value) {
-                let text = self
-                    .settings
-                    .iter()
-                    .find(|s| s.name == name)
-                    .map_or_else(|| Some(declared.text.clone()), |set| Some(set.text.clone()));
-                let message = format!("{what} must be {required}, but `{name}` is {}", text.unwrap_or_default());
+                let set = self.settings.iter().find(|set| set.name == name);
+                let text = set.map_or(&declared.text, |set| &set.text);
+                let message = format!("{what} must be {required}, but `{name}` is {text}");
                 out.push(
                     Diagnostic::error("number::sign", message)
                         .at(place.clone(), "through this parameter")

@@ -8,8 +8,6 @@ use super::HOLDING;
 keys! {
     /// `[analysis]`.
     table Analysis {
-        required {
-        }
         optional {
             inputs: Elements(&["motor", "disturbance"]), "Inputs to analyse; left out: all motors.";
             outputs: Signals,

@@ -18,8 +18,6 @@ choice! {
 keys! {
     /// `[bench]`.
     table Bench {
-        required {
-        }
         optional {
             truth: Overrides,
                 "True values of the plant on the bench, unknown to its model: values of parameters and of keys of \

@@ -6,8 +6,6 @@ use kardan_schema::schema::{Sign, keys};
 keys! {
     /// `[log.<name>]`.
     table Log {
-        required {
-        }
         optional {
             file: Text,
                 "Which of the given files it describes: a name with the wildcards `*` and `?`. Left out: all. Several \
@@ -54,8 +52,6 @@ keys! {
 keys! {
     /// `[identification]`.
     table Identification {
-        required {
-        }
         optional {
             parameters: Signals,
                 "Parameters to identify: `<element>.<key>` with the keys inertia, damping, stiffness, friction, \

@@ -37,8 +37,6 @@ pub(super) const HOLDING: &[&str] = &[
 keys! {
     /// `[model]`.
     table Header {
-        required {
-        }
         optional {
             name: Text = "model", "Name of the model.";
             description: Text, "A sentence for the report.";
@@ -52,8 +50,6 @@ keys! {
 keys! {
     /// `[table.NAME]`.
     table LookupTable {
-        required {
-        }
         optional {
             points: Lists,
                 "The points of a curve: `{ x = [\"0 rad/s\", \"100 rad/s\"], value = [\"5 N m\", \"1 N m\"] }`, or of a surface: \

@@ -60,8 +60,6 @@ choice! {
 keys! {
     /// `[[requirement]]`.
     table Requirement {
-        required {
-        }
         optional {
             signal: Signal,
                 "The signal to judge, or an expression of signals, parameters and the time `t`: `cj.phi - cs.phi`, \
@@ -185,8 +183,6 @@ const OF_VARIANTS: Field = Field::optional(
 keys! {
     /// `[safety]`.
     table Safety {
-        required {
-        }
         optional {
             faults: Names, "Names of the `[fault.NAME]` to try; left out: all of them.";
             pairs: Choice(&["no", "yes"]) = "no", "Whether they are tried in pairs too, each with each other.";

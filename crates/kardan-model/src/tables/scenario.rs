@@ -6,8 +6,6 @@ use kardan_schema::schema::{Sign, keys};
 keys! {
     /// `[scenario]`.
     table Scenario {
-        required {
-        }
         optional {
             duration: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Length of the run.";
             output_step: Quantity(Dimension::TIME, Sign::Positive) = "1 ms",

@@ -5,8 +5,6 @@ use kardan_schema::schema::{Sign, keys};
 keys! {
     /// `[sweep]`.
     table Sweep {
-        required {
-        }
         optional {
             samples: Number(Sign::Positive) = "1000", "How many samples, at most ten millions.";
             seed: Number(Sign::NonNegative) = "0", "A whole number: another one, other samples.";
@@ -34,8 +32,6 @@ keys! {
 keys! {
     /// `[[sweep.correlated]]`.
     table SweepCorrelated {
-        required {
-        }
         optional {
             parameters: Names, "What varies together, in the order of the correlations; with a file, left out: all its names.";
             correlation: Text,

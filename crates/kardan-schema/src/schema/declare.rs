@@ -17,10 +17,17 @@
 /// ```
 ///
 /// A key has the name of its [`Kind`](crate::schema::Kind), its default, and a sentence for the manual;
-/// or a constant that several tables share. The struct gets `new` with the required keys and a method for each other key.
+/// or a constant that several tables share. A table without required or without optional keys leaves that group out. The struct
+/// gets `new` with the required keys and a method for each other key.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! keys {
+    ($(#[$meta:meta])* $mark:ident $name:ident $(($keyword:literal))? { required $required:tt }) => {
+        $crate::keys! { $(#[$meta])* $mark $name $(($keyword))? { required $required optional {} } }
+    };
+    ($(#[$meta:meta])* $mark:ident $name:ident $(($keyword:literal))? { optional $optional:tt }) => {
+        $crate::keys! { $(#[$meta])* $mark $name $(($keyword))? { required {} optional $optional } }
+    };
     (
         $(#[$meta:meta])*
         $mark:ident $name:ident $(($keyword:literal))? {
@@ -83,23 +90,12 @@ macro_rules! keys {
     };
 
     (@mark table $name:ident) => {};
-    (@mark element $name:ident $keyword:literal) => {
-        impl $crate::schema::ElementKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark signal $name:ident $keyword:literal) => {
-        impl $crate::schema::SignalKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark block $name:ident $keyword:literal) => {
-        impl $crate::schema::BlockKeys for $name {
-            const KEYWORD: &'static str = $keyword;
-        }
-    };
-    (@mark law $name:ident $keyword:literal) => {
-        impl $crate::schema::LawKeys for $name {
+    (@mark element $name:ident $keyword:literal) => { $crate::keys!(@keyword ElementKeys $name $keyword); };
+    (@mark signal $name:ident $keyword:literal) => { $crate::keys!(@keyword SignalKeys $name $keyword); };
+    (@mark block $name:ident $keyword:literal) => { $crate::keys!(@keyword BlockKeys $name $keyword); };
+    (@mark law $name:ident $keyword:literal) => { $crate::keys!(@keyword LawKeys $name $keyword); };
+    (@keyword $group:ident $name:ident $keyword:literal) => {
+        impl $crate::schema::$group for $name {
             const KEYWORD: &'static str = $keyword;
         }
     };

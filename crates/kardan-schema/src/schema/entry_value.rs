@@ -127,7 +127,7 @@ impl EntryValue for String {
     }
 
     fn read(raw: &RawValue) -> Option<Self> {
-        if let RawValue::Text(text) = raw { Some(text.clone()) } else { None }
+        raw.as_text().map(str::to_string)
     }
 }
 
@@ -208,7 +208,7 @@ impl<T: Keys> EntryValue for T {
     }
 
     fn read(raw: &RawValue) -> Option<Self> {
-        if let RawValue::Table(table) = raw { T::read_entries(table) } else { None }
+        T::read_entries(raw.as_table()?)
     }
 }
 

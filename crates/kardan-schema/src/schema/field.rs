@@ -235,7 +235,71 @@ pub struct Table {
     pub unread: Vec<&'static str>,
 }
 
+impl Value {
+    /// The numbers, quantities and expressions in it, those of the tables within included.
+    pub fn scalars(&self) -> Vec<&Scalar> {
+        match self {
+            Self::Scalar(scalar) => vec![scalar],
+            Self::Map(entries) => entries.iter().map(|(_, scalar)| &scalar.value).collect(),
+            Self::Tables(tables) => {
+                tables.iter().flat_map(|table| table.values.values()).flat_map(|entry| entry.value.scalars()).collect()
+            }
+            Self::Word(_) | Self::Names(_) | Self::Poles(_) => Vec::new(),
+        }
+    }
+}
+
+impl Placed<Value> {
+    /// The number, quantity or expression that it is, with its place.
+    pub fn scalar(&self) -> Option<Placed<Scalar>> {
+        let Value::Scalar(scalar) = &self.value else { return None };
+        Some(Placed { value: scalar.clone(), place: self.place.clone() })
+    }
+}
+
 impl Table {
+    /// The place of a key's value; of the header if the key is absent.
+    pub fn place_of(&self, key: &str) -> &Place {
+        self.values.get(key).map_or(&self.place, |entry| &entry.place)
+    }
+
+    /// The word of a key with its place.
+    pub fn placed_word(&self, key: &str) -> Option<(&str, &Place)> {
+        let Placed { value: Value::Word(word), place } = self.values.get(key)? else { return None };
+        Some((word, place))
+    }
+
+    /// The word of a key.
+    pub fn word(&self, key: &str) -> Option<&str> {
+        Some(self.placed_word(key)?.0)
+    }
+
+    /// The names of a key.
+    pub fn names(&self, key: &str) -> Option<&[Placed<String>]> {
+        let Value::Names(names) = &self.values.get(key)?.value else { return None };
+        Some(names)
+    }
+
+    /// The entries of a key by their names.
+    pub fn map(&self, key: &str) -> Option<&[(Placed<String>, Placed<Scalar>)]> {
+        let Value::Map(entries) = &self.values.get(key)?.value else { return None };
+        Some(entries)
+    }
+
+    /// The tables of a key; empty if the key is absent.
+    pub fn tables(&self, key: &str) -> &[Table] {
+        let Some(Placed { value: Value::Tables(tables), .. }) = self.values.get(key) else { return &[] };
+        tables
+    }
+
+    /// The number, quantity or expression of a key, or its default at a place.
+    pub fn scalar_or_default(&self, key: &str, place: &Place) -> Option<Placed<Scalar>> {
+        match self.values.get(key) {
+            Some(entry) => entry.scalar(),
+            None => Some(Placed { value: self.default_scalar(key)?, place: place.clone() }),
+        }
+    }
+
     fn default_of(&self, key: &str) -> Option<&'static Field> {
         self.fields.iter().find(|field| field.name == key).filter(|_| !self.unread.contains(&key))
     }

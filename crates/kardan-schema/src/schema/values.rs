@@ -71,14 +71,7 @@ impl Values {
                 Resolved::Map(map) | Resolved::Row(map, _) => {
                     map.iter_mut().for_each(|(entry, value)| name(value, format!("{element}.{key}.{entry}")));
                 }
-                Resolved::Word(_)
-                | Resolved::Names(_)
-                | Resolved::Tables(_)
-                | Resolved::Poles(_)
-                | Resolved::OfTime(_)
-                | Resolved::Task(_)
-                | Resolved::Formulas(..)
-                | Resolved::Formula(_) => {}
+                _ => {}
             }
         }
     }
@@ -95,26 +88,17 @@ impl Values {
 
     /// A word.
     pub fn word(&self, key: &str) -> Option<&str> {
-        match self.get(key) {
-            Some(Resolved::Word(word)) => Some(word),
-            _ => None,
-        }
+        if let Some(Resolved::Word(word)) = self.get(key) { Some(word) } else { None }
     }
 
     /// A list of words.
     pub fn names(&self, key: &str) -> Option<&[String]> {
-        match self.get(key) {
-            Some(Resolved::Names(names)) => Some(names),
-            _ => None,
-        }
+        if let Some(Resolved::Names(names)) = self.get(key) { Some(names) } else { None }
     }
 
     /// A number.
     pub fn exact(&self, key: &str) -> Option<&Exact> {
-        match self.get(key) {
-            Some(Resolved::Exact(value)) => Some(value),
-            _ => None,
-        }
+        if let Some(Resolved::Exact(value)) = self.get(key) { Some(value) } else { None }
     }
 
     /// A number, or its default; zero where it has none.
@@ -134,10 +118,7 @@ impl Values {
 
     /// Coefficients by shaft.
     pub fn map(&self, key: &str) -> Option<&[(String, Exact)]> {
-        match self.get(key) {
-            Some(Resolved::Map(map) | Resolved::Row(map, _)) => Some(map),
-            _ => None,
-        }
+        if let Some(Resolved::Map(map) | Resolved::Row(map, _)) = self.get(key) { Some(map) } else { None }
     }
 
     /// The dimension of the sum of a coefficient row: an angle or a length.
@@ -167,10 +148,7 @@ impl Values {
 
     /// A list of tables.
     pub fn tables(&self, key: &str) -> Option<&[Values]> {
-        match self.get(key) {
-            Some(Resolved::Tables(tables)) => Some(tables),
-            _ => None,
-        }
+        if let Some(Resolved::Tables(tables)) = self.get(key) { Some(tables) } else { None }
     }
 
     /// A single table.
@@ -180,10 +158,7 @@ impl Values {
 
     /// Poles, 1/s.
     pub fn poles(&self, key: &str) -> Option<&[ExactPole]> {
-        match self.get(key) {
-            Some(Resolved::Poles(poles)) => Some(poles),
-            _ => None,
-        }
+        if let Some(Resolved::Poles(poles)) = self.get(key) { Some(poles) } else { None }
     }
 
     /// A word that is required, or has a default.

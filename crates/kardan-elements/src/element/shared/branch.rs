@@ -3,8 +3,7 @@
 use super::kind::KeyError;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Term};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind};
+use kardan_schema::schema::{Field, Kind, Values};
 
 pub(in crate::element) const FROM: Field =
     Field::required("from", Kind::Node, "The node that a positive current leaves.");

@@ -24,12 +24,12 @@ impl Car<'_> {
 
     /// Whether its tyre forces are limited, and its wheel angles exact.
     pub(in crate::element) fn slides(&self) -> bool {
-        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "magic_formula" || word == "tmeasy")
+        matches!(self.entries.text("tyre"), Some("magic_formula" | "tmeasy"))
     }
 
     /// Whether its tyres are those of TMeasy.
     pub(in crate::element) fn tmeasy(&self) -> bool {
-        matches!(self.entries.get("tyre"), Some(RawValue::Text(word)) if word == "tmeasy")
+        self.entries.text("tyre") == Some("tmeasy")
     }
 
     /// A number of the car, by its name in expressions.
@@ -49,11 +49,7 @@ impl Car<'_> {
 
     /// The expression of a key.
     pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
-        match self.entries.get(key)? {
-            RawValue::Text(text) | RawValue::Number(text) => Some(format!("({text})")),
-            RawValue::Quantity(value, dimension) => Some(kardan_math::units::format_quantity(value, *dimension)),
-            _ => None,
-        }
+        self.entries.get(key)?.factor()
     }
 
     pub(in crate::element) fn speed(&self) -> String {
@@ -78,15 +74,13 @@ impl Car<'_> {
 
     /// Adds the table of a part.
     pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
-        let mut table = Entries::default();
-        keys.iter().for_each(|(key, text)| table.set(key, RawValue::Text(text.clone())));
+        let table = Entries::of_texts(keys.iter().cloned());
         out.table_mut(kind).set(&self.part(part), RawValue::Table(table));
     }
 
     /// A force along a direction: coefficients of parts.
     pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, direction: &[(&str, String)], law: String) {
-        let mut coefficients = Entries::default();
-        direction.iter().for_each(|(body, text)| coefficients.set(&self.part(body), RawValue::Text(text.clone())));
+        let coefficients = Entries::of_texts(direction.iter().map(|(body, text)| (self.part(body), text)));
         let mut table = Entries::default();
         table.set("coefficients", RawValue::Table(coefficients));
         table.set("law", RawValue::Text(law));
@@ -95,9 +89,7 @@ impl Car<'_> {
 
     /// A shared formula of laws, blocks and programs.
     pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
-        let mut table = Entries::default();
-        table.set("kind", RawValue::Text("expression".into()));
-        table.set("value", RawValue::Text(value));
+        let table = Entries::of_texts([("kind", "expression".to_string()), ("value", value)]);
         out.table_mut("signal").set(&format!("{}.{name}", self.name), RawValue::Table(table));
     }
 
@@ -118,7 +110,7 @@ impl Car<'_> {
 
     /// Whether a numeric key has an expression, which may change in a run.
     fn varies(&self, key: &str) -> bool {
-        matches!(self.entries.get(key), Some(RawValue::Text(text)) if parse_number(text).is_err())
+        self.entries.text(key).is_some_and(|text| parse_number(text).is_err())
     }
 
     /// Signals of the frictions that may change, for blocks and runs.

@@ -4,8 +4,7 @@ use super::kind::KeyError;
 use kardan_math::num::Rational;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind, Sign};
+use kardan_schema::schema::{Field, Kind, Sign, Values};
 
 /// The material of a contact: soft or rigid.
 #[derive(Debug, Clone)]

@@ -4,8 +4,7 @@ use super::kind::KeyError;
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, GearLoss, Term, UnilateralConstraint};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind, Sign};
+use kardan_schema::schema::{Field, Kind, Sign, Values};
 
 pub(in crate::element) const EFFICIENCY: Field = Field::optional(
     "efficiency",

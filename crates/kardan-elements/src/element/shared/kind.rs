@@ -4,8 +4,7 @@ use kardan_math::units::Dimension;
 use kardan_mechanics::equations::Term;
 use kardan_results::Symbol;
 use kardan_results::signal_name::Quantity;
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind};
+use kardan_schema::schema::{Field, Kind, Values};
 
 /// The description of a kind of element.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +61,7 @@ impl Element {
 }
 
 impl KeyError {
-    pub(in crate::element) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub(crate) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: help.into() }
     }
 }

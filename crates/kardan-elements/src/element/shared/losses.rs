@@ -3,8 +3,7 @@
 use super::kind::KeyError;
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Stribeck, Term};
-use kardan_schema::schema::Values;
-use kardan_schema::schema::{Field, Kind, Sign};
+use kardan_schema::schema::{Field, Kind, Sign, Values};
 
 /// Damper and friction along a direction, if they are not zero.
 pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<Term> {

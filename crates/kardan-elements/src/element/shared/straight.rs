@@ -17,6 +17,13 @@ pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, value
     std::iter::once(Term::Measure(Domain::Translation)).chain(moves).collect()
 }
 
+/// A torque on the body of `shaft` must not react on that body.
+pub(in crate::element) fn check_reaction(values: &Values) -> Option<KeyError> {
+    let shaft = values.word("shaft").filter(|shaft| values.word("reaction") == Some(*shaft))?;
+    let message = format!("it reacts on `{shaft}` itself, so it has no effect");
+    Some(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"))
+}
+
 /// Keys that must name a moving body.
 pub(in crate::element) fn check_moves(values: &Values, keys: &[&'static str]) -> Vec<KeyError> {
     let still = keys.iter().filter(|key| values.word(key) == Some(kardan_mechanics::equations::GROUND));

@@ -316,7 +316,7 @@ fn free(name: &str, reserved: &[&str]) -> String {
 
 /// The model with another decoupling feedback of a controller, if its law supports that.
 fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Project, Vec<Diagnostic>> {
-    let law = project.read().0.controls.get(name).map(|control| control.law);
+    let law = project.read().0.controls.get(name).map(|control| control.kind);
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
