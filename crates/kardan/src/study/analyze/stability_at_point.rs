@@ -46,7 +46,7 @@ fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) ->
         None => variant.unloaded_at(&at.position),
     };
     // Next to a kink the slopes are those of its side, whatever the exact position.
-    if at.kinks.count() == 0 {
+    if at.kinks.guards.is_empty() {
         point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
     }
     let system = ConstrainedSystem::near(reduced, &point, &at.stuck, &at.inputs, &mut digits);

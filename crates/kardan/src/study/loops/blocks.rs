@@ -6,11 +6,12 @@ use std::sync::Arc;
 use super::loop_blocks::{are_in_maps, blocks};
 use super::margins::searches;
 use crate::study::PreparedVariant;
+use crate::study::read::locations::place_in_control;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::equations::{Formula, Meaning};
 use kardan_mechanics::program::{Read, Task, TaskOutput};
-use kardan_model::{Document, Model, TableReader};
+use kardan_model::{Document, Model};
 use kardan_results::signal_name::SignalName;
 use kardan_results::{SignalNode, SignalOutput};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -234,8 +235,7 @@ fn check_blending_signals(document: &Document, model: &Model, scenario: &Scenari
         if is_set {
             continue;
         }
-        let own = document.controls.iter().find(|own| own.place == control.place);
-        let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "blending_signal"));
+        let place = place_in_control(document, control, "blending_signal");
         let message = format!(
             "`blending_signal` of control `{}`: nothing sets `{}`, so that its commands would be 0 all the time",
             control.name, signal.name

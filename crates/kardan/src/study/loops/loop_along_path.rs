@@ -31,6 +31,11 @@ pub(in crate::study) struct Path {
     pub points: Vec<(f64, Vec<f64>)>,
 }
 
+/// The coordinates that rotate along each of these paths, as text.
+pub(in crate::study) fn rotated_coordinates(paths: &[Path]) -> String {
+    paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then ")
+}
+
 /// The loop of a controller along all motions of the variant's joints that stretch no spring; `None` where the linear loop of the
 /// design is that of the variant.
 ///
@@ -130,11 +135,7 @@ fn loops_along_paths(
     }
     let angles = || points.iter().map(|(angle, _)| *angle);
     Ok(LoopAlongPath {
-        rotated_coordinates: paths
-            .iter()
-            .map(|path| path.coordinates.join(" and "))
-            .collect::<Vec<_>>()
-            .join("; then "),
+        rotated_coordinates: rotated_coordinates(paths),
         positions: points.len(),
         range: Span { start: angles().fold(f64::INFINITY, f64::min), end: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),

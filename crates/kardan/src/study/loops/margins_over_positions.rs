@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::loop_along_path::{loop_at, turns};
+use super::loop_along_path::{loop_at, rotated_coordinates, turns};
 use super::stepped_loop::Subject;
 use crate::study::PreparedVariant;
 use kardan_results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
@@ -27,11 +27,7 @@ pub(in crate::study) fn margins_over_positions(
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(evaluate).collect();
     positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
-        rotated_coordinates: paths
-            .iter()
-            .map(|path| path.coordinates.join(" and "))
-            .collect::<Vec<_>>()
-            .join("; then "),
+        rotated_coordinates: rotated_coordinates(&paths),
         positions,
     })
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::read_values::{read_names, read_tables, read_word};
 use crate::study::read::signal_table::{SignalContext, signal_kind};
 use kardan_elements::manoeuvre::Cones;
 use kardan_expr::expr::{Graph, Named};
@@ -14,7 +14,7 @@ use kardan_results::signal_name::SignalName;
 use kardan_results::{Physical, PlottedReference, Series, Signal};
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Table, Value};
+use kardan_schema::schema::Table;
 
 /// The dimension of a power.
 pub(in crate::study) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
@@ -186,17 +186,13 @@ impl Computed {
                 ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
         };
-        let effects: &[Table] = match document.safety.values.get("effect").map(|found| &found.value) {
-            Some(Value::Tables(effects)) => effects,
-            _ => &[],
-        };
         let tables = document
             .requirements
             .iter()
             .chain(&document.figures)
             .chain(&document.plots)
             .chain([&document.safety])
-            .chain(effects);
+            .chain(read_tables(&document.safety, "effect"));
         let reached = document.cones.iter().map(|cones| cones.reached.clone());
         let texts: BTreeSet<String> =
             tables.flat_map(names_in).chain(reached).filter(|text| !is_declared(text)).collect();

@@ -3,7 +3,7 @@
 
 use crate::study::Requirement;
 use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
-use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
@@ -61,10 +61,8 @@ fn figure(
         out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if !here("value") {
-        let found = reading.measure(table, &variants, &what, out)?;
-        let (measure, dimension) = found;
+    if !is_given(table, "value") {
+        let (measure, dimension) = reading.measure(table, &variants, &what, out)?;
         let display = read_display_unit(table, dimension, &what, out);
         let unit = measure.unit.clone();
         return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });

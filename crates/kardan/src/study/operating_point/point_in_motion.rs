@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::format_position;
-use crate::study::check::multiplier_constraints::moves_by_itself;
+use crate::study::check::multiplier_constraints::{moves_by_itself, multiplier_elements};
+use crate::study::read::state_names::motors;
 use crate::study::requests::analysis_spec::OperatingConditions;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
@@ -54,13 +55,7 @@ fn refused(message: String, help: &str) -> Diagnostic {
 /// Elements that exclude an operating point in motion.
 fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     let rows = variant.unfrozen.as_deref().unwrap_or(&variant.reduced);
-    let names: Vec<&str> = rows
-        .equations
-        .multiplier_constraints
-        .iter()
-        .map(|constraint| constraint.element.as_str())
-        .chain(moves_by_itself(rows))
-        .collect();
+    let names: Vec<&str> = multiplier_elements(rows).chain(moves_by_itself(rows)).collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -481,8 +476,7 @@ fn modes(reduced: &Reduced, signs: &[Option<f64>]) -> (BTreeSet<usize>, Vec<f64>
 
 /// The inputs that may balance a steady motion: the motors among these, or all motors.
 pub(in crate::study) fn balancing(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
-    let motors = variant.reduced.equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-    let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+    let motors: Vec<String> = motors(&variant.reduced.equations).map(|input| input.element.clone()).collect();
     let own: Vec<String> = inputs.iter().filter(|name| motors.contains(name)).cloned().collect();
     if own.is_empty() { motors } else { own }
 }

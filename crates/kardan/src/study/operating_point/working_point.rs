@@ -9,16 +9,17 @@ use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
 use crate::study::check::multiplier_constraints::nothing_free;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
-use crate::study::read::state_names::{non_angle_domains, state_name};
+use crate::study::read::locations::unknown_name_or;
+use crate::study::read::state_names::{motors, non_angle_domains, state_name};
 use crate::study::requests::analysis_spec::{OperatingConditions, output};
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::num::{LastDigits, rational_to_f64};
 use kardan_mechanics::assemble::TransmissionRow;
-use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, laws_are_linear, slopes};
 use kardan_results::OperatingSignal;
 use kardan_results::signal_name::{Quantity, SignalName};
-use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_simulate::signal_names;
 
 /// Subject and options of the analysis, in addition to the model file.
@@ -254,7 +255,7 @@ fn check_slopes(
     all: Vec<LawSlopes>,
     notes: &mut Vec<String>,
 ) -> Result<Kinks, Vec<Diagnostic>> {
-    let kinks = Kinks::of_laws(&all);
+    let kinks = Kinks { guards: all.iter().flat_map(|one| one.kinks.iter().cloned()).collect() };
     for slopes in all {
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
@@ -310,8 +311,7 @@ pub(in crate::study) fn signals(
     } else if let Some(named) = &spec.inputs {
         named.clone()
     } else {
-        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+        let motors: Vec<String> = motors(equations).map(|input| input.element.clone()).collect();
         notes.push(if motors.is_empty() {
             "the model has no motor: no state is controllable".into()
         } else {
@@ -378,15 +378,11 @@ pub(in crate::study) fn named(
 ) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for name in chosen.iter().map(|name| name.trim()) {
-        let names = || all.iter().map(String::as_str);
         if name.is_empty() {
             wrong.push(empty_name(what));
         } else if !all.iter().any(|candidate| candidate == name) {
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if all.is_empty() => format!("there are no {what}s at all"),
-                None => format!("there are {}", quoted(names())),
-            };
+            let names = all.iter().map(String::as_str);
+            let help = unknown_name_or(name, names, &format!("there are no {what}s at all"));
             let message = format!("there is no {what} `{}`", shortened(name));
             wrong.push(Diagnostic::error("name::unknown", message).help(help));
         } else if found.iter().any(|candidate| candidate == name) {

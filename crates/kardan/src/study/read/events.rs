@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::locations::places_in_control;
-use super::read_values::{quantity, read_word};
+use super::read_values::{quantity, read_tables, read_word};
 use super::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Exact};
@@ -13,7 +13,7 @@ use kardan_model::{ControlSpec, Document, Instance, Model, TableReader};
 use kardan_results::Physical;
 use kardan_results::signal_name::{Quantity, SignalName};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_simulate::{SignalEvent, Source, SourceTarget};
 use kardan_synthesis::Reference;
 
@@ -249,11 +249,8 @@ pub(in crate::study) fn events(
 ) -> Vec<EventSpec> {
     let mut accepted: Vec<EventSpec> = Vec::new();
     let mut at_times: HashMap<(usize, u64), Vec<usize>> = HashMap::new();
-    let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
-        return accepted;
-    };
     let prescribed = prescribed(document);
-    for (i, table) in tables.iter().enumerate() {
+    for (i, table) in read_tables(&document.scenario, "event").iter().enumerate() {
         let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
         let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
         let (at, over) = (time("at"), time("over"));

@@ -1,8 +1,9 @@
-//! Coordinates that are no angles, and the names of their motions.
+//! Coordinates that are no angles, the names of their motions, and the motors of a model.
 
 use std::collections::BTreeMap;
 
-use kardan_mechanics::equations::Domain;
+use kardan_mechanics::assemble::{DirectionalTerm, Equations};
+use kardan_mechanics::equations::{Domain, InputKind};
 use kardan_mechanics::reduce::Reduced;
 use kardan_results::signal_name::{Quantity, SignalName, carrier};
 
@@ -14,6 +15,11 @@ pub(in crate::study) fn non_angle_domains(reduced: &Reduced) -> NonAngleDomains 
     let equations = &reduced.equations;
     let domains = equations.coordinates.iter().cloned().zip((0..).map(|k| equations.domain(k)));
     domains.filter(|(_, domain)| *domain != Domain::Rotation).collect()
+}
+
+/// Its motors and sources: inputs that are no disturbances.
+pub(in crate::study) fn motors(equations: &Equations) -> impl Iterator<Item = &DirectionalTerm<InputKind>> {
+    equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)))
 }
 
 /// `a.w` as it is, `rack.v` in place of `rack.w` for a mass, `L1.i` for a charge.

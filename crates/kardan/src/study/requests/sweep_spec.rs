@@ -3,16 +3,16 @@
 use super::correlated::{CorrelatedGroup, correlated};
 use super::distribution::Distribution;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
-use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
+use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{of_dimension, quantity, read_word};
+use crate::study::read::read_values::{of_dimension, quantity, read_map, read_tables, read_word};
 use crate::study::read::scenario::whole;
 use crate::study::read::signal_table::SignalContext;
 use kardan_identify::two_sided_normal;
 use kardan_math::units::Exact;
 use kardan_model::{Document, Parameter, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 
 /// Most samples.
 pub(in crate::study) const MOST_SAMPLES: u64 = 10_000_000;
@@ -55,8 +55,8 @@ pub(in crate::study) fn sweep_spec(
         out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
-    if let Some(Value::Tables(tables)) = table.values.get("vary").map(|found| &found.value) {
-        tables.iter().for_each(|table| add(&mut varied, vary(&reader, document, table, out), table, out));
+    for table in read_tables(table, "vary") {
+        add(&mut varied, vary(&reader, document, table, out), table, out);
     }
     lists(&reader, document, &mut varied, out);
     let of_tolerances = !table.values.contains_key("vary") && !table.values.contains_key("lists");
@@ -185,13 +185,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
             refuse(key, message, help, out);
         }
     });
-    (out.len() == before).then(|| Varied {
-        name: parameter.name.clone(),
-        dimension: parameter.dimension,
-        text: format_distribution(&distribution, parameter.dimension),
-        distribution,
-        laws: Vec::new(),
-    })
+    (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
 }
 
 /// A distribution by its name, between its ends; errors by their keys, with help.
@@ -236,9 +230,8 @@ fn shape(
 /// `lists`.
 fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>, out: &mut Vec<Diagnostic>) {
     let table = &document.sweep;
-    let Some(Value::Map(entries)) = table.values.get("lists").map(|found| &found.value) else { return };
     let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
-    for (name, scalar) in entries {
+    for (name, scalar) in read_map(table, "lists") {
         let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
         let position = found.iter().position(|(parameter, _)| parameter.name == name.value);
         let number = match position {
@@ -254,15 +247,7 @@ fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>
         found[number].1.extend(value.map(|x| x.to_f64()));
     }
     for (parameter, values) in found.into_iter().filter(|(_, values)| !values.is_empty()) {
-        let distribution = Distribution::Listed(values);
-        let text = format_distribution(&distribution, parameter.dimension);
-        let one = Varied {
-            name: parameter.name.clone(),
-            dimension: parameter.dimension,
-            distribution,
-            text,
-            laws: Vec::new(),
-        };
+        let one = Varied::new(&parameter.name, parameter.dimension, Distribution::Listed(values));
         add(varied, Some(one), table, out);
     }
 }
@@ -292,8 +277,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
                 }
             }
         };
-        let text = format_distribution(&distribution, one.dimension);
-        Varied { name: one.parameter, dimension: one.dimension, distribution, text, laws: Vec::new() }
+        Varied::new(&one.parameter, one.dimension, distribution)
     });
     varied.filter(|one| !document.is_varied(&one.name)).collect()
 }

@@ -7,7 +7,6 @@ mod unilateral;
 use self::names::Names;
 use crate::study::equations::form::EquationsForm;
 use crate::study::equations::latex_lines::index;
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::assemble::{MultiplierConstraint, assemble};
@@ -56,10 +55,7 @@ impl Project {
     }
 
     fn symbolic(&self) -> Result<(&PreparedVariant, SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, diagnostics) = self.for_equations();
-        let diagnostics = diagnostics.to_vec();
-        let error = diagnostics.iter().any(is_error);
-        let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        let (variant, diagnostics) = self.for_equations()?;
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow only from springs here, for which there is no symbolic form";

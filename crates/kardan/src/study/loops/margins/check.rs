@@ -8,7 +8,7 @@ use super::stability::StabilityProblem;
 use super::survey::{excluded, format_motion, searches};
 use super::warnings::{CLOSE, close, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::{blocks, loop_blocks};
+use crate::study::loops::loop_blocks;
 use kardan_math::num::multiply;
 use kardan_model::ControlSpec;
 use kardan_results::{Stability, StabilityVerdict};
@@ -65,7 +65,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let control = &variant.model.controls[place];
     let (laws, plant) = (&variant.implemented, variant.loop_plant());
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let between = blocks(variant, &plant);
+    let between = loop_blocks::blocks(variant, &plant);
     let parts = between.of_loop.join(parts);
     let all = multiloop(variant, &parts);
     let free = excluded(variant, place, &plant);
@@ -245,7 +245,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
-    let (blocks, no_blocks) = (loop_blocks(variant, &plant), LoopBlocks::default());
+    let (blocks, no_blocks) = (loop_blocks::blocks(variant, &plant).of_loop, LoopBlocks::default());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };

@@ -113,7 +113,7 @@ impl StabilityProblem<'_> {
         LoopStability {
             controlled: verdict.excluding_free().word,
             zeros,
-            how: if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded },
+            how: evidence(exact),
             next_to_zero: beside_zero.map(|pole| pole.re).collect(),
             poles: Some(poles),
             verdict,
@@ -179,9 +179,7 @@ impl StabilityProblem<'_> {
             verdict,
         }
     }
-}
 
-impl StabilityProblem<'_> {
     /// The same for a sampled loop.
     fn confirm_sampled_despite_rounding(
         &self,

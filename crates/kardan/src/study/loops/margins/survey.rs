@@ -10,7 +10,7 @@ use super::clocks::{clocks, shortest};
 use super::stability::{LoopStability, StabilityProblem};
 use super::warnings::{LOW_MARGIN, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
 use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, MultiloopMargin, RateLimit, Stability};
@@ -37,7 +37,7 @@ pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> O
 /// The number of uncontrolled rigid-body modes of the loop of the file's controllers.
 pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
-    let blocks = loop_blocks(variant, plant);
+    let blocks = loop_blocks::blocks(variant, plant).of_loop;
     let survey = Survey { plant, laws, clocks: &clocks, number, blocks: &blocks };
     survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
@@ -81,7 +81,7 @@ pub(in crate::study) fn survey(
 ) -> Margins {
     let plant = variant.loop_plant();
     let clocks = clocks(&variant.model.controls);
-    let blocks = loop_blocks(variant, &plant);
+    let blocks = loop_blocks::blocks(variant, &plant).of_loop;
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let own = clocks[number];
     let no_blocks = LoopBlocks::default();
