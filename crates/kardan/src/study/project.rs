@@ -233,23 +233,28 @@ impl Project {
     }
 
     /// The preparation for an analysis: the same, if a run is possible.
-    pub(in crate::study) fn for_analysis(&self) -> &(Prepared, Vec<Diagnostic>) {
+    ///
+    /// # Errors
+    /// All errors of the file.
+    pub(in crate::study) fn for_analysis(&self) -> Result<(&Prepared, &[Diagnostic]), Vec<Diagnostic>> {
         let ready = self.ready();
         let (prepared, diagnostics) = ready;
+        let has_error = diagnostics.iter().any(is_error);
         // A run eliminates motions without inertia, an analysis lists them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
         let keeps =
             prepared.variants.iter().any(|variant| !variant.reduced.equations.multiplier_constraints.is_empty());
-        if keeps && !diagnostics.iter().any(is_error) {
-            return self.analysed.get_or_init(|| match for_analysis(prepared) {
+        let (prepared, diagnostics) = if has_error || settled && !keeps {
+            self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent))
+        } else if keeps {
+            self.analysed.get_or_init(|| match for_analysis(prepared) {
                 Ok(frozen) => (frozen, diagnostics.clone()),
                 Err(refused) => (Prepared::default(), diagnostics.iter().cloned().chain([refused]).collect()),
-            });
-        }
-        if !settled && !diagnostics.iter().any(is_error) {
-            return ready;
-        }
-        self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent))
+            })
+        } else {
+            ready
+        };
+        if diagnostics.iter().any(is_error) { Err(diagnostics.clone()) } else { Ok((prepared, diagnostics)) }
     }
 
     /// The first variant for writing its equations, and the warnings of the file: no controller is designed for it.
@@ -283,12 +288,6 @@ impl Project {
         let prepared = prepare_document(purpose, &self.document, progress, &mut out);
         (prepared, out)
     }
-
-    /// The prepared study, and the errors.
-    fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
-        self.ready();
-        self.ready.into_inner().unwrap_or_default()
-    }
 }
 
 /// All errors and warnings of a model file, in the order of the file.
@@ -302,7 +301,7 @@ pub fn check(source: &str) -> Vec<Diagnostic> {
 /// read, the study is checked against the available part of the model. Entries that depend on doubtful parts are skipped
 /// silently.
 pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
-    Project::open(source).into_prepared()
+    Project::open(source).prepare(Purpose::Run, &Silent)
 }
 
 #[cfg(test)]

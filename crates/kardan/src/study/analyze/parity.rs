@@ -113,7 +113,8 @@ pub(in crate::study) fn parity(
     let laws = variant.implemented.iter().filter_map(|law| Some(law.clock()?.period));
     let otherwise = tasks.chain(laws).reduce(f64::min);
     let context = ResidualContext { readings: &readings, corners: &corners, options, otherwise };
-    let shortest = readings.iter().filter_map(|reading| reading.sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
+    let shortest =
+        readings.iter().filter_map(|reading| reading.sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
     if let Some(filter) = options.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
         let message = format!(
             "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"

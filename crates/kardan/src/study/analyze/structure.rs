@@ -12,7 +12,6 @@ use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
 use crate::study::operating_point::working_point::{WorkingPoint, named};
 use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use kardan_analysis::{
     BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
@@ -63,10 +62,7 @@ impl Project {
             let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
             return self.looked_at(&settings.at).analyze(&here, progress);
         }
-        let (prepared, diagnostics) = self.for_analysis();
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        let (prepared, diagnostics) = self.for_analysis()?;
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();

@@ -97,35 +97,19 @@ pub(in crate::study) fn check_connected(document: &Document, model: &Model, out:
     let mut branch_at: BTreeMap<&str, &str> = BTreeMap::new();
     for named in &model.terms {
         let shafts: Vec<&str> = match &named.term {
-            Term::Inertia { direction, .. }
-            | Term::Spring { direction, .. }
-            | Term::Damper { direction, .. }
-            | Term::Friction { direction, .. }
-            | Term::UnilateralConstraint { direction, .. }
-            | Term::Constraint { direction, .. }
-            | Term::Compliance { direction, .. }
-            | Term::Input { direction, .. } => direction.entries.iter().map(|(name, _)| name.as_str()).collect(),
-            Term::Torque { direction, law } => {
-                direction.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
-            }
-            Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::MultiplierLaw(row) => row.coordinates(),
-            Term::Balance { node, direction } if node != GROUND => {
-                let own = direction.entries.iter().map(|(name, _)| name.as_str());
+            Term::Output(_) => continue,
+            Term::Balance { node, .. } if node == GROUND => continue,
+            Term::Balance { node, .. } => {
+                let own = named.term.coordinates();
                 let joined: Vec<&str> = branch_at.get(node.as_str()).copied().into_iter().chain(own).collect();
                 branch_at.extend(joined.first().map(|first| (node.as_str(), *first)));
                 joined
             }
-            Term::Output(_)
-            | Term::Charge { .. }
-            | Term::Angle { .. }
-            | Term::Position { .. }
-            | Term::State { .. }
-            | Term::Measure(_)
-            | Term::Moving(_)
-            | Term::Balance { .. } => {
-                continue;
+            // Its formula connects nothing.
+            Term::UnilateralConstraint { direction, .. } => {
+                direction.entries.iter().map(|(name, _)| name.as_str()).collect()
             }
+            term => term.coordinates(),
         };
         if matches!(named.term, Term::Input { .. }) {
             shafts_of_input.insert(&named.element, shafts.clone());

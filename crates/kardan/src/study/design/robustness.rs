@@ -52,7 +52,10 @@ pub(in crate::study) fn robustness(
     let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     subject.window = window(&nominal, variant.scenario.duration);
     let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
-    let points = random_points(&parameters);
+    let mut random = Random::new(SEED);
+    let mut factor = |Interval { lower, upper }: &Interval| lower + (upper - lower) * random.unit();
+    let mut point = || parameters.iter().map(|one| factor(&one.factors)).collect();
+    let points: Vec<Vec<f64>> = (0..SAMPLES).map(|_| point()).collect();
     let shown = evaluate_all(&subject, &points, progress)?;
     let plants = Plants { subject: &subject, parameters: &parameters, nominal, points, shown };
     // For unstable loops the radius counts too.
@@ -85,13 +88,6 @@ pub(in crate::study) fn robustness(
         peaks,
         margins,
     })
-}
-
-/// Factors of the coefficients, drawn from the box.
-fn random_points(parameters: &[VariedParameter]) -> Vec<Vec<f64>> {
-    let mut random = Random::new(SEED);
-    let mut factor = |Interval { lower, upper }: &Interval| lower + (upper - lower) * random.unit();
-    (0..SAMPLES).map(|_| parameters.iter().map(|one| factor(&one.factors)).collect()).collect()
 }
 
 /// The responses of the loop for each plant, none if it has no map; the reason if everything must end.

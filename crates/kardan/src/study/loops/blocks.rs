@@ -28,18 +28,17 @@ fn moving(model: &Model) -> BTreeSet<String> {
     let mut open: Vec<(usize, Symbol)> = Vec::new();
     for (number, task) in tasks.iter().enumerate() {
         for (symbol, read) in &task.reads {
-            match read {
-                Read::Sensor(name) | Read::AsRead(name) if !of_signal.contains(name.as_str()) => {
-                    open.push((number, *symbol));
-                }
-                Read::Position(_) | Read::Rate(_) => open.push((number, *symbol)),
-                Read::Time => {}
-                Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) if found.contains(name) => {
-                    open.push((number, *symbol));
-                }
+            let awaited = match read {
+                Read::Time => continue,
+                Read::Position(_) | Read::Rate(_) => None,
+                Read::Sensor(name) | Read::AsRead(name) if !of_signal.contains(name.as_str()) => None,
                 Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) => {
-                    named_by.entry(name).or_default().push((number, *symbol));
+                    Some(name).filter(|name| !found.contains(*name))
                 }
+            };
+            match awaited {
+                Some(name) => named_by.entry(name).or_default().push((number, *symbol)),
+                None => open.push((number, *symbol)),
             }
         }
     }
@@ -270,12 +269,8 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             quoted(found.iter().map(String::as_str))
         );
         let diagnostic = Diagnostic::error("block::unavailable-signal", message);
-        let place = document
-            .controls
-            .iter()
-            .find(|one| one.name == head)
-            .map_or(control.place.clone(), |one| one.place.clone());
-        out.push(diagnostic.at(place, "this controller").help(help));
+        let place = document.controls.get(head).map_or(&control.place, |one| &one.place);
+        out.push(diagnostic.at(place.clone(), "this controller").help(help));
     }
 }
 

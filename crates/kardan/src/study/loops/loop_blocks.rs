@@ -11,9 +11,7 @@ use kardan_mechanics::equations::Meaning;
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
 use kardan_simulate::{Profile, Scenario};
-use kardan_synthesis::{
-    BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, TaskLaw,
-};
+use kardan_synthesis::{BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, TaskLaw};
 
 /// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
 const SETTLED: usize = 1000;

@@ -26,10 +26,10 @@ pub(in crate::study) fn margins_over_positions(
     };
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(evaluate).collect();
-    positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
-        rotated_coordinates: rotated_coordinates(&paths),
-        positions,
-    })
+    positions
+        .iter()
+        .any(|one| !one.motors.is_empty())
+        .then(|| MarginsOverPositions { rotated_coordinates: rotated_coordinates(&paths), positions })
 }
 
 fn ones(subject: &Subject) -> Vec<f64> {

@@ -63,15 +63,10 @@ impl NamedPoint {
             for (shaft, angle) in at {
                 let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
                 match named.iter().find(|(other, _, _)| *other == k) {
-                    Some((_, other, first)) if *other != angle => out.push(
-                        Diagnostic::error(
-                            "control::operating-point",
-                            format!("`at` of {what}: another controller has another value of `{shaft}`"),
-                        )
-                        .at(place.clone(), "another one here")
-                        .at(first.clone(), "here first")
-                        .help("the loop of a variant has one operating point: name the same one, or name it once"),
-                    ),
+                    Some((_, other, first)) if *other != angle => {
+                        let message = format!("`at` of {what}: another controller has another value of `{shaft}`");
+                        out.push(two_points(message, place.clone(), first));
+                    }
                     Some(_) => {}
                     None => named.push((k, angle, place.clone())),
                 }
@@ -148,11 +143,11 @@ impl NamedPoint {
             false => self.named.iter().map(|(k, _, _)| *k).collect(),
         };
         let found = trim(reduced, &start, &fixed, &self.inputs);
-        if !found.at_rest {
-            let why = describe_residual(reduced, &found);
-            return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
-        }
-        if let Some(why) = self.beyond_limits(reduced, &found) {
+        let why = match found.at_rest {
+            true => self.beyond_limits(reduced, &found),
+            false => Some(describe_residual(reduced, &found)),
+        };
+        if let Some(why) = why {
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
         let point_note = Some(self.point_note(reduced, &found));
@@ -236,11 +231,9 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     let Some((k, torque)) = found.residual_torque else { return "a residual torque remains".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
     let equations = &reduced.equations;
-    let besides = match () {
-        () if !equations.unilaterals.is_empty() => {
-            "; torques of stops, backlash, clutches and locks are not searched for"
-        }
-        () => "",
+    let besides = match equations.unilaterals.is_empty() {
+        true => "",
+        false => "; torques of stops, backlash, clutches and locks are not searched for",
     };
     format!("{torque:.6} {} on `{name}` that no motor of its controllers can balance{besides}", domain.effort().unit())
 }
@@ -258,6 +251,14 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
                 .help("leave out `start`, and give the speeds that the run begins with by `initial`"),
         );
     }
+}
+
+/// The error of a second operating point.
+fn two_points(message: String, second: Place, first: &Place) -> Diagnostic {
+    Diagnostic::error("control::operating-point", message)
+        .at(second, "another one here")
+        .at(first.clone(), "here first")
+        .help("the loop of a variant has one operating point: name the same one, or name it once")
 }
 
 /// Adds a motion that a controller names as its operating point to those of others.
@@ -280,15 +281,10 @@ fn add_motion(
         return;
     }
     match motion {
-        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => out.push(
-            Diagnostic::error(
-                "control::operating-point",
-                format!("`at` of control `{name}`: another controller names another motion"),
-            )
-            .at(request.place, "another one here")
-            .at(first.place.clone(), "here first")
-            .help("the loop of a variant has one operating point: name the same one, or name it once"),
-        ),
+        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => {
+            let message = format!("`at` of control `{name}`: another controller names another motion");
+            out.push(two_points(message, request.place, &first.place));
+        }
         Some(_) => {}
         None => *motion = Some(request),
     }

@@ -106,7 +106,7 @@ impl WorkingPoint {
         let (position, off, kinks) = match working_position(variant, position.clone(), &mut own) {
             Ok(found) => found,
             Err(diagnostics) if diagnostics.iter().all(|one| one.code == "analysis::equilibrium") => {
-                return at_initial_speeds(variant, &request, (inputs, outputs), notes).unwrap_or(Err(diagnostics));
+                return at_initial_speeds(variant, &request, (inputs, outputs), notes).ok_or(diagnostics);
             }
             Err(diagnostics) => return Err(diagnostics),
         };
@@ -191,7 +191,7 @@ fn at_initial_speeds(
     request: &PointRequest<'_>,
     signals: (Vec<String>, Vec<OutputSignal>),
     notes: &mut Vec<String>,
-) -> Option<Result<WorkingPoint, Vec<Diagnostic>>> {
+) -> Option<WorkingPoint> {
     let (reduced, scenario) = (&variant.reduced, &variant.scenario);
     let names = reduced.coordinate_names().into_iter().zip(&scenario.speed);
     let speeds: Vec<(String, f64)> =
@@ -206,11 +206,10 @@ fn at_initial_speeds(
          `[analysis]` selects others"
             .into(),
     );
-    let found =
-        WorkingPoint::in_motion(variant, &PointRequest { conditions: &conditions, ..*request }, signals, &mut own)
-            .ok()?;
+    let request = PointRequest { conditions: &conditions, ..*request };
+    let found = WorkingPoint::in_motion(variant, &request, signals, &mut own).ok()?;
     *notes = own;
-    Some(Ok(found))
+    Some(found)
 }
 
 /// The operating point of a model with laws of torque: the named one, else an equilibrium; notes which one, and which properties are proven.

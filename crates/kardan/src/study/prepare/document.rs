@@ -39,7 +39,9 @@ pub(in crate::study) fn prepare_document(
     let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
-    let steps = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
+    // Of a variant: its equations, each law in its loop, the sampled loop, its margins.
+    let laws = |variant: &VariantSettings| variant.controls.as_ref().map_or(document.controls.len(), Vec::len);
+    let steps = Steps::new(all_settings.iter().map(|variant| laws(variant) + 3).sum(), progress);
     // The preparation of one variant does not depend on the others; its diagnostics do.
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
@@ -111,7 +113,12 @@ pub(in crate::study) fn prepare_document(
 fn unreduced(model: &mut Model) -> Reduced {
     let shafts = model.all_coordinates.clone();
     // Only the element that introduces a charge knows it.
-    let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
+    let mut charges: Vec<(String, String)> = Vec::new();
+    for NamedTerm { element, term, .. } in &model.terms {
+        if let Term::Charge { name } = term {
+            charges.push((name.clone(), element.clone()));
+        }
+    }
     let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
     let of_element = |named: &NamedTerm, direction: &Direction| {
         let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
@@ -164,21 +171,8 @@ fn unreduced(model: &mut Model) -> Reduced {
     Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), massless: None }
 }
 
-/// A charge and the element that introduces it.
-fn charge_of(named: &NamedTerm) -> Option<(String, String)> {
-    match &named.term {
-        Term::Charge { name } => Some((name.clone(), named.element.clone())),
-        _ => None,
-    }
-}
-
 pub(in crate::study) fn file_stem(name: &str) -> String {
     let stem: String =
         name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' }).collect();
     if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }
-}
-
-/// Steps of the preparation of a variant: its equations, each law in its loop, the sampled loop, its margins.
-fn steps_of(document: &Document, variant: &VariantSettings) -> usize {
-    variant.controls.as_ref().map_or(document.controls.len(), Vec::len) + 3
 }

@@ -11,7 +11,7 @@ use kardan_model::parse::broken;
 use kardan_model::{ControlSpec, Document, Model, TableReader};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Placed, Sign, Table};
+use kardan_schema::schema::{Sign, Table};
 use kardan_simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 
 /// Parts that may fail, with their kinds of fault; the first kind is the default.
@@ -22,21 +22,28 @@ const PARTS: [(&str, &[&str]); 4] = [
     ("element", &["broken", "jump"]),
 ];
 
-/// `[[scenario.fault]]` of a document; errors are reported.
+/// `[[scenario.fault]]` and `[fault.NAME]` of a document; errors are reported.
 pub(in crate::study) fn faults(
     reader: &TableReader<'_>,
     (document, model, equations, settled): (&Document, &Model, &Equations, bool),
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
-) -> Faults {
+) -> (Faults, Vec<NamedFault>) {
+    let readings = &readings(model);
+    let mut add = |table: &Table, what: &str, faults: &mut Faults| {
+        Reader { reader, table, what, document, model, equations, readings, settled }.add(duration, faults, out);
+    };
     let mut faults = Faults::default();
-    let readings = readings(model);
     for (i, table) in read_tables(&document.scenario, "fault").iter().enumerate() {
-        let what = format!("entry {} of `fault` of `[scenario]`", i + 1);
-        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
-        reading.add(duration, &mut faults, out);
+        add(table, &format!("entry {} of `fault` of `[scenario]`", i + 1), &mut faults);
     }
-    faults
+    let mut named = Vec::new();
+    for (name, table) in &document.faults {
+        let (name, mut faults) = (name.value.clone(), Faults::default());
+        add(table, &format!("fault `{}`", shortened(&name)), &mut faults);
+        named.push(NamedFault { name, faults });
+    }
+    (faults, named)
 }
 
 /// A named fault: it is active where a variant or command requests it.
@@ -53,24 +60,6 @@ impl NamedFault {
     pub fn begins(&self) -> f64 {
         self.faults.times().fold(f64::INFINITY, f64::min)
     }
-}
-
-/// `[fault.NAME]` of a document; errors are reported.
-pub(in crate::study) fn named_faults(
-    reader: &TableReader<'_>,
-    (document, model, equations, settled): (&Document, &Model, &Equations, bool),
-    duration: Option<&Exact>,
-    out: &mut Vec<Diagnostic>,
-) -> Vec<NamedFault> {
-    let readings = readings(model);
-    let read = |(name, table): &(Placed<String>, Table)| {
-        let (name, mut faults) = (name.value.clone(), Faults::default());
-        let what = format!("fault `{}`", shortened(&name));
-        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
-        reading.add(duration, &mut faults, out);
-        NamedFault { name, faults }
-    };
-    document.faults.iter().map(read).collect()
 }
 
 /// A sensor that the observer of a controller, a program, or a block reads.

@@ -54,26 +54,6 @@ pub struct AnalysisSpec {
     pub laws: BTreeMap<String, Place>,
 }
 
-impl Default for AnalysisSpec {
-    fn default() -> Self {
-        Self {
-            inputs: None,
-            outputs: None,
-            at: Vec::new(),
-            conditions: OperatingConditions::default(),
-            stuck: Vec::new(),
-            horizon: Exact::one(),
-            motion: Vec::new(),
-            threshold: None,
-            samples: None,
-            actuators: Vec::new(),
-            sensors: Vec::new(),
-            places: BTreeMap::new(),
-            laws: BTreeMap::new(),
-        }
-    }
-}
-
 impl AnalysisSpec {
     /// The reduced position of the operating point, rad: `at`, and `initial` for coordinates that it does not name.
     pub fn position(&self, coordinates: &[String], initial: &[f64]) -> Vec<f64> {
@@ -137,37 +117,40 @@ pub(in crate::study) fn analysis_spec(
         .copied()
         .collect();
     let values = reader.values(&fields, table, what, out);
-    let mut spec = AnalysisSpec {
-        inputs: values.names("inputs").map(<[String]>::to_vec),
-        stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
-        threshold: values.number("threshold"),
-        places: table.values.iter().map(|(key, entry)| (*key, entry.place.clone())).collect(),
-        laws: equations
-            .laws
-            .iter()
-            .map(|law| (law.element.clone(), place_of_value(context.document, &law.element, "law")))
-            .collect(),
-        ..AnalysisSpec::default()
-    };
-    spec.horizon = values.exact_or_default("horizon");
-    spec.outputs = outputs(context, equations, table, out);
-    spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
+    let outputs = outputs(context, equations, table, out);
+    let samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
     let own = (table, what);
-    (spec.at, spec.conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
-    let motion = read_map(table, "motion");
-    spec.motion = targets_of((what, "motion"), motion, (context.document, targets), &reader, out);
-    let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
-    if table.values.contains_key("motion") && motion.len() == spec.motion.len() && !moves {
+    let (at, conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
+    let entries = read_map(table, "motion");
+    let motion = targets_of((what, "motion"), entries, (context.document, targets), &reader, out);
+    let moves = motion.iter().any(|(_, value)| *value != 0.0);
+    if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
                 .at(TableReader::place(table, "motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
     }
-    spec.actuators = places(table, "actuator", context, &reader, out);
-    spec.sensors = places(table, "sensor", context, &reader, out);
+    let [actuators, sensors] = ["actuator", "sensor"].map(|key| places(table, key, context, &reader, out));
+    let laws = equations.laws.iter().map(|law| &law.element);
+    let laws = laws.map(|element| (element.clone(), place_of_value(context.document, element, "law")));
+    let mut spec = AnalysisSpec {
+        inputs: values.names("inputs").map(<[String]>::to_vec),
+        outputs,
+        at,
+        conditions,
+        stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
+        horizon: values.exact_or_default("horizon"),
+        motion,
+        threshold: values.number("threshold"),
+        samples,
+        actuators,
+        sensors,
+        places: table.values.iter().map(|(key, entry)| (*key, entry.place.clone())).collect(),
+        laws: laws.collect(),
+    };
     check_stuck(&mut spec, context, equations, out);
     if let Some(point) = point {
         check_point(&spec, table, &point, out);

@@ -66,8 +66,7 @@ pub(in crate::study) fn sweep_spec(
     let correlated = correlated(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
     let sampling = SamplingMethod::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
-    check_points(table, sampling, (levels, &varied), out);
-    check_axes(table, sampling, (varied.len(), correlated.is_empty()), out);
+    check_points(table, sampling, (levels, &varied, correlated.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
@@ -78,11 +77,12 @@ pub(in crate::study) fn sweep_spec(
     }
 }
 
-/// Reports keys that the points do not use, and distributions without ends.
+/// Reports keys that the points do not use, distributions without ends, and points that do not support this many axes, or parameters
+/// that vary together.
 fn check_points(
     table: &Table,
     sampling: SamplingMethod,
-    (levels, varied): (u64, &[Varied]),
+    (levels, varied, apart): (u64, &[Varied], bool),
     out: &mut Vec<Diagnostic>,
 ) {
     let mut refuse = |key: &str, message: String, help: &str| {
@@ -91,46 +91,34 @@ fn check_points(
     };
     let here = |key: &str| table.values.contains_key(key);
     let word = sampling.word();
-    let on_grid = matches!(sampling, SamplingMethod::Levels(_));
     if here("levels") && read_word(table, "points") != Some("grid") {
         refuse("levels", "`levels` applies to `points = \"grid\"` only".into(), "remove it, or choose a grid");
     } else if levels < 2 {
         refuse("levels", format!("a grid has {levels} level"), "a grid needs at least two levels");
     }
-    if !on_grid {
-        return;
+    if matches!(sampling, SamplingMethod::Levels(_)) {
+        for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
+            refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
+        }
+        for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
+            let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
+            refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
+        }
     }
-    for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
-        refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
-    }
-    for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
-        let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
-        refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
-    }
-}
-
-/// Reports points that do not support this many axes, or parameters that vary together.
-fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
-    let word = sampling.word();
-    let mut refuse = |message: String, help: &str| {
-        let place = TableReader::place(table, "points");
-        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
-    };
+    let axes = varied.len();
     let most = match sampling {
         SamplingMethod::Sobol => SOBOL_AXES,
         SamplingMethod::Saltelli => SOBOL_AXES / 2,
         _ => usize::MAX,
     };
     if axes > most {
-        refuse(
-            format!("`points = \"{word}\"` supports at most {most} parameters, and {axes} vary"),
-            "choose other points",
-        );
+        let message = format!("`points = \"{word}\"` supports at most {most} parameters, and {axes} vary");
+        refuse("points", message, "choose other points");
     }
     if !apart && matches!(sampling, SamplingMethod::Levels(_) | SamplingMethod::Morris) {
         let message =
             format!("samples of `points = \"{word}\"` change one parameter at a time, and some vary together");
-        refuse(message, "choose other points, or remove `[[sweep.correlated]]`");
+        refuse("points", message, "choose other points, or remove `[[sweep.correlated]]`");
     }
 }
 
