@@ -202,18 +202,15 @@ impl PreparedVariant {
         self.model.controls[number].values.names("excluded_elements").is_some_and(|names| !names.is_empty())
     }
 
-    /// The time constant of each input's motor, s.
-    pub(in crate::study) fn lags(&self) -> Vec<f64> {
-        self.reduced.equations.lags()
-    }
-
     /// The linear plant of its loop at the operating point, with its motors and sensors.
     pub(in crate::study) fn loop_plant(&self) -> LoopPlant {
-        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced).with_block_torques(&self.reduced)
+        LoopPlant::new(&self.linear_model(), &self.reduced.equations.lags())
+            .with_sensors(&self.reduced)
+            .with_block_torques(&self.reduced)
     }
 
     /// The same with coefficients that vary, of a linear model.
     pub(in crate::study) fn varied_plant(&self, model: &LinearModel) -> VariedPlant {
-        VariedPlant::new(&self.reduced, model, &self.lags())
+        VariedPlant::new(&self.reduced, model, &self.reduced.equations.lags())
     }
 }

@@ -5,6 +5,7 @@ use crate::study::read::locations::{
     MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
 };
 use crate::study::read::positions::{generic_positions, is_finite_at};
+use crate::study::read::state_names::sign_in_sum;
 use kardan_analysis::{combination, massless_direction};
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
@@ -213,12 +214,7 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     let mut sum = String::new();
     for (name, x) in elements {
         let share = x / unit;
-        let sign = match (sum.is_empty(), share < 0.0) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
+        let sign = sign_in_sum(&sum, share < 0.0);
         let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
         sum += &format!("{sign}{size}{name}");
     }

@@ -371,7 +371,7 @@ pub(in crate::study) fn designed(
     let (warnings, notes) = block_remarks(variant, number);
     design.warnings.extend(warnings);
     design.notes.extend(notes);
-    match loop_along_path(variant, number, &variant.implemented, true) {
+    match loop_along_path(variant, number, true) {
         Some(Ok(found)) => {
             design.warnings.extend(path_warnings(&found));
             design.loop_along_path = Some(found);
@@ -390,7 +390,7 @@ pub(in crate::study) fn designed(
     }
     if let Some(range) = settings.tolerance {
         store_partial(progress, &design, &rest[3 + usize::from(settings.explore)..]);
-        match robustness(variant, number, &variant.implemented, range, progress) {
+        match robustness(variant, number, range, progress) {
             Ok(found) => {
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);
@@ -487,7 +487,7 @@ fn add_margins(
     progress: &dyn Progress,
 ) {
     let laws = &variant.designed;
-    let mut margins = survey(variant, number, laws, design);
+    let mut margins = survey(variant, number, design);
     if let Some(whole) = simulated {
         let coupling = cross_coupling(whole, laws[number].references(), design, decay(variant, &margins), progress);
         design.cross_coupling = coupling.outputs;
@@ -532,7 +532,7 @@ fn add_margins(
 fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks, design: &mut Design) {
     let (Some(side), Some(description)) = (kinks.kinks.opposite(), kinks.kink_note()) else { return };
     let opposite = variant.on_side(&side);
-    let mut margins = survey(&opposite, number, &opposite.designed, design);
+    let mut margins = survey(&opposite, number, design);
     margins.verdict = verdict(&margins);
     let [own, side] = kinks.kinks.describe_sides();
     if margins.stable == Some(false) {

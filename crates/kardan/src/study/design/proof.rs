@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::study::read::state_names::sign_in_sum;
 use kardan_analysis::{
     LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
 };
@@ -358,12 +359,7 @@ fn readable(polynomial: &Polynomial) -> String {
     let mut out = String::new();
     for (power, x) in terms {
         let value = Scalar::to_f64(x);
-        let sign = match (out.is_empty(), value < 0.0) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
+        let sign = sign_in_sum(&out, value < 0.0);
         let size = if value.abs() == 1.0 && power > 0 { String::new() } else { digits(value.abs()) };
         let s = match power {
             0 => String::new(),

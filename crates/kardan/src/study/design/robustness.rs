@@ -1,7 +1,5 @@
 //! A designed loop over a box of plants: seeded samples, and a search for the worst corners.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use crate::study::loops::margins_over_positions::margins_over_box;
@@ -10,7 +8,6 @@ use crate::study::{PreparedVariant, Progress};
 use kardan_math::num::Random;
 use kardan_math::units::Exact;
 use kardan_results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
-use kardan_synthesis::Law;
 
 /// The box of plants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,11 +31,10 @@ const SWEEPS: usize = 6;
 pub(in crate::study) fn robustness(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Arc<dyn Law>],
     range: ToleranceBox,
     progress: &dyn Progress,
 ) -> Result<Robustness, String> {
-    let plant = variant.varied_plant(&variant.linear_model());
+    let (laws, plant) = (&variant.implemented, variant.varied_plant(&variant.linear_model()));
     let names = plant.names();
     let (parameters, unvaried) = limits(variant, &names, range);
     if parameters.iter().all(|one| one.factors.lower == one.factors.upper) {

@@ -8,7 +8,7 @@ use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::form::{EquationsForm, kinds};
 use crate::study::equations::latex_lines::{aligned, index, one_line};
 use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
-use crate::study::read::state_names::motors;
+use crate::study::read::state_names::{motors, sign_in_sum};
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
 use kardan_expr::expr::Style;
@@ -128,12 +128,7 @@ fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
             continue;
         }
         let value = rational_to_f64(&coefficient);
-        let sign = match (out.is_empty(), value < 0.0) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
+        let sign = sign_in_sum(&out, value < 0.0);
         let size = if value.abs() == 1.0 { String::new() } else { format!("{} ", value.abs()) };
         let _ = write!(out, "{sign}{size}{name}");
     }

@@ -16,11 +16,10 @@ pub(in crate::study) fn margins_over_positions(
     number: usize,
 ) -> Option<MarginsOverPositions> {
     let paths = turns(variant)?;
-    let laws = &variant.implemented;
-    let motors = laws[number].inputs();
+    let motors = variant.implemented[number].inputs();
     let points = || paths.iter().flat_map(|path| &path.points);
     let evaluate = |(angle, position): &(f64, Vec<f64>)| {
-        let subject = loop_at(variant, number, laws, position).ok();
+        let subject = loop_at(variant, number, position).ok();
         let found = subject.and_then(|subject| subject.margins(&ones(&subject), motors));
         PositionMargins { angle: *angle, motors: found.unwrap_or_default() }
     };

@@ -3,6 +3,7 @@
 use super::design_in_motion::MotionRequest;
 use crate::study::check::equilibrium::{format_currents, format_position};
 use crate::study::read::locations::place_of_value;
+use crate::study::read::read_values::read_word;
 use crate::study::requests::analysis_spec::operating_point;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::InputKind;
@@ -12,7 +13,7 @@ use kardan_mechanics::reduce::{
 use kardan_model::{ControlSpec, Document, Setting, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{LawKeys, Value};
+use kardan_schema::schema::LawKeys;
 use kardan_synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
@@ -241,7 +242,7 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
 /// Rejects a run that is to begin at an operating point in motion.
 fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Vec<Diagnostic>) {
     let Some(motion) = motion else { return };
-    if document.scenario.values.get("start").is_some_and(|start| start.value == Value::Word("operating_point".into())) {
+    if read_word(&document.scenario, "start") == Some("operating_point") {
         let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, but a controller \
                        names a motion";
         out.push(

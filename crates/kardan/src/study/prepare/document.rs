@@ -119,33 +119,23 @@ fn unreduced(model: &mut Model) -> Reduced {
             charges.push((name.clone(), element.clone()));
         }
     }
-    let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
-    let of_element = |named: &NamedTerm, direction: &Direction| {
-        let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
-        direction.entries.iter().all(|(name, _)| has_coordinate(name) || own(name))
+    let has_coordinate =
+        |name: &str| shafts.iter().any(|shaft| shaft == name) && charges.iter().all(|(charge, _)| charge != name);
+    let knows = |named: &NamedTerm, name: &str| {
+        has_coordinate(name) || charges.iter().any(|(charge, element)| charge == name && *element == named.element)
     };
+    let of_element =
+        |named: &NamedTerm, direction: &Direction| direction.entries.iter().all(|(name, _)| knows(named, name));
     let (constraints, free_terms): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.terms).into_iter().partition(|named| !matches!(named.term, Term::Output(_)));
     let (mut good, mut bad): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|named| match &named.term {
-        Term::Inertia { direction, .. }
-        | Term::Spring { direction, .. }
-        | Term::Damper { direction, .. }
-        | Term::Friction { direction, .. }
-        | Term::Constraint { direction, .. }
-        | Term::Compliance { direction, .. }
-        | Term::Balance { direction, .. }
-        | Term::Input { direction, .. } => of_element(named, direction),
         Term::UnilateralConstraint { direction, unilateral } => {
-            let named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
-            of_element(named, direction) && named_by_it.map(String::from).all(|name| has_coordinate(&name))
+            let mut named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
+            of_element(named, direction) && named_by_it.all(has_coordinate)
         }
-        Term::Torque { direction, law } => {
-            of_element(named, direction) && law.coordinates().all(|name| has_coordinate(&name.into()))
-        }
-        Term::Transmission { driven, driving, .. } => has_coordinate(driven) && has_coordinate(driving),
-        Term::MultiplierLaw(row) => row.coordinates().into_iter().all(|name| has_coordinate(&name.into())),
-        Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
-        Term::Position { .. } | Term::State { .. } | Term::Measure(_) | Term::Moving(_) => true,
+        Term::Torque { direction, law } => of_element(named, direction) && law.coordinates().all(has_coordinate),
+        Term::Transmission { .. } | Term::MultiplierLaw(_) => named.term.coordinates().into_iter().all(has_coordinate),
+        term => term.coordinates().into_iter().all(|name| knows(named, name)),
     });
     let constrains = |element: &String| {
         let is_row =

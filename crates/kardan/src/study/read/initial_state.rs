@@ -40,25 +40,24 @@ pub(in crate::study) fn initial_state(
     let entries = entries(reader, document, reduced, out);
     let Some(reduced) = reduced else { return (Vec::new(), Vec::new()) };
     let r = reduced.degrees_of_freedom();
-    let mut position = vec![0.0; r];
+    let mut state = [vec![0.0; r], vec![0.0; r]];
     for rate in [0, 1] {
         let own: Vec<&Entry> = entries.iter().filter(|entry| entry.rate == rate).collect();
         let prescribed: Vec<StartValue> = own.iter().map(|entry| entry.prescribed.clone()).collect();
-        let found = match (plain(reduced, &prescribed), rate) {
-            (Some(found), _) => Ok(found),
-            (None, 0) => start_position(reduced, &prescribed),
-            (None, _) => start_speed(reduced, &position, &prescribed),
+        let found = match plain(reduced, &prescribed) {
+            Some(found) => Ok(found),
+            None if rate == 0 => start_position(reduced, &prescribed),
+            None => start_speed(reduced, &state[0], &prescribed),
         };
-        match (found, rate) {
-            (Ok(found), 0) => position = found,
-            (Ok(speed), _) => return (position, speed),
-            (Err(conflict), _) => {
+        match found {
+            Ok(found) => state[rate] = found,
+            Err(conflict) => {
                 out.push(contradiction(&own, &conflict));
                 break;
             }
         }
     }
-    (position, vec![0.0; r])
+    state.into()
 }
 
 /// If only reduced coordinates are given, there is nothing to solve.

@@ -1,4 +1,4 @@
-//! Coordinates that are no angles, the names of their motions, and the motors of a model.
+//! Coordinates that are no angles, the names of their motions, the motors of a model, and signs in sums.
 
 use std::collections::BTreeMap;
 
@@ -30,5 +30,15 @@ pub(in crate::study) fn state_name(name: &str, non_angle_domains: &NonAngleDomai
         Some(Quantity::Angle) => domain.motion()[0].of(carrier),
         Some(Quantity::Speed) => domain.motion()[1].of(carrier),
         _ => name.to_string(),
+    }
+}
+
+/// The sign before the next term of a sum as text.
+pub(in crate::study) fn sign_in_sum(sum: &str, is_negative: bool) -> &'static str {
+    match (sum.is_empty(), is_negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
     }
 }

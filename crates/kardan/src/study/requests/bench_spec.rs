@@ -49,13 +49,8 @@ impl BenchSpec {
         let spread = bench.number("spread", Dimension::NONE, Sign::NonNegative).unwrap_or_default();
         if spread >= 1.0 {
             let wrong = format!("{spread} would let a value change its sign");
-            bench.refuse(
-                "bench::spread-range",
-                "spread",
-                &wrong,
-                "not below 1",
-                "give a part of the values, such as 0.1",
-            );
+            let help = "give a part of the values, such as 0.1";
+            bench.refuse("bench::spread-range", "spread", &wrong, "not below 1", help);
         }
         let period = bench.time("sample_time").unwrap_or(1e-3); // Unreadable: the checks continue with the default.
         if !(1e-5..=0.1).contains(&period) {

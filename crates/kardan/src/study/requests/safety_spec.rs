@@ -74,6 +74,7 @@ pub(in crate::study) fn safety_spec<'a>(
         found.map(|x| x.to_f64())
     };
     let chosen = selected_variants(table, variants, context, SAFETY, out);
+    let monitors = document.blocks.iter().filter(|block| block.kind.keyword == "monitor");
     let mut spec = SafetySpec {
         faults: fault_names(document, is_declared, out),
         pairs: read_word(table, "pairs") == Some("yes"),
@@ -83,7 +84,7 @@ pub(in crate::study) fn safety_spec<'a>(
         detection_time_limit: time("detection_time_limit", table, out),
         reaction: reaction(document, out),
         effects: Vec::new(),
-        monitors: monitors(document),
+        monitors: monitors.map(|block| block.name.clone()).collect(),
     };
     check_missing_keys(document, &spec, out);
     let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
@@ -237,11 +238,6 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
         return None;
     };
     Some((name.to_string(), read_names(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
-}
-
-fn monitors(document: &Document) -> Vec<String> {
-    let own = document.blocks.iter().filter(|block| block.kind.keyword == "monitor");
-    own.map(|block| block.name.clone()).collect()
 }
 
 /// Reports keys without effect because another one is missing.

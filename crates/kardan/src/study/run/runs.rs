@@ -18,7 +18,7 @@ use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
 use crate::study::progress::run_with_progress;
 use crate::study::read::variant_diagnostics::is_error;
-use crate::study::run::accuracy::{self, ReferenceRuns};
+use crate::study::run::accuracy;
 use crate::study::run::model_summary::summarise;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
@@ -203,8 +203,8 @@ fn accuracy_of(
     let undecided = UndecidedReadings::new(encoder_readings, &second.encoder_readings);
     let third =
         undecided.needs_third(run.length()).then(|| again(variant, &undecided.flipped, (prepared, settings), progress));
-    let reference_runs = ReferenceRuns { second, third: third.as_ref(), undecided: undecided.first };
-    accuracy::estimate(run, reference_runs, tolerance(prepared, settings, progress), &readings)
+    let tolerance = tolerance(prepared, settings, progress);
+    accuracy::estimate(run, (second, third.as_ref()), undecided.first, tolerance, &readings)
 }
 
 /// The scenario of a variant, with the requested faults.

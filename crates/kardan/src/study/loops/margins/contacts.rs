@@ -167,12 +167,12 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
         Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &no_blocks }, ..survey };
     let found = survey.slowest(survey.unchanged());
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = problem.exact();
     let decided = found.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let (channels, multiloop) =
-        if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
+        if stable == Some(true) { errors(variant, &reduced_survey) } else { Default::default() };
     ContactMargins { stable, channels, multiloop, ..ContactMargins::default() }
 }
 

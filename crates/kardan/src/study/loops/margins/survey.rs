@@ -58,7 +58,7 @@ fn tolerated(variant: &PreparedVariant, [survey, reduced]: [&Survey<'_>; 2], sta
     // With a law that is designed for its sample time, few other clocks have a common period.
     let for_one_time = survey.laws.iter().any(|law| law.clock().is_some());
     let delays: &[f64] = if for_one_time || !tolerates { &[] } else { &[0.0, 0.5, 1.0] };
-    let channels = || if stable == Some(true) { errors(variant, survey.number, reduced) } else { Default::default() };
+    let channels = || if stable == Some(true) { errors(variant, reduced) } else { Default::default() };
     let delay = || reduced.longest_delay().filter(|_| tolerates);
     let lag = || reduced.longest_lag().filter(|_| tolerates);
     let rates = || delays.par_iter().map(|delay| (*delay, survey.longest_period(*delay))).collect();
@@ -73,13 +73,8 @@ fn rate_limit(delay: f64, found: Option<Limit>, design: &Design) -> RateLimit {
 }
 
 /// The stability margins of the loop of a controller. The simulation gives the peaks of the torques.
-pub(in crate::study) fn survey(
-    variant: &PreparedVariant,
-    number: usize,
-    laws: &[Arc<dyn Law>],
-    design: &Design,
-) -> Margins {
-    let plant = variant.loop_plant();
+pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design: &Design) -> Margins {
+    let (laws, plant) = (&variant.designed, variant.loop_plant());
     let clocks = clocks(&variant.model.controls);
     let blocks = loop_blocks::blocks(variant, &plant).of_loop;
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
@@ -91,7 +86,7 @@ pub(in crate::study) fn survey(
     let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = problem.exact();
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
