@@ -106,7 +106,7 @@ impl Project {
         };
         // At a looser tolerance: these estimate the accuracy of the others.
         let seconds = || -> Vec<RunResult> {
-            let compared = if settings.runs_only { &[] } else { &chosen[..] };
+            let compared = if settings.runs_only { &chosen[..0] } else { &chosen[..] };
             compared.par_iter().map(|variant| again(variant, &[], (prepared, settings), progress)).collect()
         };
         let (((study, encoder_readings), seconds), (analysis, mut designs)) =
