@@ -281,17 +281,17 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
 fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mut out = String::new();
     let kinds = kinds(variant);
-    let join = |parts: Vec<String>| parts.join(", ");
     let kind_names: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
     let kind_names = match kind_names.as_slice() {
         [kind_names @ .., last] if !kind_names.is_empty() => format!("{} and {last}", kind_names.join(", ")),
         kind_names => kind_names.concat(),
     };
     let kind_names = kind_names[..1].to_uppercase() + &kind_names[1..];
-    let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
-    let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
-    let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
-    let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
+    let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
+    let counts: Vec<String> = kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect();
+    let (name, counts) = (&variant.model.name, counts.join(", "));
+    let _ = writeln!(out, "Model {name}: {counts}, degrees of freedom {}", model.coordinates.len());
+    let _ = writeln!(out, "Coordinates: {} ({})\n", model.coordinates.join(", "), units.join(", "));
     out.push_str("Equations of motion\n");
     for (left, right) in lines(variant, model, Style::Text, &text_mark) {
         let _ = writeln!(out, "  {left} = {right}");
@@ -325,11 +325,6 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         table(&model.coordinates, columns, &matrix, &mut out);
     }
     out
-}
-
-/// The kind of a coordinate, by its name.
-fn domain_of(variant: &PreparedVariant, name: &str) -> Domain {
-    variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k)).unwrap_or_default()
 }
 
 fn matrices<'m>(
@@ -373,7 +368,8 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let kinds = kinds(variant);
     let mark = |name: &str, order: usize| {
         let index = index(name);
-        let letter = match domain_of(variant, name) {
+        let domain = variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k));
+        let letter = match domain.unwrap_or_default() {
             Domain::Charge => " q",
             Domain::Number => " z",
             Domain::Translation => " s",

@@ -153,10 +153,6 @@ pub(in crate::study) fn reference(text: &str, context: &SignalContext<'_>) -> Pl
     if is_name { opposite } else { PlottedReference { signal: text.into(), opposite: false } }
 }
 
-fn names_of(law: &Expression) -> Vec<String> {
-    law.names().into_iter().map(str::to_string).collect()
-}
-
 /// Cones that the car must have passed before a figure has a value.
 #[derive(Debug, Clone)]
 pub(in crate::study) struct Track {
@@ -216,7 +212,8 @@ impl Computed {
             expressions.push((text, expr));
         }
         let values = document.figures.iter().filter_map(|table| Expression::parse_law(read_word(table, "value")?).ok());
-        let named: BTreeSet<String> = values.flat_map(|law| names_of(&law)).collect();
+        let mut named: BTreeSet<String> = BTreeSet::new();
+        values.for_each(|law| named.extend(law.names().into_iter().map(str::to_string)));
         let constant = |name: String| value(&name).map(|(value, dimension)| (name, value, dimension));
         let parameters = named.into_iter().filter_map(constant).collect();
         let track = |cones: &Cones| {

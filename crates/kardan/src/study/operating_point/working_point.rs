@@ -337,15 +337,11 @@ pub(in crate::study) fn signals(
             .flat_map(|control| signals_of(control.law.fields, &control.values))
             .filter(|signal| SignalName::new(signal).angle_of().is_some())
             .collect();
-        let names: Vec<String> = if controlled.is_empty() {
-            variant
-                .reduced
-                .coordinate_names()
-                .iter()
-                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &non_angle_domains(&variant.reduced)))
-                .collect()
-        } else {
-            controlled.into_iter().collect()
+        let domains = non_angle_domains(&variant.reduced);
+        let angle = |shaft: &String| state_name(&Quantity::Angle.of(shaft), &domains);
+        let names: Vec<String> = match controlled.is_empty() {
+            true => variant.reduced.coordinate_names().iter().map(angle).collect(),
+            false => controlled.into_iter().collect(),
         };
         notes.push(format!("outputs: {}", names.join(", ")));
         names

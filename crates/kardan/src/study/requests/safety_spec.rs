@@ -147,15 +147,6 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
     names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
-/// The variants of the table, with their settings: those that it names, otherwise those without faults of their own.
-fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings> {
-    let tried = |variant: &VariantSettings| match chosen {
-        [] => variant.faults.is_empty(),
-        _ => chosen.contains(&variant.name),
-    };
-    document.variant_settings().into_iter().filter(tried).collect()
-}
-
 /// The parameters of the grid; kardan reports a value of another dimension, and one that a variant of the table sets.
 fn value_names(
     reader: &TableReader<'_>,
@@ -163,8 +154,14 @@ fn value_names(
     chosen: &[String],
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
-    let tried = tried_settings(document, chosen);
-    let sets = |name: &String| tried.iter().find(|variant| variant.settings.iter().any(|one| one.name == *name));
+    // The variants of the table: those that it names, otherwise those without faults of their own.
+    let is_tried = |variant: &&VariantSettings| match chosen {
+        [] => variant.faults.is_empty(),
+        _ => chosen.contains(&variant.name),
+    };
+    let all = document.variant_settings();
+    let sets = |variant: &VariantSettings, name: &str| variant.settings.iter().any(|one| one.name == name);
+    let setter = |name: &str| all.iter().filter(is_tried).find(|variant| sets(variant, name));
     let mut names: Vec<String> = Vec::new();
     for (name, scalar) in read_map(&document.safety, "values") {
         let shown = shortened(&name.value);
@@ -180,7 +177,7 @@ fn value_names(
             }
             continue;
         };
-        if let Some(variant) = sets(&name.value) {
+        if let Some(variant) = setter(&name.value) {
             let own = shortened(&variant.name);
             let message =
                 format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
