@@ -3,10 +3,10 @@
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use crate::study::progress::simulate_with_progress;
+use crate::study::progress::run_with_progress;
 use crate::study::{PreparedVariant, Progress};
 use kardan_results::{CrossCoupling, Design, Physical, Series, TorquePeak};
-use kardan_simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
+use kardan_simulate::{Faults, Ready, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use kardan_synthesis::Reference;
 
 /// Rows of a window.
@@ -118,7 +118,7 @@ fn run(
     let scenario = step(variant, reference, window);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-    simulate_with_progress(setup, tolerance, (number, &name), progress)
+    run_with_progress(Ready::new(setup, tolerance), (number, &name), progress)
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
