@@ -79,14 +79,24 @@ fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// The steady motion of a variant with the given values.
+/// The operating point in motion of a variant: the state of its run if only a time is given, else the steady motion with the given
+/// values.
 ///
 /// # Errors
 /// Why there is none.
-pub(in crate::study) fn steady_point(
+pub(in crate::study) fn point_in_motion(
     variant: &PreparedVariant,
     request: &PointRequest<'_>,
 ) -> Result<MovingPoint, Diagnostic> {
+    let OperatingConditions { speeds, torques, time } = request.conditions;
+    match time {
+        Some(time) if request.at.is_empty() && speeds.is_empty() && torques.is_empty() => point_of_run(variant, *time),
+        _ => steady_point(variant, request),
+    }
+}
+
+/// The steady motion of a variant with the given values.
+fn steady_point(variant: &PreparedVariant, request: &PointRequest<'_>) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     let own = &variant.reduced;
     let time = request.conditions.time.unwrap_or(0.0);
@@ -360,10 +370,7 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
 }
 
 /// The state of the run of a variant at a time.
-///
-/// # Errors
-/// The error if the run does not reach that time.
-pub(in crate::study) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
+fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     check_time(variant, time)?;
     if !variant.massless.is_empty() || variant.implemented.len() != variant.model.controls.len() {

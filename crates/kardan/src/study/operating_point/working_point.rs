@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
+use super::point_in_motion::{PointRequest, balancing, point_in_motion};
 use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
@@ -147,16 +147,8 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let of_run = request.conditions.time.filter(|time| {
-            request.at.is_empty()
-                && *request.conditions == OperatingConditions { time: Some(*time), ..OperatingConditions::default() }
-        });
-        let found = match of_run {
-            Some(time) => point_of_run(variant, time),
-            None => steady_point(variant, request),
-        };
         let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = found.map_err(|diagnostic| {
+        let found = point_in_motion(variant, request).map_err(|diagnostic| {
             vec![at().into_iter().fold(diagnostic, |one, (place, label)| one.at(place, label))]
         })?;
         let [position, speeds] = found.motion.clone();
