@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::study::measure::computed_signals::Computed;
 use crate::study::read::faults::NamedFault;
+use crate::study::read::locations::unknown_name_or;
 use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;
@@ -128,10 +129,8 @@ impl PreparedVariant {
                 return Err(Diagnostic::error("fault::overlap", message).help("name it once: its table gives its time"));
             }
             let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
-                let help = match self.faults.first() {
-                    Some(_) => unknown_name(name, self.faults.iter().map(|fault| fault.name.as_str())),
-                    None => "the file has no `[fault.NAME]`".to_string(),
-                };
+                let names = self.faults.iter().map(|fault| fault.name.as_str());
+                let help = unknown_name_or(name, names, "the file has no `[fault.NAME]`");
                 let message = format!("there is no fault `{}`", shortened(name));
                 return Err(Diagnostic::error("fault::unknown", message).help(help));
             };
@@ -148,24 +147,15 @@ impl PreparedVariant {
         let position = point.position.clone();
         let speed = vec![0.0; position.len()];
         Self {
-            name: self.name.clone(),
-            model: self.model.clone(),
             reduced,
-            design_models: self.design_models.clone(),
-            designed: self.designed.clone(),
-            implemented: self.implemented.clone(),
             scenario: Scenario { position, speed, ..self.scenario.clone() },
-            faults: self.faults.clone(),
-            has_faults: self.has_faults,
-            computed: self.computed.clone(),
             analysis: AnalysisSpec { at: Vec::new(), ..self.analysis.clone() },
             point,
             massless: Vec::new(),
-            unfrozen: self.unfrozen.clone(),
             looped: None,
-            start_notes: self.start_notes.clone(),
             swept: None,
             settled: OnceLock::new(),
+            ..self.clone()
         }
     }
 
@@ -212,18 +202,15 @@ impl PreparedVariant {
         self.model.controls[number].values.names("excluded_elements").is_some_and(|names| !names.is_empty())
     }
 
-    /// The time constant of each input's motor, s.
-    pub(in crate::study) fn lags(&self) -> Vec<f64> {
-        self.reduced.equations.lags()
-    }
-
     /// The linear plant of its loop at the operating point, with its motors and sensors.
     pub(in crate::study) fn loop_plant(&self) -> LoopPlant {
-        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced).with_block_torques(&self.reduced)
+        LoopPlant::new(&self.linear_model(), &self.reduced.equations.lags())
+            .with_sensors(&self.reduced)
+            .with_block_torques(&self.reduced)
     }
 
     /// The same with coefficients that vary, of a linear model.
     pub(in crate::study) fn varied_plant(&self, model: &LinearModel) -> VariedPlant {
-        VariedPlant::new(&self.reduced, model, &self.lags())
+        VariedPlant::new(&self.reduced, model, &self.reduced.equations.lags())
     }
 }

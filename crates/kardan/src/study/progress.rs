@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use kardan_results::{Analysis, Design, Identification, Safety, Study};
-use kardan_simulate::{Ready, RunResult, Setup, Tolerance};
+use kardan_simulate::{Ready, RunResult, Tolerance};
 
 /// Receives progress of runs, and may end them. Called from several threads.
 pub trait Progress: Sync {
@@ -104,16 +104,6 @@ impl Progress for Counted<'_> {
 }
 
 /// Simulates; reports progress as the variant of that number and name, and stops on request, through `progress`.
-pub(in crate::study) fn simulate_with_progress(
-    setup: Setup<'_>,
-    tolerance: Tolerance,
-    (number, name): (usize, &str),
-    progress: &dyn Progress,
-) -> RunResult {
-    run_with_progress(Ready::new(setup, tolerance), (number, name), progress)
-}
-
-/// The same for a compiled run.
 pub(in crate::study) fn run_with_progress(
     ready: Ready,
     (number, name): (usize, &str),

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use crate::study::Prepared;
+use crate::study::check::multiplier_constraints::for_analysis;
 use crate::study::prepare::document::prepare_document;
 use crate::study::prepare::variants::Purpose;
 use crate::study::progress::{Progress, Silent};
 use crate::study::read::variant_diagnostics::is_error;
+use crate::study::{Prepared, PreparedVariant};
 use kardan_model::{Builder, Document, FileBytes, assign, open, read_entries};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::{Entries, RawValue};
@@ -232,37 +233,47 @@ impl Project {
     }
 
     /// The preparation for an analysis: the same, if a run is possible.
-    pub(in crate::study) fn for_analysis(&self) -> (&Prepared, &[Diagnostic]) {
-        let (prepared, diagnostics) = self.ready();
+    ///
+    /// # Errors
+    /// All errors of the file.
+    pub(in crate::study) fn for_analysis(&self) -> Result<(&Prepared, &[Diagnostic]), Vec<Diagnostic>> {
+        let ready = self.ready();
+        let (prepared, diagnostics) = ready;
+        let has_error = diagnostics.iter().any(is_error);
         // A run eliminates motions without inertia, an analysis lists them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
         let keeps =
             prepared.variants.iter().any(|variant| !variant.reduced.equations.multiplier_constraints.is_empty());
-        if keeps && !diagnostics.iter().any(is_error) {
-            let (prepared, diagnostics) = self.analysed.get_or_init(|| {
-                match crate::study::check::multiplier_constraints::for_analysis(prepared) {
-                    Ok(frozen) => (frozen, diagnostics.clone()),
-                    Err(refused) => (Prepared::default(), diagnostics.iter().cloned().chain([refused]).collect()),
-                }
-            });
-            return (prepared, diagnostics);
-        }
-        if !settled && !diagnostics.iter().any(is_error) {
-            return (prepared, diagnostics);
-        }
-        let (prepared, diagnostics) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
-        (prepared, diagnostics)
+        let (prepared, diagnostics) = if has_error || settled && !keeps {
+            self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent))
+        } else if keeps {
+            self.analysed.get_or_init(|| match for_analysis(prepared) {
+                Ok(frozen) => (frozen, diagnostics.clone()),
+                Err(refused) => (Prepared::default(), diagnostics.iter().cloned().chain([refused]).collect()),
+            })
+        } else {
+            ready
+        };
+        if diagnostics.iter().any(is_error) { Err(diagnostics.clone()) } else { Ok((prepared, diagnostics)) }
     }
 
-    /// The preparation for writing equations: no controller is designed for it.
-    pub(in crate::study) fn for_equations(&self) -> (&Prepared, &[Diagnostic]) {
+    /// The first variant for writing its equations, and the warnings of the file: no controller is designed for it.
+    ///
+    /// # Errors
+    /// All errors of the file.
+    pub(in crate::study) fn for_equations(&self) -> Result<(&PreparedVariant, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (prepared, diagnostics) = match self.ready.get() {
             None if !self.document.controls.is_empty() => {
                 self.undesigned.get_or_init(|| self.prepare(Purpose::Equations, &Silent))
             }
             _ => self.ready(),
         };
-        (prepared, diagnostics)
+        let diagnostics = diagnostics.clone();
+        let has_error = diagnostics.iter().any(is_error);
+        match prepared.all().next().filter(|_| !has_error) {
+            Some(variant) => Ok((variant, diagnostics)),
+            None => Err(diagnostics),
+        }
     }
 
     fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {
@@ -277,12 +288,6 @@ impl Project {
         let prepared = prepare_document(purpose, &self.document, progress, &mut out);
         (prepared, out)
     }
-
-    /// The prepared study, and the errors.
-    fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
-        self.ready();
-        self.ready.into_inner().unwrap_or_default()
-    }
 }
 
 /// All errors and warnings of a model file, in the order of the file.
@@ -296,7 +301,7 @@ pub fn check(source: &str) -> Vec<Diagnostic> {
 /// read, the study is checked against the available part of the model. Entries that depend on doubtful parts are skipped
 /// silently.
 pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
-    Project::open(source).into_prepared()
+    Project::open(source).prepare(Purpose::Run, &Silent)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::operating_point::working_point::{AnalyzeSettings, WorkingPoint};
 use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Prepared, PreparedVariant, Project};
 use kardan_analysis::{LinearSystem, linear_system};
 use kardan_math::num::Matrix;
@@ -47,10 +46,7 @@ impl Project {
             let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
             return self.looked_at(&settings.at).linearise(&here, descriptor);
         }
-        let (prepared, diagnostics) = self.for_analysis();
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        let (prepared, diagnostics) = self.for_analysis()?;
         let variant = prepared.variant(settings.variant.as_deref())?;
         Ok((linear_model(prepared, variant, settings, descriptor)?, diagnostics.to_vec()))
     }
@@ -123,16 +119,11 @@ fn system_at(
     }
     let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
     let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
-    let mechanical = Mechanical::new(pencil, names);
-    let mut system = match mechanical.is_regular() {
-        true => mechanical.into_pencil(),
-        false => {
-            notes.push(
-                "motions without inertia are eliminated: variables that follow algebraically are no states".into(),
-            );
-            mechanical.eliminate().map_err(|error| not_eliminated(error, non_angle_domains, variant))?.system
-        }
-    };
+    let settled = Mechanical::new(pencil, names).settled();
+    let (mut system, massless) = settled.map_err(|error| not_eliminated(error, non_angle_domains, variant))?;
+    if massless {
+        notes.push("motions without inertia are eliminated: variables that follow algebraically are no states".into());
+    }
     system.states.iter_mut().for_each(|state| *state = state_name(state, non_angle_domains));
     Ok(system)
 }

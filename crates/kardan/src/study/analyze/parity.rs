@@ -113,7 +113,8 @@ pub(in crate::study) fn parity(
     let laws = variant.implemented.iter().filter_map(|law| Some(law.clock()?.period));
     let otherwise = tasks.chain(laws).reduce(f64::min);
     let context = ResidualContext { readings: &readings, corners: &corners, options, otherwise };
-    let shortest = readings.iter().filter_map(Reading::sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
+    let shortest =
+        readings.iter().filter_map(|reading| reading.sample_time).chain(otherwise).fold(f64::INFINITY, f64::min);
     if let Some(filter) = options.filter.filter(|filter| *filter > MOST_SAMPLES * shortest) {
         let message = format!(
             "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"
@@ -123,6 +124,7 @@ pub(in crate::study) fn parity(
                 .help(format!("choose at most {} s, or leave `--filter` out: ten samples", MOST_SAMPLES * shortest)),
         ]);
     }
+    let conditions = subject.conditions();
     let name = |k: &usize| subject.system.inputs[*k].element.clone();
     Ok(Some(Parity {
         sensors: own.outputs.clone(),
@@ -130,7 +132,7 @@ pub(in crate::study) fn parity(
         unknown: subject.unknown.iter().map(name).collect(),
         independent: found.independent,
         exhaustive: found.all,
-        residuals: subject.residuals(found.relations, &context),
+        residuals: found.relations.iter().map(|one| subject.residual(one, &conditions, &context)).collect(),
         exact: transfer.is_exact(),
         faults: subject.verdicts(&own, &transfer, &context),
         sets: subject.sets(&transfer),
@@ -197,11 +199,6 @@ impl<'a> Subject<'a> {
         self.ends.iter().map(|[a, b]| [end(a), end(b)]).collect()
     }
 
-    fn residuals(&self, relations: Vec<Relation>, context: &ResidualContext<'_>) -> Vec<Residual> {
-        let conditions = self.conditions();
-        relations.into_iter().map(|relation| self.residual(&relation, &conditions, context)).collect()
-    }
-
     fn residual(
         &self,
         relation: &Relation,
@@ -255,7 +252,7 @@ impl<'a> Subject<'a> {
             Fault::Input(k) => ParitySignal::Input(k),
         };
         let place = signals.iter().position(|signal| *signal == own)?;
-        let times = signals.iter().filter_map(|signal| context.reading(*signal)?.sample_time());
+        let times = signals.iter().filter_map(|signal| context.reading(*signal)?.sample_time);
         let own = times.fold(0.0, f64::max);
         let sample_time = if own > 0.0 { own } else { context.otherwise? };
         if relation.order() == 0 {
@@ -346,12 +343,10 @@ impl<'a> Subject<'a> {
         Some(if f64::abs(sum) <= 1e-12 * size { 0.0 } else { sum })
     }
 
-    fn faults(&self) -> Vec<Fault> {
-        (0..self.sensors).map(Fault::Output).chain(self.commanded.iter().map(|&k| Fault::Input(k))).collect()
-    }
-
     fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, context: &ResidualContext<'_>) -> Vec<FaultVerdict> {
-        let (faults, sensors) = (self.faults(), (0..self.sensors).collect::<Vec<_>>());
+        let sensors: Vec<usize> = (0..self.sensors).collect();
+        let of_inputs = self.commanded.iter().map(|&k| Fault::Input(k));
+        let faults: Vec<Fault> = sensors.iter().map(|&k| Fault::Output(k)).chain(of_inputs).collect();
         let name = |fault: &Fault| match fault {
             Fault::Output(k) => own.outputs[*k].clone(),
             Fault::Input(k) => self.system.inputs[*k].element.clone(),

@@ -3,7 +3,7 @@
 use crate::study::PreparedVariant;
 use crate::study::check::massless_elimination::Mechanical;
 use crate::study::operating_point::working_point::WorkingPoint;
-use kardan_analysis::{ConstrainedSystem, LinearSystem, Plane, despite_rounding, linear_system, stability_of};
+use kardan_analysis::{ConstrainedSystem, Plane, despite_rounding, linear_system, stability_of};
 use kardan_math::num::LastDigits;
 use kardan_mechanics::reduce::laws_are_linear;
 use kardan_results::{Analysis, StabilityVerdict};
@@ -46,20 +46,13 @@ fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) ->
         None => variant.unloaded_at(&at.position),
     };
     // Next to a kink the slopes are those of its side, whatever the exact position.
-    if at.kinks.count() == 0 {
+    if at.kinks.guards.is_empty() {
         point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
     }
     let system = ConstrainedSystem::near(reduced, &point, &at.stuck, &at.inputs, &mut digits);
-    let linear = linear_at(&system, &reduced.coordinates, at)?;
-    Some(stability_of(&linear.explicit()?.a, Plane::Continuous))
-}
-
-fn linear_at(system: &ConstrainedSystem, preferred: &[usize], at: &WorkingPoint) -> Option<LinearSystem> {
-    let (coordinates, basis) = system.explicit_basis(preferred);
+    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     let names = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
-    let mechanical = Mechanical::new(linear_system(system, &coordinates, &basis, &at.outputs), names);
-    match mechanical.is_regular() {
-        true => Some(mechanical.into_pencil()),
-        false => Some(mechanical.eliminate().ok()?.system),
-    }
+    let mechanical = Mechanical::new(linear_system(&system, &coordinates, &basis, &at.outputs), names);
+    let (linear, _) = mechanical.settled().ok()?;
+    Some(stability_of(&linear.explicit()?.a, Plane::Continuous))
 }

@@ -1,7 +1,5 @@
 //! The computations of `kardan analyze`.
 
-use std::collections::BTreeSet;
-
 use kardan_rt::functions::{atan2, hypot, ln};
 
 use crate::study::analyze::descriptor::decompose_descriptor;
@@ -14,7 +12,6 @@ use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::check::redundant_torques::split_multipliers;
 use crate::study::operating_point::working_point::{WorkingPoint, named};
 use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent};
 use kardan_analysis::{
     BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
@@ -65,10 +62,7 @@ impl Project {
             let here = AnalyzeSettings { at: Vec::new(), ..settings.clone() };
             return self.looked_at(&settings.at).analyze(&here, progress);
         }
-        let (prepared, diagnostics) = self.for_analysis();
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        let (prepared, diagnostics) = self.for_analysis()?;
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         let toleranced = !variant.model.tolerances.is_empty();
@@ -79,12 +73,12 @@ impl Project {
             if toleranced {
                 store_partial(progress, &analysis, "the effects of the tolerances");
             }
-            sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
+            sensitivity(self.document(), prepared, variant, settings, &mut analysis, progress)?;
         } else if toleranced {
             let note = "the effect of the tolerances is not analysed: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
         }
-        analysis.parity = parity(self.read().0, prepared, variant, settings, &mut analysis.notes)?;
+        analysis.parity = parity(self.document(), prepared, variant, settings, &mut analysis.notes)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
         progress.release();
         Ok(analysis)
@@ -99,17 +93,11 @@ fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
     });
 }
 
-/// The class of a model, and its operating point.
-fn class_at(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
-    let mut found = class_of(variant, &point.position, &point.stuck);
+/// The class of a model, and its operating point; for constraints enforced by multipliers the class of the original ones, not of their linearisation at the operating point.
+fn class_of(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
+    let mut found = class(&variant.reduced, &point.position, &point.stuck);
     found.operating_point.in_motion = point.moves;
     found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
-    found
-}
-
-/// The class of a model; for constraints enforced by multipliers the class of the original ones, not of their linearisation at the operating point.
-fn class_of(variant: &PreparedVariant, position: &[f64], stuck: &BTreeSet<String>) -> Class {
-    let mut found = class(&variant.reduced, position, stuck);
     let Some(unfrozen) = &variant.unfrozen else { return found };
     let classes = multiplier_constraint_classes(unfrozen);
     let is_classified = |element: &str| classes.iter().any(|(class, _)| class.element == element);
@@ -162,7 +150,7 @@ pub(in crate::study) fn analyze_variant(
         name: prepared.name.clone(),
         description: prepared.description.clone(),
         mechanism: variant.model.mechanism.clone(),
-        class: Some(class_at(variant, point)),
+        class: Some(class_of(variant, point)),
         coordinates: names,
         elimination,
         notes,

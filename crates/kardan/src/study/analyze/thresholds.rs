@@ -18,14 +18,8 @@ pub(in crate::study) struct Reading {
     noise: f64,
     /// The smallest and the largest error of its quantisation.
     steps: [f64; 2],
-    sample_time: Option<f64>,
-}
-
-impl Reading {
     /// Its sample time, s; none for a signal that is read unchanged.
-    pub fn sample_time(&self) -> Option<f64> {
-        self.sample_time
-    }
+    pub sample_time: Option<f64>,
 }
 
 /// The errors of the sensors of these outputs; other signals are read unchanged.

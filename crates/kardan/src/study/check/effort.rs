@@ -8,7 +8,7 @@ use crate::study::PreparedVariant;
 use crate::study::read::locations::place_of;
 use kardan_math::num::Random;
 use kardan_mechanics::assemble::Equations;
-use kardan_mechanics::equations::{InputKind, UnilateralConstraint};
+use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::program::Task;
 use kardan_mechanics::reduce::{Dynamics, Work, linearise};
 use kardan_model::{Document, TableReader};
@@ -255,13 +255,7 @@ fn short(value: f64) -> String {
 
 /// Warns of gears that jam whenever their load drives them.
 fn check_teeth(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
-    if !variant
-        .reduced
-        .equations
-        .unilaterals
-        .iter()
-        .any(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)))
-    {
+    if variant.reduced.equations.gear_losses().next().is_none() {
         return;
     }
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };

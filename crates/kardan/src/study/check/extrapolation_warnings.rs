@@ -6,7 +6,7 @@ use std::sync::Arc;
 use kardan_expr::expr::{Expr, Extrapolation, Graph, Lookup, Named, OfTime, Symbol};
 use kardan_expr::plan::compile;
 use kardan_math::units::Dimension;
-use kardan_mechanics::equations::{Formula, GearLoss, Meaning, UnilateralConstraint};
+use kardan_mechanics::equations::{Formula, Meaning, UnilateralConstraint};
 use kardan_mechanics::program::{KeyRule, Looked, TableCall, read_name};
 use kardan_mechanics::reduce::Reduced;
 use kardan_model::programs::Programs;
@@ -21,50 +21,40 @@ const SMALL: f64 = 1e-3;
 
 /// The largest exceedance of the range of a table along one of its arguments in a run.
 struct Exceedance {
-    /// For a surface: the axis.
-    axis: &'static str,
-    beyond: Extrapolation,
+    argument: Argument,
     /// The exceedance, as a fraction of its range, and in the unit of the argument.
     part: f64,
     by: f64,
-    unit: String,
     above: bool,
     end: f64,
     time: f64,
     /// The first time of an exceedance.
     first: f64,
-    element: String,
 }
 
 /// Warnings about tables that elements, blocks and signals read outside their range, one for each table and argument. Evaluated in
 /// the rows of the run.
 pub(in crate::study) fn extrapolation_warnings(reduced: &Reduced, programs: &Programs, series: &Series) -> Vec<String> {
     let equations = &reduced.equations;
-    let unilaterals = equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
-        UnilateralConstraint::Friction { torque, .. } => Some((&unilateral.element, torque)),
+    let laws = equations.laws.iter().map(|law| (&law.element, Vec::new(), &law.value));
+    let frictions = equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
+        UnilateralConstraint::Friction { torque, .. } => Some((&unilateral.element, Vec::new(), torque)),
         _ => None,
     });
-    let laws = equations.laws.iter().map(|law| (&law.element, &law.value));
+    let losses = equations.gear_losses();
+    let losses = losses.filter_map(|(of, gear)| Some((&of.element, of.row_f64(), gear.loss.as_ref()?)));
     let mut exceedances: BTreeMap<(String, &str), Exceedance> = BTreeMap::new();
-    for (element, formula) in laws.chain(unilaterals) {
-        record_exceedances(reduced, (element, &[]), formula, series, &mut exceedances);
-    }
-    for unilateral in &equations.unilaterals {
-        if let UnilateralConstraint::GearLoss(GearLoss { loss: Some(formula), .. }) = &unilateral.value {
-            record_exceedances(
-                reduced,
-                (&unilateral.element, &unilateral.row_f64()),
-                formula,
-                series,
-                &mut exceedances,
-            );
+    for (element, row, formula) in laws.chain(frictions).chain(losses) {
+        if let Some(calls) = Calls::of(reduced, (element, &row), formula) {
+            calls.record_exceedances(series, &mut exceedances);
         }
     }
     if let Some(calls) = Calls::of_programs(programs, series) {
         calls.record_exceedances(series, &mut exceedances);
     }
     let note = |((name, _), exceedances): ((String, &str), Exceedance)| {
-        let Exceedance { axis, beyond, by, unit, above, end, time, first, element, .. } = exceedances;
+        let Exceedance { argument, by, above, end, time, first, .. } = exceedances;
+        let Argument { axis, beyond, unit, element, .. } = argument;
         let (side, which) = if above { ("above", "last") } else { ("below", "first") };
         let goes_on = match beyond {
             Extrapolation::Level => "the value of that point is used",
@@ -82,10 +72,12 @@ pub(in crate::study) fn extrapolation_warnings(reduced: &Reduced, programs: &Pro
 }
 
 /// An argument of a table, with its range and unit.
+#[derive(Clone)]
 struct Argument {
     /// The element that reads the table.
     element: String,
     table: String,
+    /// For a surface: the axis.
     axis: &'static str,
     beyond: Extrapolation,
     at: Expr,
@@ -215,19 +207,6 @@ fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<
         .collect()
 }
 
-/// Evaluates the tables of one formula.
-fn record_exceedances(
-    reduced: &Reduced,
-    (element, row): (&str, &[(usize, f64)]),
-    formula: &Formula,
-    series: &Series,
-    exceedances: &mut BTreeMap<(String, &'static str), Exceedance>,
-) {
-    if let Some(calls) = Calls::of(reduced, (element, row), formula) {
-        calls.record_exceedances(series, exceedances);
-    }
-}
-
 impl Calls<'_> {
     /// Evaluates the tables in all rows.
     fn record_exceedances(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
@@ -317,29 +296,11 @@ impl Argument {
         if part.is_nan() || part <= ROUNDING {
             return;
         }
-        let (axis, beyond) = (self.axis, self.beyond);
-        let new = |first: f64| Exceedance {
-            axis,
-            beyond,
-            part,
-            by,
-            unit: self.unit.clone(),
-            above,
-            end,
-            time,
-            first,
-            element: self.element.clone(),
-        };
-        match exceedances.get_mut(&(self.table.clone(), axis)) {
-            Some(before) => {
-                before.first = before.first.min(time);
-                if part > before.part {
-                    *before = new(before.first);
-                }
-            }
-            None => {
-                exceedances.insert((self.table.clone(), axis), new(time));
-            }
+        let new = |first: f64| Exceedance { argument: self.clone(), part, by, above, end, time, first };
+        let before = exceedances.entry((self.table.clone(), self.axis)).or_insert_with(|| new(time));
+        before.first = before.first.min(time);
+        if part > before.part {
+            *before = new(before.first);
         }
     }
 }

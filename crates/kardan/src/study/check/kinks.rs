@@ -3,31 +3,14 @@
 use std::collections::BTreeSet;
 
 use kardan_expr::expr::Side;
-use kardan_mechanics::reduce::LawSlopes;
 
 /// The guards that vanish at an operating point and have different slopes on their two sides.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(in crate::study) struct Kinks {
-    guards: BTreeSet<String>,
-}
-
-impl FromIterator<String> for Kinks {
-    fn from_iter<T: IntoIterator<Item = String>>(guards: T) -> Self {
-        Self { guards: guards.into_iter().collect() }
-    }
+    pub guards: BTreeSet<String>,
 }
 
 impl Kinks {
-    /// Those of laws of torque.
-    pub(in crate::study) fn of_laws(slopes: &[LawSlopes]) -> Self {
-        slopes.iter().flat_map(|one| one.kinks.iter().cloned()).collect()
-    }
-
-    /// How many there are.
-    pub(in crate::study) fn count(&self) -> usize {
-        self.guards.len()
-    }
-
     /// The side on which all guards have the opposite sign; `None`: there is no kink.
     pub(in crate::study) fn opposite(&self) -> Option<Side> {
         (!self.guards.is_empty()).then(|| Side { below: self.guards.clone() })
@@ -47,7 +30,7 @@ impl Kinks {
 
     /// Explains which results belong to which side, for a model or a loop that has these kinks at its operating point.
     pub(in crate::study) fn explained(&self, whose: &str, results: &str) -> String {
-        let count_text = match self.count() {
+        let count_text = match self.guards.len() {
             1 => "",
             _ => "; sides on which only some of these change their sign are not analysed",
         };

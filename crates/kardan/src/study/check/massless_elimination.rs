@@ -22,6 +22,14 @@ impl Mechanical {
         Self { pencil, coordinates }
     }
 
+    /// The remaining system, with motions without inertia eliminated, and whether there were any.
+    pub(in crate::study) fn settled(self) -> Result<(LinearSystem, bool), MasslessError> {
+        match self.is_regular() {
+            true => Ok((self.pencil, false)),
+            false => Ok((self.eliminate()?.system, true)),
+        }
+    }
+
     pub(in crate::study) fn into_pencil(self) -> LinearSystem {
         self.pencil
     }

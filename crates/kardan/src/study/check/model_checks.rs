@@ -5,6 +5,7 @@ use crate::study::read::locations::{
     MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
 };
 use crate::study::read::positions::{generic_positions, is_finite_at};
+use crate::study::read::state_names::sign_in_sum;
 use kardan_analysis::{combination, massless_direction};
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
@@ -97,35 +98,19 @@ pub(in crate::study) fn check_connected(document: &Document, model: &Model, out:
     let mut branch_at: BTreeMap<&str, &str> = BTreeMap::new();
     for named in &model.terms {
         let shafts: Vec<&str> = match &named.term {
-            Term::Inertia { direction, .. }
-            | Term::Spring { direction, .. }
-            | Term::Damper { direction, .. }
-            | Term::Friction { direction, .. }
-            | Term::UnilateralConstraint { direction, .. }
-            | Term::Constraint { direction, .. }
-            | Term::Compliance { direction, .. }
-            | Term::Input { direction, .. } => direction.entries.iter().map(|(name, _)| name.as_str()).collect(),
-            Term::Torque { direction, law } => {
-                direction.entries.iter().map(|(name, _)| name.as_str()).chain(law.coordinates()).collect()
-            }
-            Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::MultiplierLaw(row) => row.coordinates(),
-            Term::Balance { node, direction } if node != GROUND => {
-                let own = direction.entries.iter().map(|(name, _)| name.as_str());
+            Term::Output(_) => continue,
+            Term::Balance { node, .. } if node == GROUND => continue,
+            Term::Balance { node, .. } => {
+                let own = named.term.coordinates();
                 let joined: Vec<&str> = branch_at.get(node.as_str()).copied().into_iter().chain(own).collect();
                 branch_at.extend(joined.first().map(|first| (node.as_str(), *first)));
                 joined
             }
-            Term::Output(_)
-            | Term::Charge { .. }
-            | Term::Angle { .. }
-            | Term::Position { .. }
-            | Term::State { .. }
-            | Term::Measure(_)
-            | Term::Moving(_)
-            | Term::Balance { .. } => {
-                continue;
+            // Its formula connects nothing.
+            Term::UnilateralConstraint { direction, .. } => {
+                direction.entries.iter().map(|(name, _)| name.as_str()).collect()
             }
+            term => term.coordinates(),
         };
         if matches!(named.term, Term::Input { .. }) {
             shafts_of_input.insert(&named.element, shafts.clone());
@@ -229,12 +214,7 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     let mut sum = String::new();
     for (name, x) in elements {
         let share = x / unit;
-        let sign = match (sum.is_empty(), share < 0.0) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
+        let sign = sign_in_sum(&sum, share < 0.0);
         let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
         sum += &format!("{sign}{size}{name}");
     }

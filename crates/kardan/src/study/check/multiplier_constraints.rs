@@ -22,11 +22,16 @@ use kardan_schema::entries::Place;
 use kardan_simulate::Scenario;
 use kardan_synthesis::Plant;
 
+/// The elements of its multiplier constraints.
+pub(in crate::study) fn multiplier_elements(reduced: &Reduced) -> impl Iterator<Item = &str> {
+    reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str())
+}
+
 /// Reports features that multiplier constraints do not support; true if the model has none of them.
 pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
     let equations = &reduced.equations;
     let Some(first) = equations.multiplier_constraints.first() else { return true };
-    let names = quoted(equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
+    let names = quoted(multiplier_elements(reduced));
     let before = out.len();
     let mut refuse = |message: String, place, label: &str, help: &str| {
         let diagnostic = Diagnostic::error("constraint::multiplier", message)
@@ -55,15 +60,10 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
         let diagnostic = Diagnostic::error("constraint::dependent", message);
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
     } else if no_motion {
-        let message = format!(
-            "the constraints leave no motion: {} coordinates and {} more constraints",
-            reduced.degrees_of_freedom(),
-            equations.multiplier_constraints.len()
-        );
-        let elements = equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str());
+        let message = format!("the constraints leave no motion: {free} coordinates and {rows} more constraints");
         let diagnostic = Diagnostic::error("constraint::no-motion", message)
             .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-        out.push(at_each(document, elements, "a constraint", diagnostic));
+        out.push(at_each(document, multiplier_elements(reduced), "a constraint", diagnostic));
     }
     out.len() == before
 }
@@ -150,7 +150,7 @@ pub(in crate::study) fn begin_on_rows(
                 }
             }
             (scenario.position, scenario.speed) = (position, speed);
-            let rows = quoted(equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
+            let rows = quoted(multiplier_elements(reduced));
             let note =
                 format!("values that `initial` does not give follow at the start from {rows}: {}", changed.join(", "));
             if changed.is_empty() { Vec::new() } else { vec![note] }
@@ -243,12 +243,8 @@ pub(in crate::study) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Di
         description: prepared.description.clone(),
         named: prepared.named,
         variants: prepared.variants.iter().map(one).collect::<Result<_, _>>()?,
-        requirements: Vec::new(),
-        figures: Vec::new(),
-        plots: Vec::new(),
-        safety: None,
-        sweep: None,
         tolerance: prepared.tolerance,
+        ..Prepared::default()
     })
 }
 
@@ -269,9 +265,7 @@ pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<Prep
             format!("give other angles by {at}, or add an element that supports the model: a spring, or a motor"),
         )
     })?;
-    let found =
-        rest.freeze(variant).map_err(|error| refused(error.to_string(), format!("give other angles by {at}")))?;
-    Ok(found)
+    rest.freeze(variant).map_err(|error| refused(error.to_string(), format!("give other angles by {at}")))
 }
 
 /// Elements that prescribe a speed or an acceleration.
@@ -469,7 +463,7 @@ pub(in crate::study) fn with_loop(mut variant: PreparedVariant, multipliers: &[f
 
 /// The error that a law needs the full model.
 pub(in crate::study) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) -> Diagnostic {
-    let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
+    let names = quoted(multiplier_elements(reduced));
     let message = format!(
         "control `{}`: a law on the full nonlinear model does not support constraints that are not solved for a \
          coordinate: {names}",
@@ -482,7 +476,7 @@ pub(in crate::study) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) ->
 
 /// The error that constraints have no linearisation.
 pub(in crate::study) fn rows_refused(control: &ControlSpec, reduced: &Reduced, error: &ReduceError) -> Diagnostic {
-    let names = quoted(reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.as_str()));
+    let names = quoted(multiplier_elements(reduced));
     let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);
     Diagnostic::error("constraint::multiplier", message)
         .at(control.place.clone(), "this controller")

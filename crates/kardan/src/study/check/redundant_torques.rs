@@ -2,7 +2,7 @@
 
 use crate::study::read::locations::{at_each, place_of};
 use kardan_math::num::{Rational, rational_to_f64};
-use kardan_mechanics::equations::{Measured, UnilateralConstraint};
+use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::Reduced;
 use kardan_model::Document;
 use kardan_results::ConstraintForces;
@@ -31,16 +31,12 @@ pub(in crate::study) fn check_redundant(document: &Document, reduced: &Reduced, 
             warning.help("the motion does not depend on the distribution; remove one of them if its torque matters"),
         );
     }
-    let gear_losses = reduced
-        .equations
-        .unilaterals
-        .iter()
-        .filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
-    for unilateral in gear_losses.filter(|unilateral| reduced.shares_torque(&unilateral.element)) {
-        let message = format!("the gear loss of `{}` depends on a torque that is not unique", unilateral.element);
+    let elements = reduced.equations.gear_losses().map(|(unilateral, _)| &unilateral.element);
+    for element in elements.filter(|element| reduced.shares_torque(element)) {
+        let message = format!("the gear loss of `{element}` depends on a torque that is not unique");
         out.push(
             Diagnostic::error("constraint::not-unique", message)
-                .at(place_of(document, &unilateral.element), "has an efficiency, or a loss")
+                .at(place_of(document, element), "has an efficiency, or a loss")
                 .help(
                     "remove a constraint that restricts the same motion, put a spring into one of them, or remove \
                      the loss",

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::study::progress::simulate_with_progress;
+use crate::study::progress::run_with_progress;
 use crate::study::{Prepared, PreparedVariant, Progress};
 use kardan_results::{Design, MotorLoad, Outcome, ScenarioMotorLoad};
-use kardan_simulate::{Setup, Tolerance};
+use kardan_simulate::{Ready, Setup, Tolerance};
 
 /// Limit of integrator steps of a run of the scenario.
 const MOST_STEPS: usize = 2_000_000;
@@ -29,7 +29,7 @@ pub(in crate::study) fn scenario_motor_loads(prepared: &Prepared, design: &mut D
         let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
         let most_steps = prepared.tolerance.most_steps.min(MOST_STEPS).min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..prepared.tolerance };
-        (variant.name.clone(), simulate_with_progress(setup, tolerance, (first + k, &name), progress))
+        (variant.name.clone(), run_with_progress(Ready::new(setup, tolerance), (first + k, &name), progress))
     };
     let runs: Vec<_> = chosen.par_iter().enumerate().map(run).collect();
     for (variant, run) in runs {

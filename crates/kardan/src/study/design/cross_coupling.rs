@@ -3,10 +3,10 @@
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use crate::study::progress::simulate_with_progress;
+use crate::study::progress::run_with_progress;
 use crate::study::{PreparedVariant, Progress};
 use kardan_results::{CrossCoupling, Design, Physical, Series, TorquePeak};
-use kardan_simulate::{Faults, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
+use kardan_simulate::{Faults, Ready, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use kardan_synthesis::Reference;
 
 /// Rows of a window.
@@ -63,7 +63,45 @@ pub(in crate::study) fn cross_coupling(
     let (still, moved) = runs.split_last().expect("one run without a step");
     let mut out = Coupling::default();
     for ((reference, own), run) in stepped.iter().zip(moved) {
-        out.add(variant, design, &Stepped { reference, own, run, still, window });
+        let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| outcome.cause().map(String::from));
+        let (name, unit) = (&reference.name, reference.physical.unit());
+        if let Some(cause) = &failure {
+            out.warnings.push(format!("the simulated step of {name} fails: {cause}"));
+        }
+        if let Some(event) = run.events.iter().find(|event| event.description.contains(" limit")) {
+            out.warnings.push(format!(
+                "the step of {name} by 1 {unit} drives a motor to its limit ({}): the cross coupling then includes \
+                 the effect of the limit",
+                event.description
+            ));
+        }
+        for input in design.inputs.iter().filter(|_| failure.is_none()) {
+            let Some(peak) = run.series.largest_torque_demand(input) else { continue };
+            out.peaks.push(TorquePeak {
+                reference: name.clone(),
+                step: 1.0,
+                step_unit: unit.into(),
+                input: input.clone(),
+                unit: variant.design_models.first().map_or_else(|| "N m".into(), |plant| plant.effort_of(input).unit),
+                peak,
+                limit: torque_limit(variant, input),
+            });
+        }
+        for output in &design.outputs {
+            let (unit_of_output, size) = deviation(&run.series, &still.series, output, BEFORE * window);
+            out.outputs.push(CrossCoupling {
+                reference: name.clone(),
+                step: 1.0,
+                step_unit: unit.into(),
+                output: output.clone(),
+                unit: unit_of_output.into(),
+                same_channel: output == *own,
+                peak: size.map(|(peak, _)| peak),
+                rms: size.map(|(_, rms)| rms),
+                window,
+                failure: failure.clone(),
+            });
+        }
     }
     out
 }
@@ -80,63 +118,7 @@ fn run(
     let scenario = step(variant, reference, window);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-    simulate_with_progress(setup, tolerance, (number, &name), progress)
-}
-
-/// A run with the step of a reference, and the one without.
-struct Stepped<'a> {
-    reference: &'a Reference,
-    /// The output of its own channel.
-    own: &'a str,
-    run: &'a RunResult,
-    still: &'a RunResult,
-    window: f64,
-}
-
-impl Coupling {
-    /// The results of one step.
-    fn add(&mut self, variant: &PreparedVariant, design: &Design, stepped: &Stepped<'_>) {
-        let Stepped { reference, own, run, still, window } = *stepped;
-        let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| outcome.cause().map(String::from));
-        let (name, unit) = (&reference.name, reference.physical.unit());
-        if let Some(cause) = &failure {
-            self.warnings.push(format!("the simulated step of {name} fails: {cause}"));
-        }
-        if let Some(event) = run.events.iter().find(|event| event.description.contains(" limit")) {
-            self.warnings.push(format!(
-                "the step of {name} by 1 {unit} drives a motor to its limit ({}): the cross coupling then includes \
-                 the effect of the limit",
-                event.description
-            ));
-        }
-        for input in design.inputs.iter().filter(|_| failure.is_none()) {
-            let Some(peak) = run.series.largest_torque_demand(input) else { continue };
-            self.peaks.push(TorquePeak {
-                reference: name.clone(),
-                step: 1.0,
-                step_unit: unit.into(),
-                input: input.clone(),
-                unit: variant.design_models.first().map_or_else(|| "N m".into(), |plant| plant.effort_of(input).unit),
-                peak,
-                limit: torque_limit(variant, input),
-            });
-        }
-        for output in &design.outputs {
-            let (unit_of_output, size) = deviation(&run.series, &still.series, output, BEFORE * window);
-            self.outputs.push(CrossCoupling {
-                reference: name.clone(),
-                step: 1.0,
-                step_unit: unit.into(),
-                output: output.clone(),
-                unit: unit_of_output.into(),
-                same_channel: output == own,
-                peak: size.map(|(peak, _)| peak),
-                rms: size.map(|(_, rms)| rms),
-                window,
-                failure: failure.clone(),
-            });
-        }
-    }
+    run_with_progress(Ready::new(setup, tolerance), (number, &name), progress)
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {

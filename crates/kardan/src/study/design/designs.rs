@@ -7,7 +7,7 @@ use crate::study::check::stop_checks::{describe_clutches, describe_contacts};
 use crate::study::design::actuator_usage::scenario_motor_loads;
 use crate::study::design::cross_coupling::cross_coupling;
 use crate::study::design::explore::explore;
-use crate::study::design::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
+use crate::study::design::proof::{check_all_laws, check_rounding, exact_poles, judge, not_counting, prove};
 use crate::study::design::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use crate::study::loops::blocks::block_remarks;
 use crate::study::loops::loop_along_path::{loop_along_path, warnings as path_warnings};
@@ -17,18 +17,19 @@ use crate::study::loops::margins::{
 };
 use crate::study::loops::margins_over_positions::margins_over_positions;
 use crate::study::operating_point::working_point::{AnalyzeSettings, signals};
+use crate::study::read::locations::unknown_name_or;
+use crate::study::read::state_names::motors;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
-use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;
 use kardan_math::num::{Matrix, discretise};
-use kardan_mechanics::assemble::{DirectionalTerm, Equations};
-use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::equations::Domain;
 use kardan_model::ControlSpec;
 use kardan_results::signal_name::{SignalName, carrier};
-use kardan_results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Pole, Stability};
-use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Stability};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_schema::entries::{Entries, RawValue};
 use kardan_schema::schema::{Field, Kind};
 use kardan_synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excluding};
@@ -140,11 +141,10 @@ fn design_own(
     if let Some(diagnostic) = nothing_free(&variant.reduced) {
         return Err(vec![diagnostic]);
     }
-    let is_motor = |input: &DirectionalTerm<InputKind>| matches!(input.value, InputKind::Motor(_));
     let equations = &variant.reduced.equations;
     // The outputs of laws are of shafts, masses and sensors.
     let moves = (0..equations.coordinates.len()).any(|k| equations.domain(k) != Domain::Charge);
-    if !(moves && equations.inputs.iter().any(is_motor)) {
+    if !moves || motors(equations).next().is_none() {
         return Err(vec![
             Diagnostic::error("control::no-motor", "the model has no motor that a controller could command").help(
                 "add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]` behind a `dc_motor`",
@@ -316,7 +316,7 @@ fn free(name: &str, reserved: &[&str]) -> String {
 
 /// The model with another decoupling feedback of a controller, if its law supports that.
 fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Project, Vec<Diagnostic>> {
-    let law = project.read().0.controls.get(name).map(|control| control.kind);
+    let law = project.document().controls.get(name).map(|control| control.kind);
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
@@ -343,12 +343,8 @@ fn which(controls: &[ControlSpec], name: Option<&str>) -> Result<usize, Vec<Diag
         return Ok((0..controls.len()).rev().max_by_key(inputs).unwrap_or(0));
     };
     controls.iter().position(|control| control.name == name).ok_or_else(|| {
-        let names = || controls.iter().map(|control| control.name.as_str());
-        let help = match nearest(name, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if controls.is_empty() => "the variant has no controller".into(),
-            None => format!("there are {}", quoted(names())),
-        };
+        let names = controls.iter().map(|control| control.name.as_str());
+        let help = unknown_name_or(name, names, "the variant has no controller");
         vec![Diagnostic::error("name::unknown", format!("there is no controller `{}`", shortened(name))).help(help)]
     })
 }
@@ -375,7 +371,7 @@ pub(in crate::study) fn designed(
     let (warnings, notes) = block_remarks(variant, number);
     design.warnings.extend(warnings);
     design.notes.extend(notes);
-    match loop_along_path(variant, number, &variant.implemented, true) {
+    match loop_along_path(variant, number, true) {
         Some(Ok(found)) => {
             design.warnings.extend(path_warnings(&found));
             design.loop_along_path = Some(found);
@@ -394,7 +390,7 @@ pub(in crate::study) fn designed(
     }
     if let Some(range) = settings.tolerance {
         store_partial(progress, &design, &rest[3 + usize::from(settings.explore)..]);
-        match robustness(variant, number, &variant.implemented, range, progress) {
+        match robustness(variant, number, range, progress) {
             Ok(found) => {
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);
@@ -491,7 +487,7 @@ fn add_margins(
     progress: &dyn Progress,
 ) {
     let laws = &variant.designed;
-    let mut margins = survey(variant, number, laws, design);
+    let mut margins = survey(variant, number, design);
     if let Some(whole) = simulated {
         let coupling = cross_coupling(whole, laws[number].references(), design, decay(variant, &margins), progress);
         design.cross_coupling = coupling.outputs;
@@ -518,7 +514,7 @@ fn add_margins(
         _ => {}
     }
     if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
-        design.closed_loop_poles = remove_counter_poles(poles, design.integrals_without_effect.len());
+        design.closed_loop_poles = not_counting(poles, design);
         design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));
@@ -534,11 +530,11 @@ fn add_margins(
 
 /// The margins on the opposite side of the kinks of the loop.
 fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks, design: &mut Design) {
-    let (Some(side), Some(description)) = (kinks.opposite(), kinks.kink_note()) else { return };
+    let (Some(side), Some(description)) = (kinks.kinks.opposite(), kinks.kink_note()) else { return };
     let opposite = variant.on_side(&side);
-    let mut margins = survey(&opposite, number, &opposite.designed, design);
+    let mut margins = survey(&opposite, number, design);
     margins.verdict = verdict(&margins);
-    let (own, side) = (kinks.description(&Side::default()), kinks.description(&side));
+    let [own, side] = kinks.kinks.describe_sides();
     if margins.stable == Some(false) {
         design.warnings.push(format!("on the side where {side} the loop is unstable: this is not a design"));
     }
@@ -547,45 +543,28 @@ fn add_opposite_side(variant: &PreparedVariant, number: usize, kinks: &LoopKinks
     design.opposite_side = Some(OppositeSide { reference_side: own, side, margins });
 }
 
-/// Poles without as many at zero as there are integrators without effect (charges).
-fn remove_counter_poles(mut poles: Vec<Pole>, counters: usize) -> Vec<Pole> {
-    for _ in 0..counters {
-        let at_zero = poles.iter().position(|pole| *pole == Pole::default());
-        at_zero.map(|place| poles.remove(place));
-    }
-    poles
-}
-
 /// A block with states for firmware that runs it at a sample time, with zero-order hold of its signals: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.
 ///
 /// False, and the block unchanged, if its numbers overflow.
 fn sample(data: &mut ControllerData, time: f64) -> bool {
     let place = |name: &str| data.matrices.iter().position(|matrix| matrix.name == name);
-    let (a, b) = (place("A"), place("B"));
-    if let Some(error) = place("error") {
-        // Γ of the block `ModelObserver`.
-        let n = data.matrices[error].values.len();
-        let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].values[i][j]);
-        let Some(sampled) = discretise(&a, &Matrix::identity(n), time) else { return false };
-        data.matrices.push(DataMatrix::new("zero_order_hold", sampled.b.to_rows()));
-        data.sample_time = Some(time);
-        return true;
-    }
-    let (Some(a), Some(b)) = (a, b) else {
-        data.sample_time = Some(time);
-        return true;
+    let (error, a, b) = (place("error"), place("A"), place("B"));
+    let matrix = |k: usize| {
+        let rows = &data.matrices[k].values;
+        Matrix::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j])
     };
-    let matrix = |rows: &[Vec<f64>], columns: usize| Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
-    let n = data.matrices[a].values.len();
-    if n == 0 {
-        data.sample_time = Some(time);
-        return true;
+    if let Some(error) = error {
+        // Γ of the block `ModelObserver`.
+        let error = matrix(error);
+        let Some(sampled) = discretise(&error, &Matrix::identity(error.rows()), time) else { return false };
+        data.matrices.push(DataMatrix::new("zero_order_hold", sampled.b.to_rows()));
+    } else if let (Some(a), Some(b)) = (a, b)
+        && !data.matrices[a].values.is_empty()
+    {
+        let Some(sampled) = discretise(&matrix(a), &matrix(b), time) else { return false };
+        data.matrices[a].values = sampled.a.to_rows();
+        data.matrices[b].values = sampled.b.to_rows();
     }
-    let signals = data.matrices[b].values.first().map_or(0, Vec::len);
-    let found = discretise(&matrix(&data.matrices[a].values, n), &matrix(&data.matrices[b].values, signals), time);
-    let Some(found) = found else { return false };
-    data.matrices[a].values = found.a.to_rows();
-    data.matrices[b].values = found.b.to_rows();
     data.sample_time = Some(time);
     true
 }

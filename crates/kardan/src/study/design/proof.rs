@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::study::read::state_names::sign_in_sum;
 use kardan_analysis::{
     LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
 };
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, exact_rank, rational_from_f64};
 use kardan_mechanics::reduce::over_states;
 use kardan_results::{
     BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness,
@@ -54,7 +55,8 @@ pub(in crate::study) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Des
     if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
-    design.zero_dynamics.stability = with_hidden(&design.zero_dynamics.stability, &not_counting(design));
+    let hidden = not_counting(design.hidden.clone(), design);
+    design.zero_dynamics.stability = with_hidden(&design.zero_dynamics.stability, &hidden);
     design.cancels_zeros = exact.inverts;
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
@@ -131,20 +133,19 @@ pub(in crate::study) fn check_rounding(floating: &[Pole], design: &mut Design) {
 /// of the observer, whose poles no gain moves; without those of integrators without effect (charges).
 pub(in crate::study) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
-    poles.extend(not_counting(design));
+    poles.extend(not_counting(design.hidden.clone(), design));
     poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
     poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
     poles
 }
 
-/// The unobservable part, without integrators without effect (charges), which no output shows.
-fn not_counting(design: &Design) -> Vec<Pole> {
-    let mut hidden = design.hidden.clone();
+/// Poles without those of integrators without effect (charges), which no output shows: as many at zero.
+pub(in crate::study) fn not_counting(mut poles: Vec<Pole>, design: &Design) -> Vec<Pole> {
     for _ in &design.integrals_without_effect {
-        let at_zero = hidden.iter().position(|pole| *pole == Pole::default());
-        at_zero.map(|place| hidden.remove(place));
+        let at_zero = poles.iter().position(|pole| *pole == Pole::default());
+        at_zero.map(|place| poles.remove(place));
     }
-    hidden
+    poles
 }
 
 /// Whether all dynamics behind the outputs are stable, including unobservable motions of the plant.
@@ -167,7 +168,7 @@ fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict 
 fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {
     let degrees = relative_degrees(system);
     let outputs = system.outputs.len();
-    let rank = rank(&degrees.matrix);
+    let rank = exact_rank(&degrees.matrix);
     let normal_rank = structure_algorithm(system).rank();
     let named = |block: Vec<usize>| block.into_iter().map(|k| names[k].clone()).collect();
     let blocks = finest_blocks(system).unwrap_or_default().into_iter().map(named).collect();
@@ -180,10 +181,6 @@ fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {
     let integrators = extension.map(|extension| extension.chains()).unwrap_or_default();
     let integrators = integrators.into_iter().map(|(input, count)| Integrators { input, count }).collect();
     Decouplability { rank, normal_rank, possible, blocks, integrators, reasons: Vec::new() }
-}
-
-fn rank(matrix: &Matrix<kardan_math::num::Rational>) -> usize {
-    kardan_math::num::echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank()
 }
 
 fn canonical(system: &LinearSystem) -> Option<Canonical> {
@@ -362,12 +359,7 @@ fn readable(polynomial: &Polynomial) -> String {
     let mut out = String::new();
     for (power, x) in terms {
         let value = Scalar::to_f64(x);
-        let sign = match (out.is_empty(), value < 0.0) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
+        let sign = sign_in_sum(&out, value < 0.0);
         let size = if value.abs() == 1.0 && power > 0 { String::new() } else { digits(value.abs()) };
         let s = match power {
             0 => String::new(),

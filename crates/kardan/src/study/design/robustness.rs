@@ -1,7 +1,5 @@
 //! A designed loop over a box of plants: seeded samples, and a search for the worst corners.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use crate::study::loops::margins_over_positions::margins_over_box;
@@ -10,7 +8,6 @@ use crate::study::{PreparedVariant, Progress};
 use kardan_math::num::Random;
 use kardan_math::units::Exact;
 use kardan_results::{Interaction, Interval, Robustness, Spread, Stability, VariedParameter};
-use kardan_synthesis::Law;
 
 /// The box of plants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,11 +31,10 @@ const SWEEPS: usize = 6;
 pub(in crate::study) fn robustness(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Arc<dyn Law>],
     range: ToleranceBox,
     progress: &dyn Progress,
 ) -> Result<Robustness, String> {
-    let plant = variant.varied_plant(&variant.linear_model());
+    let (laws, plant) = (&variant.implemented, variant.varied_plant(&variant.linear_model()));
     let names = plant.names();
     let (parameters, unvaried) = limits(variant, &names, range);
     if parameters.iter().all(|one| one.factors.lower == one.factors.upper) {
@@ -52,7 +48,10 @@ pub(in crate::study) fn robustness(
     let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
     subject.window = window(&nominal, variant.scenario.duration);
     let nominal = subject.evaluate(&vec![1.0; names.len()]).map_err(|_| NO_PERIOD_MAP)?;
-    let points = random_points(&parameters);
+    let mut random = Random::new(SEED);
+    let mut factor = |Interval { lower, upper }: &Interval| lower + (upper - lower) * random.unit();
+    let mut point = || parameters.iter().map(|one| factor(&one.factors)).collect();
+    let points: Vec<Vec<f64>> = (0..SAMPLES).map(|_| point()).collect();
     let shown = evaluate_all(&subject, &points, progress)?;
     let plants = Plants { subject: &subject, parameters: &parameters, nominal, points, shown };
     // For unstable loops the radius counts too.
@@ -85,13 +84,6 @@ pub(in crate::study) fn robustness(
         peaks,
         margins,
     })
-}
-
-/// Factors of the coefficients, drawn from the box.
-fn random_points(parameters: &[VariedParameter]) -> Vec<Vec<f64>> {
-    let mut random = Random::new(SEED);
-    let mut factor = |Interval { lower, upper }: &Interval| lower + (upper - lower) * random.unit();
-    (0..SAMPLES).map(|_| parameters.iter().map(|one| factor(&one.factors)).collect()).collect()
 }
 
 /// The responses of the loop for each plant, none if it has no map; the reason if everything must end.

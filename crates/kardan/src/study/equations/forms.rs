@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use crate::study::check::multiplier_constraints::multiplier_elements;
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::form::{EquationsForm, kinds};
 use crate::study::equations::latex_lines::{aligned, index, one_line};
 use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::state_names::{motors, sign_in_sum};
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
 use kardan_expr::expr::Style;
@@ -37,10 +38,7 @@ impl Project {
     /// # Errors
     /// All errors.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, diagnostics) = self.for_equations();
-        let diagnostics = diagnostics.to_vec();
-        let error = diagnostics.iter().any(is_error);
-        let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        let (variant, diagnostics) = self.for_equations()?;
         let model = linear_part(variant);
         let text = match form {
             EquationsForm::Text => text(variant, &model),
@@ -49,16 +47,13 @@ impl Project {
         };
         Ok((text, diagnostics))
     }
-}
 
-impl Project {
     /// The equations of motion of the first variant as data, and the warnings of the file.
     ///
     /// # Errors
     /// All errors.
     pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
-        let Some(variant) = self.for_equations().0.variants.first() else { return Err(diagnostics) };
+        let (variant, diagnostics) = self.for_equations()?;
         let model = linear_part(variant);
         let lines = lines(variant, &model, Style::Text, &text_mark).into_iter();
         let constraints = constraints(variant, Style::Text, &text_mark).into_iter();
@@ -83,7 +78,7 @@ impl Project {
             equations: lines.map(|(left, right)| Equation { left, right }).collect(),
             constraints: constraints.map(|(element, equation)| ConstraintEquation { element, equation }).collect(),
             matrices: matrices.collect(),
-            latex,
+            latex: latex(variant, &model),
             symbolic: None,
         };
         Ok((found, diagnostics))
@@ -133,12 +128,7 @@ fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
             continue;
         }
         let value = rational_to_f64(&coefficient);
-        let sign = match (out.is_empty(), value < 0.0) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
+        let sign = sign_in_sum(&out, value < 0.0);
         let size = if value.abs() == 1.0 { String::new() } else { format!("{} ", value.abs()) };
         let _ = write!(out, "{sign}{size}{name}");
     }
@@ -147,6 +137,11 @@ fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
 
 fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, String)> {
     names.iter().enumerate().map(|(j, name)| (matrix[(i, j)].clone(), name.clone())).collect()
+}
+
+/// Whether it is the loss of a gear.
+fn rubs(unilateral: &DirectionalTerm<UnilateralConstraint>) -> bool {
+    matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
 }
 
 /// Left-hand and right-hand side of each reduced equation.
@@ -169,42 +164,32 @@ fn lines(
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
     let bent = bent_laws(&variant.reduced);
     let constraint_lines = multiplier_lines(variant, style, mark);
+    let equations = &variant.reduced.equations;
+    let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
     (0..model.coordinates.len())
         .map(|i| {
             let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
                 .into_iter()
                 .flat_map(|(matrix, order)| row(matrix, i, &marked(order)));
-            let friction = variant.reduced.equations.frictions.iter().filter_map(|friction| {
-                let coefficient = friction
-                    .row
-                    .iter()
-                    .fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])));
+            let share = |row: &[(usize, Rational)]| {
+                row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])))
+            };
+            let friction = equations.frictions.iter().filter_map(|friction| {
+                let coefficient = share(&friction.row);
                 (!Scalar::is_zero(&coefficient)).then(|| {
                     let torque = friction.value.torque.to_rational().times(&coefficient);
                     (torque, mark(&friction.element, 4))
                 })
             });
-            let equations = &variant.reduced.equations;
-            let share = |row: &[(usize, Rational)]| {
-                row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])))
-            };
-            let effort = |domain: Domain| if domain == Domain::Translation { 7 } else { 3 };
             let unilaterals = equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| {
                 // Both sides of a stop are one torque; the loss of its gear is another.
-                let rubs = |unilateral: &DirectionalTerm<UnilateralConstraint>| {
-                    matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
-                };
                 let same = |candidate: &DirectionalTerm<UnilateralConstraint>| {
                     candidate.element == unilateral.element && rubs(candidate) == rubs(unilateral)
                 };
                 let again = equations.unilaterals[..k].iter().any(same);
                 let own = share(&unilateral.row);
                 let signed = if unilateral.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
-                let kind = if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
-                    8
-                } else {
-                    effort(equations.domain_of(unilateral))
-                };
+                let kind = if rubs(unilateral) { 8 } else { effort(equations.domain_of(unilateral)) };
                 let counts = !again && !Scalar::is_zero(&signed);
                 counts.then(|| (signed, mark(&unilateral.element, kind)))
             });
@@ -259,14 +244,9 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
     }
     let unilaterals = &variant.reduced.equations.unilaterals;
     let named = |gears: bool| {
-        let own = unilaterals
-            .iter()
-            .filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == gears);
-        own.map(|unilateral| unilateral.element.as_str())
-            .collect::<BTreeSet<&str>>()
-            .into_iter()
-            .collect::<Vec<_>>()
-            .join(", ")
+        let own = unilaterals.iter().filter(|unilateral| rubs(unilateral) == gears);
+        let names: BTreeSet<&str> = own.map(|unilateral| unilateral.element.as_str()).collect();
+        names.into_iter().collect::<Vec<_>>().join(", ")
     };
     let (gears, unilaterals) = (named(true), named(false));
     if !gears.is_empty() {
@@ -282,14 +262,7 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
         out.push_str("  The matrices depend on the position; these are valid at the initial position, near rest.\n");
     }
     if !variant.reduced.equations.multiplier_constraints.is_empty() {
-        let elements = variant
-            .reduced
-            .equations
-            .multiplier_constraints
-            .iter()
-            .map(|constraint| constraint.element.as_str())
-            .collect::<Vec<_>>()
-            .join(", ");
+        let elements = multiplier_elements(&variant.reduced).collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             out,
             "  Multipliers enforce {elements} at every position: forces on the right, whose values follow from the \
@@ -308,17 +281,17 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
 fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mut out = String::new();
     let kinds = kinds(variant);
-    let join = |parts: Vec<String>| parts.join(", ");
     let kind_names: Vec<&str> = kinds.iter().map(|kind| kind.plural).collect();
     let kind_names = match kind_names.as_slice() {
         [kind_names @ .., last] if !kind_names.is_empty() => format!("{} and {last}", kind_names.join(", ")),
         kind_names => kind_names.concat(),
     };
     let kind_names = kind_names[..1].to_uppercase() + &kind_names[1..];
-    let units = join(kinds.iter().map(|kind| kind.units.to_string()).collect());
-    let kinds = join(kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect());
-    let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
-    let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
+    let units: Vec<&str> = kinds.iter().map(|kind| kind.units).collect();
+    let counts: Vec<String> = kinds.iter().map(|kind| format!("{} {}", kind.plural, kind.count)).collect();
+    let (name, counts) = (&variant.model.name, counts.join(", "));
+    let _ = writeln!(out, "Model {name}: {counts}, degrees of freedom {}", model.coordinates.len());
+    let _ = writeln!(out, "Coordinates: {} ({})\n", model.coordinates.join(", "), units.join(", "));
     out.push_str("Equations of motion\n");
     for (left, right) in lines(variant, model, Style::Text, &text_mark) {
         let _ = writeln!(out, "  {left} = {right}");
@@ -352,11 +325,6 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         table(&model.coordinates, columns, &matrix, &mut out);
     }
     out
-}
-
-/// The kind of a coordinate, by its name.
-fn domain_of(variant: &PreparedVariant, name: &str) -> Domain {
-    variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k)).unwrap_or_default()
 }
 
 fn matrices<'m>(
@@ -400,7 +368,8 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let kinds = kinds(variant);
     let mark = |name: &str, order: usize| {
         let index = index(name);
-        let letter = match domain_of(variant, name) {
+        let domain = variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k));
+        let letter = match domain.unwrap_or_default() {
             Domain::Charge => " q",
             Domain::Number => " z",
             Domain::Translation => " s",
@@ -440,14 +409,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         }
         let _ = writeln!(out, "\\[ {name} = \\begin{{bmatrix}} {} \\end{{bmatrix}} \\]", rows.join(r" \\ "));
     }
-    let motors: Vec<String> = variant
-        .reduced
-        .equations
-        .inputs
-        .iter()
-        .filter(|input| matches!(input.value, InputKind::Motor(_)))
-        .map(|input| input.element.clone())
-        .collect();
+    let motors: Vec<&str> = motors(&variant.reduced.equations).map(|input| input.element.as_str()).collect();
     let circuit = kinds.iter().any(|kind| kind.plural == "charges");
     let kind = if circuit { "motors and voltage sources" } else { "motors" };
     let _ = writeln!(out, "% Columns of F_r: all inputs in order of name; {kind}: {}", motors.join(", "));

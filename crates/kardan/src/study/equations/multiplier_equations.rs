@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::study::PreparedVariant;
 use crate::study::equations::latex_lines::index;
+use crate::study::read::state_names::sign_in_sum;
 use kardan_expr::expr::{Expr, OfTime, Style, parenthesised, printed};
 use kardan_math::num::rational_to_f64;
 use kardan_mechanics::equations::{Domain, MultiplierLaw};
@@ -38,12 +39,7 @@ pub(in crate::study) fn of_time(function: &OfTime, style: Style) -> String {
 pub(in crate::study) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> String {
     let mut out = if sum == "0" { String::new() } else { sum.to_string() };
     for Term { negative, text } in terms {
-        out += match (out.is_empty(), negative) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
+        out += sign_in_sum(&out, *negative);
         out += text;
     }
     if out.is_empty() { "0".into() } else { out }

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use super::loop_blocks::{are_in_maps, blocks};
 use super::margins::searches;
 use crate::study::PreparedVariant;
+use crate::study::read::locations::place_in_control;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::equations::{Formula, Meaning};
 use kardan_mechanics::program::{Read, Task, TaskOutput};
-use kardan_model::{Document, Model, TableReader};
+use kardan_model::{Document, Model};
 use kardan_results::signal_name::SignalName;
 use kardan_results::{SignalNode, SignalOutput};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -27,18 +28,17 @@ fn moving(model: &Model) -> BTreeSet<String> {
     let mut open: Vec<(usize, Symbol)> = Vec::new();
     for (number, task) in tasks.iter().enumerate() {
         for (symbol, read) in &task.reads {
-            match read {
-                Read::Sensor(name) | Read::AsRead(name) if !of_signal.contains(name.as_str()) => {
-                    open.push((number, *symbol));
-                }
-                Read::Position(_) | Read::Rate(_) => open.push((number, *symbol)),
-                Read::Time => {}
-                Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) if found.contains(name) => {
-                    open.push((number, *symbol));
-                }
+            let awaited = match read {
+                Read::Time => continue,
+                Read::Position(_) | Read::Rate(_) => None,
+                Read::Sensor(name) | Read::AsRead(name) if !of_signal.contains(name.as_str()) => None,
                 Read::Sensor(name) | Read::AsRead(name) | Read::Source(name) => {
-                    named_by.entry(name).or_default().push((number, *symbol));
+                    Some(name).filter(|name| !found.contains(*name))
                 }
+            };
+            match awaited {
+                Some(name) => named_by.entry(name).or_default().push((number, *symbol)),
+                None => open.push((number, *symbol)),
             }
         }
     }
@@ -234,8 +234,7 @@ fn check_blending_signals(document: &Document, model: &Model, scenario: &Scenari
         if is_set {
             continue;
         }
-        let own = document.controls.iter().find(|own| own.place == control.place);
-        let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "blending_signal"));
+        let place = place_in_control(document, control, "blending_signal");
         let message = format!(
             "`blending_signal` of control `{}`: nothing sets `{}`, so that its commands would be 0 all the time",
             control.name, signal.name
@@ -270,12 +269,8 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             quoted(found.iter().map(String::as_str))
         );
         let diagnostic = Diagnostic::error("block::unavailable-signal", message);
-        let place = document
-            .controls
-            .iter()
-            .find(|one| one.name == head)
-            .map_or(control.place.clone(), |one| one.place.clone());
-        out.push(diagnostic.at(place, "this controller").help(help));
+        let place = document.controls.get(head).map_or(&control.place, |one| &one.place);
+        out.push(diagnostic.at(place.clone(), "this controller").help(help));
     }
 }
 

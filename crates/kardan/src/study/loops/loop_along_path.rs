@@ -1,7 +1,5 @@
 //! The loop of law and observer with the parameters of the variant at the positions of its joints, before any run.
 
-use std::sync::Arc;
-
 use kardan_rt::functions::ln;
 
 use super::loop_blocks::{blocks, blocks_at};
@@ -12,7 +10,7 @@ use kardan_mechanics::reduce::{Kinematics, LinearModel, Reduced, Step, linearise
 use kardan_model::ControlSpec;
 use kardan_results::{LoopAlongPath, PassedInteraction, Span, Stability};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_synthesis::{Law, SampledPart};
+use kardan_synthesis::SampledPart;
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
 const POSITIONS: usize = 24;
@@ -31,6 +29,11 @@ pub(in crate::study) struct Path {
     pub points: Vec<(f64, Vec<f64>)>,
 }
 
+/// The coordinates that rotate along each of these paths, as text.
+pub(in crate::study) fn rotated_coordinates(paths: &[Path]) -> String {
+    paths.iter().map(|path| path.coordinates.join(" and ")).collect::<Vec<_>>().join("; then ")
+}
+
 /// The loop of a controller along all motions of the variant's joints that stretch no spring; `None` where the linear loop of the
 /// design is that of the variant.
 ///
@@ -39,17 +42,18 @@ pub(in crate::study) struct Path {
 pub(in crate::study) fn loop_along_path(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Arc<dyn Law>],
     steps: bool,
 ) -> Option<Result<LoopAlongPath, String>> {
     let own = variant.linear_model();
     let same = variant.design_models.iter().all(|plant| plant.linear == own);
     let paths = match turns(variant) {
         Some(paths) => paths,
-        None if same && !laws.iter().any(|law| law.is_nonlinear() && law.on_full_model()) => return None,
+        None if same && !variant.implemented.iter().any(|law| law.is_nonlinear() && law.on_full_model()) => {
+            return None;
+        }
         None => vec![Path { coordinates: Vec::new(), points: vec![(0.0, variant.point.position.clone())] }],
     };
-    Some(loops_along_paths(variant, number, laws, &paths, steps))
+    Some(loops_along_paths(variant, number, &paths, steps))
 }
 
 /// All motions of the variant's joints that stretch no spring; `None` without such joints, or if the loop is at an operating point.
@@ -58,18 +62,13 @@ pub(in crate::study) fn turns(variant: &PreparedVariant) -> Option<Vec<Path>> {
     (!straight && variant.point.torques.is_none()).then(|| paths(&variant.reduced, &variant.linear_model()))
 }
 
-/// The loop of a controller with these laws, as they run, at a position of the joints.
-pub(in crate::study) fn loop_at(
-    variant: &PreparedVariant,
-    number: usize,
-    laws: &[Arc<dyn Law>],
-    position: &[f64],
-) -> Result<Subject, String> {
+/// The loop of a controller, as its laws run, at a position of the joints.
+pub(in crate::study) fn loop_at(variant: &PreparedVariant, number: usize, position: &[f64]) -> Result<Subject, String> {
     let model = match variant.point.position == position {
         true => variant.linear_model(),
         false => linearise(&variant.reduced, position),
     };
-    let plant = variant.varied_plant(&model);
+    let (laws, plant) = (&variant.implemented, variant.varied_plant(&model));
     let parts: Option<Vec<SampledPart>> =
         laws.iter().map(|law| SampledPart::at_position(&**law, plant.nominal(), position)).collect();
     let mut subject = any_subject(variant, number, laws, plant);
@@ -85,12 +84,11 @@ pub(in crate::study) fn loop_at(
 fn loops_along_paths(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Arc<dyn Law>],
     paths: &[Path],
     steps: bool,
 ) -> Result<LoopAlongPath, String> {
     let subject_at = |position: &[f64]| {
-        let mut subject = loop_at(variant, number, laws, position)?;
+        let mut subject = loop_at(variant, number, position)?;
         if !steps {
             subject.steps.clear();
         }
@@ -130,11 +128,7 @@ fn loops_along_paths(
     }
     let angles = || points.iter().map(|(angle, _)| *angle);
     Ok(LoopAlongPath {
-        rotated_coordinates: paths
-            .iter()
-            .map(|path| path.coordinates.join(" and "))
-            .collect::<Vec<_>>()
-            .join("; then "),
+        rotated_coordinates: rotated_coordinates(paths),
         positions: points.len(),
         range: Span { start: angles().fold(f64::INFINITY, f64::min), end: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),
@@ -227,7 +221,6 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
     if variant.model.controls.is_empty() {
         return;
     }
-    let laws = &variant.implemented;
     let observed = |control: &ControlSpec| control.values.table("observer").is_some() && !control.law.samples;
     let mut unstable_reported = false;
     for (number, control) in variant.model.controls.iter().enumerate() {
@@ -235,7 +228,7 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
         if number > 0 && !steps {
             continue;
         }
-        let Some(Ok(found)) = loop_along_path(variant, number, laws, steps) else { continue };
+        let Some(Ok(found)) = loop_along_path(variant, number, steps) else { continue };
         if !found.stable {
             if !unstable_reported {
                 unstable_reported = true;

@@ -11,9 +11,7 @@ use kardan_mechanics::equations::Meaning;
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
 use kardan_simulate::{Profile, Scenario};
-use kardan_synthesis::{
-    BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, SampledPart, TaskLaw,
-};
+use kardan_synthesis::{BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, TaskLaw};
 
 /// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
 const SETTLED: usize = 1000;
@@ -46,22 +44,8 @@ pub(in crate::study) fn are_in_maps(variant: &PreparedVariant) -> bool {
     variant.scenario.tasks.is_empty() || variant.implemented.iter().any(|law| law.clock().is_some())
 }
 
-/// The parts of a loop: laws, and the blocks through which it closes.
-pub(in crate::study) fn with_blocks(
-    variant: &PreparedVariant,
-    plant: &LoopPlant,
-    laws: Vec<SampledPart>,
-) -> Vec<SampledPart> {
-    blocks(variant, plant).of_loop.join(laws)
-}
-
 /// The blocks that a variant's loop closes through, linearised with the plant at rest at the start of its run, and the initial values of
 /// signals. With continuous-time laws, blocks with a sample time are treated as independent inputs.
-pub(in crate::study) fn loop_blocks(variant: &PreparedVariant, plant: &LoopPlant) -> LoopBlocks {
-    blocks(variant, plant).of_loop
-}
-
-/// The same, and whether they are nonlinear.
 pub(in crate::study) fn blocks(variant: &PreparedVariant, plant: &LoopPlant) -> Blocks {
     blocks_at(variant, plant, &variant.scenario.position)
 }

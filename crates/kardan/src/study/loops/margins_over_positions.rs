@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::loop_along_path::{loop_at, turns};
+use super::loop_along_path::{loop_at, rotated_coordinates, turns};
 use super::stepped_loop::Subject;
 use crate::study::PreparedVariant;
 use kardan_results::{BoxMargin, ChannelMargin, MarginsOverPositions, PositionMargins};
@@ -16,24 +16,19 @@ pub(in crate::study) fn margins_over_positions(
     number: usize,
 ) -> Option<MarginsOverPositions> {
     let paths = turns(variant)?;
-    let laws = &variant.implemented;
-    let motors = laws[number].inputs();
+    let motors = variant.implemented[number].inputs();
     let points = || paths.iter().flat_map(|path| &path.points);
     let evaluate = |(angle, position): &(f64, Vec<f64>)| {
-        let subject = loop_at(variant, number, laws, position).ok();
+        let subject = loop_at(variant, number, position).ok();
         let found = subject.and_then(|subject| subject.margins(&ones(&subject), motors));
         PositionMargins { angle: *angle, motors: found.unwrap_or_default() }
     };
     // The laws are evaluated one by one: they are not for several threads.
     let positions: Vec<PositionMargins> = points().map(evaluate).collect();
-    positions.iter().any(|one| !one.motors.is_empty()).then(|| MarginsOverPositions {
-        rotated_coordinates: paths
-            .iter()
-            .map(|path| path.coordinates.join(" and "))
-            .collect::<Vec<_>>()
-            .join("; then "),
-        positions,
-    })
+    positions
+        .iter()
+        .any(|one| !one.motors.is_empty())
+        .then(|| MarginsOverPositions { rotated_coordinates: rotated_coordinates(&paths), positions })
 }
 
 fn ones(subject: &Subject) -> Vec<f64> {

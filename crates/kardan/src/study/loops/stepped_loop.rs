@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powf};
 
-use super::loop_blocks::with_blocks;
+use super::loop_blocks::blocks;
 use super::margins::{excluded, motor_margins};
 use crate::study::PreparedVariant;
 use kardan_math::num::{multiply, rational_to_f64};
@@ -129,7 +129,7 @@ pub(in crate::study) fn any_subject(
 ) -> Subject {
     let control: &ControlSpec = &variant.model.controls[number];
     let parts = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
-    let parts = with_blocks(variant, plant.nominal(), parts);
+    let parts = blocks(variant, plant.nominal()).of_loop.join(parts);
     let channels = control.values.tables("channels").unwrap_or_default().iter();
     let watched: Vec<Watched> =
         channels.filter_map(|channel| watched(variant, number, &parts, &plant, channel)).collect();

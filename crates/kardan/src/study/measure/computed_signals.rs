@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::read_values::{read_names, read_tables, read_word};
 use crate::study::read::signal_table::{SignalContext, signal_kind};
 use kardan_elements::manoeuvre::Cones;
 use kardan_expr::expr::{Graph, Named};
@@ -14,7 +14,7 @@ use kardan_results::signal_name::SignalName;
 use kardan_results::{Physical, PlottedReference, Series, Signal};
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Table, Value};
+use kardan_schema::schema::Table;
 
 /// The dimension of a power.
 pub(in crate::study) const POWER: Dimension = Dimension::mechanical(1, 2, -3, 0);
@@ -75,11 +75,7 @@ pub(in crate::study) fn resolve_signal(
     if context.signals.iter().any(|(name, _)| name == text) {
         return plain(text, out);
     }
-    let diagnostic = |error: UnitError| {
-        let at = place.part(text, error.span);
-        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..diagnostic }
-    };
+    let diagnostic = |error: UnitError| wrong_expression(error, (text, place), what);
     let law = match Expression::parse_law(text) {
         Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
         Ok(law) => law,
@@ -117,6 +113,13 @@ pub(in crate::study) fn resolve_signal(
     }
 }
 
+/// The diagnostic of an error in an expression.
+pub(super) fn wrong_expression(error: UnitError, (text, place): (&str, &Place), what: &str) -> Diagnostic {
+    let at = place.part(text, error.span);
+    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
+    Diagnostic { help: error.help, ..diagnostic }
+}
+
 /// A name in an expression that is neither a signal nor a parameter.
 fn unknown(name: &str, law: &Expression, context: &SignalContext<'_>, (what, place): (&str, &Place)) -> Diagnostic {
     let text = law.text();
@@ -148,10 +151,6 @@ pub(in crate::study) fn reference(text: &str, context: &SignalContext<'_>) -> Pl
     let is_name =
         own || Expression::parse_law(&opposite.signal).is_ok_and(|law| law.names() == [opposite.signal.as_str()]);
     if is_name { opposite } else { PlottedReference { signal: text.into(), opposite: false } }
-}
-
-fn names_of(law: &Expression) -> Vec<String> {
-    law.names().into_iter().map(str::to_string).collect()
 }
 
 /// Cones that the car must have passed before a figure has a value.
@@ -186,17 +185,13 @@ impl Computed {
                 ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
         };
-        let effects: &[Table] = match document.safety.values.get("effect").map(|found| &found.value) {
-            Some(Value::Tables(effects)) => effects,
-            _ => &[],
-        };
         let tables = document
             .requirements
             .iter()
             .chain(&document.figures)
             .chain(&document.plots)
             .chain([&document.safety])
-            .chain(effects);
+            .chain(read_tables(&document.safety, "effect"));
         let reached = document.cones.iter().map(|cones| cones.reached.clone());
         let texts: BTreeSet<String> =
             tables.flat_map(names_in).chain(reached).filter(|text| !is_declared(text)).collect();
@@ -217,7 +212,8 @@ impl Computed {
             expressions.push((text, expr));
         }
         let values = document.figures.iter().filter_map(|table| Expression::parse_law(read_word(table, "value")?).ok());
-        let named: BTreeSet<String> = values.flat_map(|law| names_of(&law)).collect();
+        let mut named: BTreeSet<String> = BTreeSet::new();
+        values.for_each(|law| named.extend(law.names().into_iter().map(str::to_string)));
         let constant = |name: String| value(&name).map(|(value, dimension)| (name, value, dimension));
         let parameters = named.into_iter().filter_map(constant).collect();
         let track = |cones: &Cones| {

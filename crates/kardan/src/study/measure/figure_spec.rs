@@ -2,8 +2,9 @@
 //! which may be on figures.
 
 use crate::study::Requirement;
+use crate::study::measure::computed_signals::wrong_expression;
 use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
-use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
@@ -61,10 +62,8 @@ fn figure(
         out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if !here("value") {
-        let found = reading.measure(table, &variants, &what, out)?;
-        let (measure, dimension) = found;
+    if !is_given(table, "value") {
+        let (measure, dimension) = reading.measure(table, &variants, &what, out)?;
         let display = read_display_unit(table, dimension, &what, out);
         let unit = measure.unit.clone();
         return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });
@@ -102,11 +101,7 @@ fn dimension_of(
     (what, place): (&str, &Place),
     out: &mut Vec<Diagnostic>,
 ) -> Option<Dimension> {
-    let diagnostic = |error: UnitError| {
-        let at = place.part(text, error.span);
-        let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-        Diagnostic { help: error.help, ..diagnostic }
-    };
+    let diagnostic = |error: UnitError| wrong_expression(error, (text, place), what);
     let law = Expression::parse_law(text).map_err(|error| out.push(diagnostic(error))).ok()?;
     let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {
@@ -129,13 +124,8 @@ fn dimension_of(
         out.push(Diagnostic::error("name::unknown", message).at(at, "no such figure").help(help));
         return None;
     }
-    match figure_dimension(&law, before, &|name| reader.exact_value(name)) {
-        Ok(dimension) => Some(dimension),
-        Err(error) => {
-            out.push(diagnostic(error));
-            None
-        }
-    }
+    let dimension = figure_dimension(&law, before, &|name| reader.exact_value(name));
+    dimension.map_err(|error| out.push(diagnostic(error))).ok()
 }
 
 /// The display unit of a figure.

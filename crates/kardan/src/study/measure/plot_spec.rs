@@ -6,7 +6,7 @@ use crate::study::measure::computed_signals::{reference, resolve_signal};
 use crate::study::measure::spectrum::LEAST_ROWS;
 use crate::study::read::read_values::{quantity, read_names, read_word};
 use crate::study::read::signal_table::SignalContext;
-use kardan_math::units::{Dimension, Exact, split_unit};
+use kardan_math::units::split_unit;
 use kardan_model::TableReader;
 use kardan_results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
@@ -16,13 +16,7 @@ use kardan_schema::schema::{Placed, Table};
 use super::requirement_spec::TIME;
 use super::selected_variants::selected_variants;
 
-/// A unit for signals of a kind; `None` if it is the SI unit or one of something else.
-fn display_unit((unit, size, dimension): (&str, Exact, Dimension), physical: Physical) -> Option<DisplayUnit> {
-    let size = size.to_f64();
-    (dimension == physical.dimension() && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
-}
-
-/// The unit in which signals of a plot are drawn; a text that is no unit of one of them is reported.
+/// The unit in which signals of a plot are drawn, `None` if it is the SI unit; a text that is no unit of one of them is reported.
 fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnostic>) -> Option<PlotUnit> {
     let text = read_word(table, "display_unit")?.trim();
     let quantity_text = format!("1 {text}");
@@ -33,7 +27,7 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
     };
     let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
     let drawn = units.join(", ");
-    let Some(unit @ (_, _, dimension)) = split_unit(&quantity_text) else {
+    let Some((unit, size, dimension)) = split_unit(&quantity_text) else {
         let message = format!("{what}: `{}` is no unit", shortened(text));
         out.push(diagnostic("unit::unknown", message, "write a unit such as `deg`, `rpm` or `mN m`".into()));
         return None;
@@ -50,7 +44,8 @@ fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnost
         }
         return None;
     };
-    display_unit(unit, physical).map(|unit| PlotUnit { physical, unit })
+    let size = size.to_f64();
+    (size != 1.0).then(|| PlotUnit { physical, unit: DisplayUnit { unit: unit.into(), size } })
 }
 
 /// The time range of a plot; an empty one is reported.

@@ -5,9 +5,10 @@ use crate::study::measure::computed_signals::{POWER, ResolvedSignal, kind_of, re
 use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
-use crate::study::read::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::locations::unknown_name_or;
+use crate::study::read::read_values::{is_given, quantity, read_scalar, read_word};
 use crate::study::read::signal_table::SignalContext;
-use kardan_math::names::{NamedList, unknown_name};
+use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
 use kardan_model::tables::Measure;
 use kardan_model::{Document, TableReader, wrong_dimension};
@@ -43,8 +44,7 @@ impl Measuring<'_> {
         let (context, document) = (self.context, self.context.document);
         let variants = selected_variants(table, self.variants, context, REQUIREMENT, out);
         check_bounds(table, out);
-        let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-        let judged = match here("figure") {
+        let judged = match is_given(table, "figure") {
             true => self.figure(table, figures, out),
             false => self.measure(table, &variants, REQUIREMENT, out),
         };
@@ -82,10 +82,7 @@ impl Measuring<'_> {
                 return None;
             }
             let names = figures.iter().map(|figure| figure.name.as_str());
-            let help = match figures[..] {
-                [] => "the model has no `[[figure]]`".to_string(),
-                _ => unknown_name(name, names),
-            };
+            let help = unknown_name_or(name, names, "the model has no `[[figure]]`");
             let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
             let place = TableReader::place(table, "figure");
             out.push(Diagnostic::error("name::unknown", message).at(place, "no such figure").help(help));
@@ -323,8 +320,7 @@ fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    for (key, help) in needs(measure).iter().filter(|(key, _)| !here(key)) {
+    for (key, help) in needs(measure).iter().filter(|(key, _)| !is_given(table, key)) {
         let message = format!("{what}: `{word}` needs the key `{key}`");
         let place = TableReader::place(table, "measure");
         out.push(
@@ -337,7 +333,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
         _ => needs(measure).iter().any(|(needed, _)| *needed == key),
     };
     let all = ["target", "band", "over", "at", "frequency", "from", "until"];
-    for key in all.into_iter().filter(|key| here(key) && !takes(key)) {
+    for key in all.into_iter().filter(|key| is_given(table, key) && !takes(key)) {
         let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
         let help = match key {
             "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
@@ -354,9 +350,9 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
 
 /// Reports a table without a measure.
 fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
     let alternative = if what == REQUIREMENT { "figure" } else { "value" };
-    for (key, example) in [("signal", "rk.phi"), ("measure", "max_abs")].into_iter().filter(|(key, _)| !here(key)) {
+    let keys = [("signal", "rk.phi"), ("measure", "max_abs")];
+    for (key, example) in keys.into_iter().filter(|(key, _)| !is_given(table, key)) {
         out.push(
             Diagnostic::error("key::missing", format!("{what} needs the key `{key}`"))
                 .at(table.place.clone(), format!("`{key}` is missing"))
@@ -367,8 +363,7 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
 
 /// Reports a requirement without a bound.
 fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if !here("below") && !here("above") {
+    if !is_given(table, "below") && !is_given(table, "above") {
         out.push(
             Diagnostic::error("key::missing", format!("{REQUIREMENT}: a bound is missing"))
                 .at(table.place.clone(), "neither `below` nor `above`")
@@ -416,7 +411,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
             "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`"
                 .to_string(),
         ),
-        Some((motor, limit)) if !motor.table.values.contains_key(limit) && !motor.table.unread.contains(&limit) => {
+        Some((motor, limit)) if !is_given(&motor.table, limit) => {
             let (kind, name) = (motor.kind.keyword, &motor.name);
             (
                 format!(

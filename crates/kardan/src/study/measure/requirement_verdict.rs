@@ -228,8 +228,9 @@ pub(in crate::study) fn judge(
         && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
     let name = described(requirement, series, ran);
     let display_unit = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
-    let bound =
-        |bound: &Option<f64>| bound.map(|bound| in_digits(display.as_ref().map_or(bound, |unit| in_unit(bound, unit))));
+    // In the unit of the file, without the digits that the conversion of units rounded.
+    let converted = |bound: f64| display.as_ref().map_or(bound, |unit| in_15_digits(unit.of(bound)));
+    let bound = |bound: &Option<f64>| bound.map(|bound| in_digits(converted(bound)));
     let text = match (bound(above), bound(below)) {
         (Some(above), Some(below)) => format!("{above} < {name} < {below} {display_unit}"),
         (Some(above), None) => format!("{name} > {above} {display_unit}"),
@@ -255,11 +256,6 @@ pub(in crate::study) fn judge(
 /// Whether a bound is closer to a measure than the error of the grid of rows.
 fn near(bound: Option<f64>, value: f64, grid: f64) -> bool {
     bound.is_some_and(|bound| grid > 0.0 && (value - bound).abs() <= grid)
-}
-
-/// A bound in the unit of the file, without the digits that the conversion of units rounded: 15 remain.
-fn in_unit(bound: f64, unit: &DisplayUnit) -> f64 {
-    in_15_digits(unit.of(bound))
 }
 
 pub(in crate::study) fn in_15_digits(value: f64) -> f64 {

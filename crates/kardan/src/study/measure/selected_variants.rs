@@ -1,8 +1,9 @@
 //! The variants that a table of a study applies to.
 
+use crate::study::read::locations::unknown_name_or;
 use crate::study::read::read_values::read_names;
 use crate::study::read::signal_table::SignalContext;
-use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Placed, Table};
 
 pub(in crate::study) fn selected_variants(
@@ -17,12 +18,8 @@ pub(in crate::study) fn selected_variants(
     let named = |word: &str| context.document.named_variants.iter().any(|variant| variant.name.value == word);
     let declared = |word: &str| names.iter().any(|name| name == word) || named(word);
     for word in chosen.iter().filter(|word| !declared(&word.value) && !suppressed.variants && !suppressed.all) {
-        let declared: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
-        let help = match nearest(&word.value, declared.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if declared.is_empty() => "the model has no `[variants]`; leave this key out".to_string(),
-            None => format!("there are {}", quoted(declared)),
-        };
+        let declared = names.iter().map(String::as_str).filter(|name| !name.is_empty());
+        let help = unknown_name_or(&word.value, declared, "the model has no `[variants]`; leave this key out");
         let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
         out.push(Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such variant").help(help));
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::point_in_motion::{MovingPoint, PointRequest, balancing, point_of_run, steady_point};
+use super::point_in_motion::{MovingPoint, PointRequest, balancing, point_in_motion};
 use crate::study::PreparedVariant;
 use crate::study::loops::margins::replaced_plants;
 use crate::study::requests::analysis_spec::OperatingConditions;
@@ -66,13 +66,8 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
 }
 
 fn found(variant: &PreparedVariant, request: &MotionRequest) -> Result<MovingPoint, Diagnostic> {
-    let spec = &variant.analysis;
-    let time_only = OperatingConditions { time: request.conditions.time, ..OperatingConditions::default() };
-    if let Some(time) = request.conditions.time.filter(|_| request.at.is_empty() && request.conditions == time_only) {
-        return point_of_run(variant, time);
-    }
     let commanded = variant.model.controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
-    let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+    let stuck: BTreeSet<String> = variant.analysis.stuck.iter().cloned().collect();
     let request = PointRequest {
         at: &request.at,
         conditions: &request.conditions,
@@ -80,5 +75,5 @@ fn found(variant: &PreparedVariant, request: &MotionRequest) -> Result<MovingPoi
         stuck: &stuck,
         start: &variant.scenario.position,
     };
-    steady_point(variant, &request)
+    point_in_motion(variant, &request)
 }

@@ -3,6 +3,7 @@
 use super::design_in_motion::MotionRequest;
 use crate::study::check::equilibrium::{format_currents, format_position};
 use crate::study::read::locations::place_of_value;
+use crate::study::read::read_values::read_word;
 use crate::study::requests::analysis_spec::operating_point;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::InputKind;
@@ -12,7 +13,7 @@ use kardan_mechanics::reduce::{
 use kardan_model::{ControlSpec, Document, Setting, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{LawKeys, Value};
+use kardan_schema::schema::LawKeys;
 use kardan_synthesis::Program;
 
 /// The operating point that the controllers of a variant name together.
@@ -63,15 +64,10 @@ impl NamedPoint {
             for (shaft, angle) in at {
                 let Some(k) = names.iter().position(|name| *name == shaft) else { continue };
                 match named.iter().find(|(other, _, _)| *other == k) {
-                    Some((_, other, first)) if *other != angle => out.push(
-                        Diagnostic::error(
-                            "control::operating-point",
-                            format!("`at` of {what}: another controller has another value of `{shaft}`"),
-                        )
-                        .at(place.clone(), "another one here")
-                        .at(first.clone(), "here first")
-                        .help("the loop of a variant has one operating point: name the same one, or name it once"),
-                    ),
+                    Some((_, other, first)) if *other != angle => {
+                        let message = format!("`at` of {what}: another controller has another value of `{shaft}`");
+                        out.push(two_points(message, place.clone(), first));
+                    }
                     Some(_) => {}
                     None => named.push((k, angle, place.clone())),
                 }
@@ -148,11 +144,11 @@ impl NamedPoint {
             false => self.named.iter().map(|(k, _, _)| *k).collect(),
         };
         let found = trim(reduced, &start, &fixed, &self.inputs);
-        if !found.at_rest {
-            let why = describe_residual(reduced, &found);
-            return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
-        }
-        if let Some(why) = self.beyond_limits(reduced, &found) {
+        let why = match found.at_rest {
+            true => self.beyond_limits(reduced, &found),
+            false => Some(describe_residual(reduced, &found)),
+        };
+        if let Some(why) = why {
             return if self.named.is_empty() { Ok(nothing(None, Some(why))) } else { Err(why) };
         }
         let point_note = Some(self.point_note(reduced, &found));
@@ -236,11 +232,9 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
     let Some((k, torque)) = found.residual_torque else { return "a residual torque remains".into() };
     let (name, domain) = (&reduced.coordinate_names()[k], reduced.equations.domain(reduced.coordinates[k]));
     let equations = &reduced.equations;
-    let besides = match () {
-        () if !equations.unilaterals.is_empty() => {
-            "; torques of stops, backlash, clutches and locks are not searched for"
-        }
-        () => "",
+    let besides = match equations.unilaterals.is_empty() {
+        true => "",
+        false => "; torques of stops, backlash, clutches and locks are not searched for",
     };
     format!("{torque:.6} {} on `{name}` that no motor of its controllers can balance{besides}", domain.effort().unit())
 }
@@ -248,7 +242,7 @@ fn describe_residual(reduced: &Reduced, found: &Trim) -> String {
 /// Rejects a run that is to begin at an operating point in motion.
 fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Vec<Diagnostic>) {
     let Some(motion) = motion else { return };
-    if document.scenario.values.get("start").is_some_and(|start| start.value == Value::Word("operating_point".into())) {
+    if read_word(&document.scenario, "start") == Some("operating_point") {
         let message = "`start = \"operating_point\"` of `[scenario]`: a run begins there at rest, but a controller \
                        names a motion";
         out.push(
@@ -258,6 +252,14 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
                 .help("leave out `start`, and give the speeds that the run begins with by `initial`"),
         );
     }
+}
+
+/// The error of a second operating point.
+fn two_points(message: String, second: Place, first: &Place) -> Diagnostic {
+    Diagnostic::error("control::operating-point", message)
+        .at(second, "another one here")
+        .at(first.clone(), "here first")
+        .help("the loop of a variant has one operating point: name the same one, or name it once")
 }
 
 /// Adds a motion that a controller names as its operating point to those of others.
@@ -280,15 +282,10 @@ fn add_motion(
         return;
     }
     match motion {
-        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => out.push(
-            Diagnostic::error(
-                "control::operating-point",
-                format!("`at` of control `{name}`: another controller names another motion"),
-            )
-            .at(request.place, "another one here")
-            .at(first.place.clone(), "here first")
-            .help("the loop of a variant has one operating point: name the same one, or name it once"),
-        ),
+        Some(first) if (&first.at, &first.conditions) != (&request.at, &request.conditions) => {
+            let message = format!("`at` of control `{name}`: another controller names another motion");
+            out.push(two_points(message, request.place, &first.place));
+        }
         Some(_) => {}
         None => *motion = Some(request),
     }

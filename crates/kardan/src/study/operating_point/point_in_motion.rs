@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::format_position;
-use crate::study::check::multiplier_constraints::moves_by_itself;
+use crate::study::check::multiplier_constraints::{moves_by_itself, multiplier_elements};
+use crate::study::read::state_names::motors;
 use crate::study::requests::analysis_spec::OperatingConditions;
 use kardan_expr::expr::Side;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
@@ -54,13 +55,7 @@ fn refused(message: String, help: &str) -> Diagnostic {
 /// Elements that exclude an operating point in motion.
 fn check_rows(variant: &PreparedVariant) -> Result<(), Diagnostic> {
     let rows = variant.unfrozen.as_deref().unwrap_or(&variant.reduced);
-    let names: Vec<&str> = rows
-        .equations
-        .multiplier_constraints
-        .iter()
-        .map(|constraint| constraint.element.as_str())
-        .chain(moves_by_itself(rows))
-        .collect();
+    let names: Vec<&str> = multiplier_elements(rows).chain(moves_by_itself(rows)).collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -84,14 +79,24 @@ fn check_time(variant: &PreparedVariant, time: f64) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// The steady motion of a variant with the given values.
+/// The operating point in motion of a variant: the state of its run if only a time is given, else the steady motion with the given
+/// values.
 ///
 /// # Errors
 /// Why there is none.
-pub(in crate::study) fn steady_point(
+pub(in crate::study) fn point_in_motion(
     variant: &PreparedVariant,
     request: &PointRequest<'_>,
 ) -> Result<MovingPoint, Diagnostic> {
+    let OperatingConditions { speeds, torques, time } = request.conditions;
+    match time {
+        Some(time) if request.at.is_empty() && speeds.is_empty() && torques.is_empty() => point_of_run(variant, *time),
+        _ => steady_point(variant, request),
+    }
+}
+
+/// The steady motion of a variant with the given values.
+fn steady_point(variant: &PreparedVariant, request: &PointRequest<'_>) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     let own = &variant.reduced;
     let time = request.conditions.time.unwrap_or(0.0);
@@ -172,7 +177,8 @@ fn describe_steady_motion(base: &Reduced, found: &SteadyMotion) -> String {
     let at_rest_text = describe_rest(base, &found.motion).map_or(String::new(), |text| format!("; {text}"));
     let proven = match found.radius {
         _ if !found.balanced => {
-            return format!("{}, {by}{at_rest_text}; {}", format_motion(base, &found.motion), describe_residual(found));
+            let off = describe_accelerations(&found.model, &found.accelerations);
+            return format!("{}, {by}{at_rest_text}; {off}", format_motion(base, &found.motion));
         }
         _ if found.whole => "nothing accelerates".to_string(),
         Some(0.0) => "proven: nothing accelerates, exactly".to_string(),
@@ -181,10 +187,6 @@ fn describe_steady_motion(base: &Reduced, found: &SteadyMotion) -> String {
     };
     let what = if found.whole { "the instant with" } else { "steady at" };
     format!("{what} {}, {by}{at_rest_text}; {proven}", format_motion(base, &found.motion))
-}
-
-fn describe_residual(found: &SteadyMotion) -> String {
-    describe_accelerations(&found.model, &found.accelerations)
 }
 
 /// Note that it is no equilibrium, with the accelerations.
@@ -238,42 +240,32 @@ fn describe_nonsmooth_elements(
     let kind =
         |k: usize| k.checked_sub(equations.frictions.len()).map(|unilateral| &equations.unilaterals[unilateral].value);
     let is_friction = |k: usize| matches!(kind(k), None | Some(UnilateralConstraint::Friction { .. }));
-    let mut out = Vec::new();
-    out.extend(
-        of(&|k| enforced.contains(&k))
-            .map(|names| format!("closed at the operating point (locked or sticking): {names}")),
-    );
+    let is_lock = |k: usize| matches!(kind(k), Some(UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay));
+    let closed = |k: usize| enforced.contains(&k);
     let slides = |k: usize| sliding[k] != 0.0 && is_friction(k);
-    out.extend(
-        of(&slides)
-            .map(|names| format!("sliding at the operating point, its friction is part of the balance: {names}")),
-    );
-    let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !enforced.contains(&k);
-    out.extend(of(&rests).map(|names| {
-        format!(
-            "without relative motion at the operating point and treated as sliding without friction: {names}; \
-             `stuck` of `[analysis]` lets it stick"
-        )
-    }));
-    let open = |k: usize| {
-        matches!(kind(k), Some(UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay))
-            && !enforced.contains(&k)
-    };
-    out.extend(of(&open).map(|names| format!("open at the operating point: {names}")));
+    let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !closed(k);
+    let open = |k: usize| is_lock(k) && !closed(k);
     let is_gear_loss = |k: usize| matches!(kind(k), Some(UnilateralConstraint::GearLoss(_)));
-    out.extend(
-        of(&is_gear_loss).map(|names| format!("load-dependent losses are left out at the operating point: {names}")),
-    );
-    let laws = own.equations.laws.iter();
+    let states: [(&dyn Fn(usize) -> bool, &str, &str); 5] = [
+        (&closed, "closed at the operating point (locked or sticking)", ""),
+        (&slides, "sliding at the operating point, its friction is part of the balance", ""),
+        (
+            &rests,
+            "without relative motion at the operating point and treated as sliding without friction",
+            "; `stuck` of `[analysis]` lets it stick",
+        ),
+        (&open, "open at the operating point", ""),
+        (&is_gear_loss, "load-dependent losses are left out at the operating point", ""),
+    ];
+    let mut out = Vec::new();
+    for (is_so, what, more) in states {
+        out.extend(of(is_so).map(|names| format!("{what}: {names}{more}")));
+    }
+    let (mut laws, unilaterals) = (own.equations.laws.iter(), own.equations.unilaterals.iter());
     let blocks =
         laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
-    if own.equations.laws.iter().any(|law| law.value.is_of_time())
-        || own
-            .equations
-            .unilaterals
-            .iter()
-            .any(|unilateral| unilateral.value.formula().is_some_and(|one| one.is_of_time()))
-    {
+    let mut formulas = unilaterals.filter_map(|unilateral| unilateral.value.formula());
+    if laws.any(|law| law.value.is_of_time()) || formulas.any(|formula| formula.is_of_time()) {
         let outputs_text =
             if blocks && !of_run { "; outputs of blocks are those before their first sample, zero" } else { "" };
         out.push(format!("functions of time are evaluated at {time} s{outputs_text}"));
@@ -378,10 +370,7 @@ fn depending(base: &Reduced, shaft: usize) -> BTreeSet<String> {
 }
 
 /// The state of the run of a variant at a time.
-///
-/// # Errors
-/// The error if the run does not reach that time.
-pub(in crate::study) fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
+fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Diagnostic> {
     check_rows(variant)?;
     check_time(variant, time)?;
     if !variant.massless.is_empty() || variant.implemented.len() != variant.model.controls.len() {
@@ -481,8 +470,7 @@ fn modes(reduced: &Reduced, signs: &[Option<f64>]) -> (BTreeSet<usize>, Vec<f64>
 
 /// The inputs that may balance a steady motion: the motors among these, or all motors.
 pub(in crate::study) fn balancing(variant: &PreparedVariant, inputs: &[String]) -> Vec<String> {
-    let motors = variant.reduced.equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-    let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+    let motors: Vec<String> = motors(&variant.reduced.equations).map(|input| input.element.clone()).collect();
     let own: Vec<String> = inputs.iter().filter(|name| motors.contains(name)).cloned().collect();
     if own.is_empty() { motors } else { own }
 }

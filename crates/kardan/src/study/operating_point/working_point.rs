@@ -2,23 +2,24 @@
 
 use std::collections::BTreeSet;
 
-use super::point_in_motion::{PointRequest, balancing, point_of_run, steady_point};
+use super::point_in_motion::{PointRequest, balancing, point_in_motion};
 use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
 use crate::study::check::multiplier_constraints::nothing_free;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
-use crate::study::read::state_names::{non_angle_domains, state_name};
+use crate::study::read::locations::unknown_name_or;
+use crate::study::read::state_names::{motors, non_angle_domains, state_name};
 use crate::study::requests::analysis_spec::{OperatingConditions, output};
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::num::{LastDigits, rational_to_f64};
 use kardan_mechanics::assemble::TransmissionRow;
-use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{LawSlopes, OperatingPoint, Reduced, Slope, law_slopes_at, laws_are_linear, slopes};
 use kardan_results::OperatingSignal;
 use kardan_results::signal_name::{Quantity, SignalName};
-use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_simulate::signal_names;
 
 /// Subject and options of the analysis, in addition to the model file.
@@ -105,7 +106,7 @@ impl WorkingPoint {
         let (position, off, kinks) = match working_position(variant, position.clone(), &mut own) {
             Ok(found) => found,
             Err(diagnostics) if diagnostics.iter().all(|one| one.code == "analysis::equilibrium") => {
-                return at_initial_speeds(variant, &request, (inputs, outputs), notes).unwrap_or(Err(diagnostics));
+                return at_initial_speeds(variant, &request, (inputs, outputs), notes).ok_or(diagnostics);
             }
             Err(diagnostics) => return Err(diagnostics),
         };
@@ -146,16 +147,8 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let of_run = request.conditions.time.filter(|time| {
-            request.at.is_empty()
-                && *request.conditions == OperatingConditions { time: Some(*time), ..OperatingConditions::default() }
-        });
-        let found = match of_run {
-            Some(time) => point_of_run(variant, time),
-            None => steady_point(variant, request),
-        };
         let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = found.map_err(|diagnostic| {
+        let found = point_in_motion(variant, request).map_err(|diagnostic| {
             vec![at().into_iter().fold(diagnostic, |one, (place, label)| one.at(place, label))]
         })?;
         let [position, speeds] = found.motion.clone();
@@ -190,7 +183,7 @@ fn at_initial_speeds(
     request: &PointRequest<'_>,
     signals: (Vec<String>, Vec<OutputSignal>),
     notes: &mut Vec<String>,
-) -> Option<Result<WorkingPoint, Vec<Diagnostic>>> {
+) -> Option<WorkingPoint> {
     let (reduced, scenario) = (&variant.reduced, &variant.scenario);
     let names = reduced.coordinate_names().into_iter().zip(&scenario.speed);
     let speeds: Vec<(String, f64)> =
@@ -205,11 +198,10 @@ fn at_initial_speeds(
          `[analysis]` selects others"
             .into(),
     );
-    let found =
-        WorkingPoint::in_motion(variant, &PointRequest { conditions: &conditions, ..*request }, signals, &mut own)
-            .ok()?;
+    let request = PointRequest { conditions: &conditions, ..*request };
+    let found = WorkingPoint::in_motion(variant, &request, signals, &mut own).ok()?;
     *notes = own;
-    Some(Ok(found))
+    Some(found)
 }
 
 /// The operating point of a model with laws of torque: the named one, else an equilibrium; notes which one, and which properties are proven.
@@ -254,7 +246,7 @@ fn check_slopes(
     all: Vec<LawSlopes>,
     notes: &mut Vec<String>,
 ) -> Result<Kinks, Vec<Diagnostic>> {
-    let kinks = Kinks::of_laws(&all);
+    let kinks = Kinks { guards: all.iter().flat_map(|one| one.kinks.iter().cloned()).collect() };
     for slopes in all {
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
@@ -310,8 +302,7 @@ pub(in crate::study) fn signals(
     } else if let Some(named) = &spec.inputs {
         named.clone()
     } else {
-        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+        let motors: Vec<String> = motors(equations).map(|input| input.element.clone()).collect();
         notes.push(if motors.is_empty() {
             "the model has no motor: no state is controllable".into()
         } else {
@@ -338,15 +329,11 @@ pub(in crate::study) fn signals(
             .flat_map(|control| signals_of(control.law.fields, &control.values))
             .filter(|signal| SignalName::new(signal).angle_of().is_some())
             .collect();
-        let names: Vec<String> = if controlled.is_empty() {
-            variant
-                .reduced
-                .coordinate_names()
-                .iter()
-                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &non_angle_domains(&variant.reduced)))
-                .collect()
-        } else {
-            controlled.into_iter().collect()
+        let domains = non_angle_domains(&variant.reduced);
+        let angle = |shaft: &String| state_name(&Quantity::Angle.of(shaft), &domains);
+        let names: Vec<String> = match controlled.is_empty() {
+            true => variant.reduced.coordinate_names().iter().map(angle).collect(),
+            false => controlled.into_iter().collect(),
         };
         notes.push(format!("outputs: {}", names.join(", ")));
         names
@@ -378,15 +365,11 @@ pub(in crate::study) fn named(
 ) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for name in chosen.iter().map(|name| name.trim()) {
-        let names = || all.iter().map(String::as_str);
         if name.is_empty() {
             wrong.push(empty_name(what));
         } else if !all.iter().any(|candidate| candidate == name) {
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if all.is_empty() => format!("there are no {what}s at all"),
-                None => format!("there are {}", quoted(names())),
-            };
+            let names = all.iter().map(String::as_str);
+            let help = unknown_name_or(name, names, &format!("there are no {what}s at all"));
             let message = format!("there is no {what} `{}`", shortened(name));
             wrong.push(Diagnostic::error("name::unknown", message).help(help));
         } else if found.iter().any(|candidate| candidate == name) {

@@ -7,13 +7,13 @@ use crate::study::check::model_checks::{design_diagnostic, is_representable, sig
 use crate::study::check::multiplier_constraints::{moves_by_itself, not_on_rows, on_frozen_rows, rows_refused};
 use crate::study::operating_point::named_point::{NamedPoint, check_smooth, no_equilibrium};
 use crate::study::prepare::reduced_design_model::{excluded, model_excluding, needed_by};
-use crate::study::read::locations::places_in_control;
+use crate::study::read::locations::{place_in_control, places_in_control};
 use crate::study::read::positions::is_finite_at;
 use crate::study::read::variant_diagnostics::{add_new, is_error};
 use kardan_math::num::{Definiteness, Scalar, definiteness_of_rows};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{Reduced, equilibrium_rows, reduce, sparse_model};
-use kardan_model::{ControlSpec, Document, Model, Setting, TableReader};
+use kardan_model::{ControlSpec, Document, Model, Setting};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
@@ -164,8 +164,7 @@ pub(super) fn design_model(
     let all: Vec<Setting> = retained.chain(&control.design).cloned().collect();
     // The plant does not depend on which controllers are in the loop.
     let (model, diagnostics) = document.model_with(&all, Some(&[]));
-    let place = document.controls.iter().find(|c| c.place == control.place);
-    let place = place.map_or_else(|| control.place.clone(), |c| TableReader::place(&c.table, "design"));
+    let place = place_in_control(document, control, "design");
     let mut wrong = false;
     for diagnostic in diagnostics.into_iter().filter(is_error) {
         wrong = true;

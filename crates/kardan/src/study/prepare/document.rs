@@ -39,7 +39,9 @@ pub(in crate::study) fn prepare_document(
     let unread = out.iter().any(is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
-    let steps = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
+    // Of a variant: its equations, each law in its loop, the sampled loop, its margins.
+    let laws = |variant: &VariantSettings| variant.controls.as_ref().map_or(document.controls.len(), Vec::len);
+    let steps = Steps::new(all_settings.iter().map(|variant| laws(variant) + 3).sum(), progress);
     // The preparation of one variant does not depend on the others; its diagnostics do.
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, faults } = variant;
@@ -111,34 +113,29 @@ pub(in crate::study) fn prepare_document(
 fn unreduced(model: &mut Model) -> Reduced {
     let shafts = model.all_coordinates.clone();
     // Only the element that introduces a charge knows it.
-    let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
-    let has_coordinate = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
-    let of_element = |named: &NamedTerm, direction: &Direction| {
-        let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
-        direction.entries.iter().all(|(name, _)| has_coordinate(name) || own(name))
+    let mut charges: Vec<(String, String)> = Vec::new();
+    for NamedTerm { element, term, .. } in &model.terms {
+        if let Term::Charge { name } = term {
+            charges.push((name.clone(), element.clone()));
+        }
+    }
+    let has_coordinate =
+        |name: &str| shafts.iter().any(|shaft| shaft == name) && charges.iter().all(|(charge, _)| charge != name);
+    let knows = |named: &NamedTerm, name: &str| {
+        has_coordinate(name) || charges.iter().any(|(charge, element)| charge == name && *element == named.element)
     };
+    let of_element =
+        |named: &NamedTerm, direction: &Direction| direction.entries.iter().all(|(name, _)| knows(named, name));
     let (constraints, free_terms): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.terms).into_iter().partition(|named| !matches!(named.term, Term::Output(_)));
     let (mut good, mut bad): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|named| match &named.term {
-        Term::Inertia { direction, .. }
-        | Term::Spring { direction, .. }
-        | Term::Damper { direction, .. }
-        | Term::Friction { direction, .. }
-        | Term::Constraint { direction, .. }
-        | Term::Compliance { direction, .. }
-        | Term::Balance { direction, .. }
-        | Term::Input { direction, .. } => of_element(named, direction),
         Term::UnilateralConstraint { direction, unilateral } => {
-            let named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
-            of_element(named, direction) && named_by_it.map(String::from).all(|name| has_coordinate(&name))
+            let mut named_by_it = unilateral.formula().into_iter().flat_map(|formula| formula.coordinates());
+            of_element(named, direction) && named_by_it.all(has_coordinate)
         }
-        Term::Torque { direction, law } => {
-            of_element(named, direction) && law.coordinates().all(|name| has_coordinate(&name.into()))
-        }
-        Term::Transmission { driven, driving, .. } => has_coordinate(driven) && has_coordinate(driving),
-        Term::MultiplierLaw(row) => row.coordinates().into_iter().all(|name| has_coordinate(&name.into())),
-        Term::Output(_) | Term::Charge { .. } | Term::Angle { .. } => true,
-        Term::Position { .. } | Term::State { .. } | Term::Measure(_) | Term::Moving(_) => true,
+        Term::Torque { direction, law } => of_element(named, direction) && law.coordinates().all(has_coordinate),
+        Term::Transmission { .. } | Term::MultiplierLaw(_) => named.term.coordinates().into_iter().all(has_coordinate),
+        term => term.coordinates().into_iter().all(|name| knows(named, name)),
     });
     let constrains = |element: &String| {
         let is_row =
@@ -164,21 +161,8 @@ fn unreduced(model: &mut Model) -> Reduced {
     Reduced { coordinates, equations, redundant: Vec::new(), steps: Vec::new(), massless: None }
 }
 
-/// A charge and the element that introduces it.
-fn charge_of(named: &NamedTerm) -> Option<(String, String)> {
-    match &named.term {
-        Term::Charge { name } => Some((name.clone(), named.element.clone())),
-        _ => None,
-    }
-}
-
 pub(in crate::study) fn file_stem(name: &str) -> String {
     let stem: String =
         name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' }).collect();
     if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }
-}
-
-/// Steps of the preparation of a variant: its equations, each law in its loop, the sampled loop, its margins.
-fn steps_of(document: &Document, variant: &VariantSettings) -> usize {
-    variant.controls.as_ref().map_or(document.controls.len(), Vec::len) + 3
 }

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::study::check::model_checks::signals_of;
-use kardan_model::{ControlSpec, Document, Model, TableReader};
+use crate::study::operating_point::named_point::NamedPoint;
+use crate::study::read::locations::place_in_control;
+use kardan_model::{ControlSpec, Document, Model};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::schema::LawKeys;
@@ -15,8 +17,7 @@ pub(in crate::study) fn excluded(
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<BTreeSet<String>> {
-    let own = document.controls.iter().find(|own| own.place == control.place);
-    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "excluded_elements"));
+    let place = place_in_control(document, control, "excluded_elements");
     let mut found = BTreeSet::new();
     if control.law.keyword == Program::KEYWORD && control.values.has("excluded_elements") {
         let message =
@@ -40,7 +41,7 @@ pub(in crate::study) fn excluded(
         let parts = document.elements.iter().filter(|part| part.place == element.place);
         found.extend(parts.map(|part| part.name.clone()));
     }
-    if !found.is_empty() && own.is_some_and(|own| own.table.values.contains_key("at")) {
+    if !found.is_empty() && NamedPoint::is_named(document, control) {
         let message = format!(
             "control `{}`: a design that leaves elements out has no operating point of the whole model",
             control.name
@@ -69,8 +70,7 @@ pub(in crate::study) fn needed_by(document: &Document, control: &ControlSpec, mo
             || model.terms.iter().any(|named| named.element == head)
     };
     let missing = inputs.iter().chain(&signals).find(|name| !is_present(name))?;
-    let own = document.controls.iter().find(|own| own.place == control.place);
-    let place = own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, "excluded_elements"));
+    let place = place_in_control(document, control, "excluded_elements");
     let message = format!("control `{}`: its design leaves out `{}`, which it needs", control.name, shortened(missing));
     let help = "leave out less: removing a shaft also removes the elements that act on it";
     Some(Diagnostic::error("control::excluded-elements", message).at(place, "left out here").help(help))

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::study::check::equilibrium::{Rest, format_position};
 use crate::study::check::multiplier_constraints::prescribed_note;
+use crate::study::read::read_values::read_word;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced};
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::schema::Value;
 use kardan_simulate::{Scenario, SignalEvent};
 use kardan_synthesis::Law;
 
@@ -26,8 +26,8 @@ pub(super) fn start_at_rest(
     scenario: &mut Scenario,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
-    let start_value = document.scenario.values.get("start");
-    if start_value.is_some_and(|found| found.value == Value::Word("operating_point".into())) {
+    let start = read_word(&document.scenario, "start");
+    if start == Some("operating_point") {
         let Some(point) = point else {
             return vec!["without controllers there is no operating point: the run begins at `initial`".into()];
         };
@@ -40,7 +40,7 @@ pub(super) fn start_at_rest(
             format_position(reduced, &point.position)
         )];
     }
-    if !start_value.is_some_and(|found| found.value == Value::Word("equilibrium".into())) {
+    if start != Some("equilibrium") {
         return Vec::new();
     }
     let slips = reduced.massless.iter().any(|massless| !massless.slips.is_empty());
@@ -74,7 +74,7 @@ pub(super) fn references_at_rest(
     implemented: &[Arc<dyn Law>],
     scenario: &mut Scenario,
 ) -> Option<String> {
-    document.scenario.values.get("start").filter(|found| found.value == Value::Word("operating_point".into()))?;
+    read_word(&document.scenario, "start").filter(|start| *start == "operating_point")?;
     let mut begin = Vec::new();
     for law in implemented {
         for (reference, rest) in law.references().iter().zip(law.references_at_rest()) {

@@ -249,7 +249,7 @@ fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<D
     if out[before..].iter().any(is_unstable) {
         return;
     }
-    let kinks = LoopKinks::of(variant);
+    let LoopKinks { kinks, .. } = LoopKinks::of(variant);
     let Some(side) = kinks.opposite() else { return };
     let mut found = Vec::new();
     check_sampled(&variant.on_side(&side), &mut found);

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::locations::places_in_control;
-use super::read_values::{quantity, read_word};
+use super::read_values::{quantity, read_tables, read_word};
 use super::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Exact};
@@ -13,7 +13,7 @@ use kardan_model::{ControlSpec, Document, Instance, Model, TableReader};
 use kardan_results::Physical;
 use kardan_results::signal_name::{Quantity, SignalName};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_simulate::{SignalEvent, Source, SourceTarget};
 use kardan_synthesis::Reference;
 
@@ -27,6 +27,7 @@ pub(in crate::study) fn sources(
     let mut sources: NamedList<Source> = NamedList::default();
     let mut commanded: HashSet<String> = HashSet::new();
     let blocks = of_programs(model, &mut sources);
+    let source = |name, physical, description| Source { name, physical, description, target: SourceTarget::Reference };
     for control in &model.controls {
         commanded.extend((control.law.inputs)(&control.values));
         for reference in control.law.all_references(&control.values) {
@@ -53,30 +54,20 @@ pub(in crate::study) fn sources(
                         .help("give the reference a name of its own, such as `ref_rack`"),
                 );
             } else if declared.is_none() {
-                sources.push(Source {
-                    name: reference.name,
-                    physical: reference.physical,
-                    description: reference.description,
-                    target: SourceTarget::Reference,
-                });
+                sources.push(source(reference.name, reference.physical, reference.description));
             }
         }
     }
     for reference in model.idle.iter().flat_map(|control| control.law.all_references(&control.values)) {
         if !blocks.contains_key(reference.name.as_str()) && !sources.has(&reference.name) {
-            sources.push(Source {
-                name: reference.name,
-                physical: reference.physical,
-                description: format!("{} (of a controller that is not in the loop)", reference.description),
-                target: SourceTarget::Reference,
-            });
+            let description = format!("{} (of a controller that is not in the loop)", reference.description);
+            sources.push(source(reference.name, reference.physical, description));
         }
     }
     for (name, dimension, block) in &model.programs.references {
         if !sources.has(name) {
             let description = format!("reference of the block {block}");
-            let (name, target) = (name.clone(), SourceTarget::Reference);
-            sources.push(Source { name, physical: Physical::of(*dimension), description, target });
+            sources.push(source(name.clone(), Physical::of(*dimension), description));
         }
     }
     for (k, input) in equations.inputs.iter().enumerate() {
@@ -249,11 +240,8 @@ pub(in crate::study) fn events(
 ) -> Vec<EventSpec> {
     let mut accepted: Vec<EventSpec> = Vec::new();
     let mut at_times: HashMap<(usize, u64), Vec<usize>> = HashMap::new();
-    let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
-        return accepted;
-    };
     let prescribed = prescribed(document);
-    for (i, table) in tables.iter().enumerate() {
+    for (i, table) in read_tables(&document.scenario, "event").iter().enumerate() {
         let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
         let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
         let (at, over) = (time("at"), time("over"));

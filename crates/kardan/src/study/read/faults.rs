@@ -1,7 +1,9 @@
 //! Faults of a scenario: sensors, motors, control units, springs and gears.
 
 use super::events::check_late;
-use super::read_values::{quantity, quantity_like, read_word};
+use super::locations::unknown_name_or;
+use super::read_values::{is_given, quantity, quantity_like, read_tables, read_word};
+use super::state_names::motors;
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, InputKind, Measured};
@@ -9,7 +11,7 @@ use kardan_model::parse::broken;
 use kardan_model::{ControlSpec, Document, Model, TableReader};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Placed, Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_simulate::{Failing, Faults, MechanicalFaultKind, MotorFaultKind, SensorFaultKind, UnitFaultKind};
 
 /// Parts that may fail, with their kinds of fault; the first kind is the default.
@@ -20,24 +22,28 @@ const PARTS: [(&str, &[&str]); 4] = [
     ("element", &["broken", "jump"]),
 ];
 
-/// `[[scenario.fault]]` of a document; errors are reported.
+/// `[[scenario.fault]]` and `[fault.NAME]` of a document; errors are reported.
 pub(in crate::study) fn faults(
     reader: &TableReader<'_>,
     (document, model, equations, settled): (&Document, &Model, &Equations, bool),
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
-) -> Faults {
-    let mut faults = Faults::default();
-    let Some(Value::Tables(tables)) = document.scenario.values.get("fault").map(|spanned| &spanned.value) else {
-        return faults;
+) -> (Faults, Vec<NamedFault>) {
+    let readings = &readings(model);
+    let mut add = |table: &Table, what: &str, faults: &mut Faults| {
+        Reader { reader, table, what, document, model, equations, readings, settled }.add(duration, faults, out);
     };
-    let readings = readings(model);
-    for (i, table) in tables.iter().enumerate() {
-        let what = format!("entry {} of `fault` of `[scenario]`", i + 1);
-        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
-        reading.add(duration, &mut faults, out);
+    let mut faults = Faults::default();
+    for (i, table) in read_tables(&document.scenario, "fault").iter().enumerate() {
+        add(table, &format!("entry {} of `fault` of `[scenario]`", i + 1), &mut faults);
     }
-    faults
+    let mut named = Vec::new();
+    for (name, table) in &document.faults {
+        let (name, mut faults) = (name.value.clone(), Faults::default());
+        add(table, &format!("fault `{}`", shortened(&name)), &mut faults);
+        named.push(NamedFault { name, faults });
+    }
+    (faults, named)
 }
 
 /// A named fault: it is active where a variant or command requests it.
@@ -54,24 +60,6 @@ impl NamedFault {
     pub fn begins(&self) -> f64 {
         self.faults.times().fold(f64::INFINITY, f64::min)
     }
-}
-
-/// `[fault.NAME]` of a document; errors are reported.
-pub(in crate::study) fn named_faults(
-    reader: &TableReader<'_>,
-    (document, model, equations, settled): (&Document, &Model, &Equations, bool),
-    duration: Option<&Exact>,
-    out: &mut Vec<Diagnostic>,
-) -> Vec<NamedFault> {
-    let readings = readings(model);
-    let read = |(name, table): &(Placed<String>, Table)| {
-        let (name, mut faults) = (name.value.clone(), Faults::default());
-        let what = format!("fault `{}`", shortened(&name));
-        let reading = Reader { reader, table, what: &what, document, model, equations, readings: &readings, settled };
-        reading.add(duration, &mut faults, out);
-        NamedFault { name, faults }
-    };
-    document.faults.iter().map(read).collect()
 }
 
 /// A sensor that the observer of a controller, a program, or a block reads.
@@ -140,8 +128,8 @@ impl<'a> Reader<'a, '_> {
 
     /// The failing part and its name.
     fn part(&self, out: &mut Vec<Diagnostic>) -> Option<(&'static str, &'a str)> {
-        let here = |key: &str| self.table.values.contains_key(key) || self.table.unread.contains(&key);
-        let named: Vec<&'static str> = PARTS.iter().map(|(part, _)| *part).filter(|part| here(part)).collect();
+        let parts = PARTS.iter().map(|(part, _)| *part);
+        let named: Vec<&'static str> = parts.filter(|part| is_given(self.table, part)).collect();
         match named[..] {
             [part] => Some((part, read_word(self.table, part)?)),
             [] => {
@@ -202,7 +190,7 @@ impl<'a> Reader<'a, '_> {
 
     /// The amount: present if and only if the kind needs it.
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
-        if !self.table.values.contains_key("value") && !self.table.unread.contains(&"value") {
+        if !is_given(self.table, "value") {
             let message = format!("{}: `{kind}` needs the key `value`", self.what);
             let help = format!("write how much: `value = {}`", expected.0.example());
             let place = TableReader::place(self.table, "kind");
@@ -303,20 +291,12 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn motor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
-        let motor = |input: &&kardan_mechanics::assemble::DirectionalTerm<InputKind>| {
-            matches!(input.value, InputKind::Motor(_))
-        };
-        let motors = || self.equations.inputs.iter().filter(motor);
-        let Some(input) = motors().find(|input| input.element == fault.name) else {
+        let Some(input) = motors(self.equations).find(|input| input.element == fault.name) else {
             if self.document.suppressed.has(&fault.name) {
                 return;
             }
-            let names = || motors().map(|input| input.element.as_str());
-            let help = match nearest(&fault.name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => "the model has no motor".to_string(),
-                None => format!("there are {}", quoted(names())),
-            };
+            let names: Vec<&str> = motors(self.equations).map(|input| input.element.as_str()).collect();
+            let help = unknown_name_or(&fault.name, names, "the model has no motor");
             let message = format!("there is no motor `{}`", shortened(&fault.name));
             out.push(self.diagnostic("name::unknown", &message, ("motor", "no such motor"), help));
             return;
@@ -363,12 +343,8 @@ impl<'a> Reader<'a, '_> {
             if self.document.suppressed.has(&fault.name) {
                 return;
             }
-            let names = || all().map(|control| control.name.as_str());
-            let help = match nearest(&fault.name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => "the model has no controller".to_string(),
-                None => format!("there are {}", quoted(names())),
-            };
+            let names = all().map(|control| control.name.as_str());
+            let help = unknown_name_or(&fault.name, names, "the model has no controller");
             let message = format!("there is no controller `{shown}`");
             out.push(self.diagnostic("name::unknown", &message, ("control", "no such controller"), help));
             return;
@@ -465,14 +441,9 @@ impl<'a> Reader<'a, '_> {
         let shown = shortened(element);
         let has = |name: &str| equations.springs.iter().any(|spring| spring.element == name);
         let damps = equations.dampers.iter().any(|damper| damper.element == element);
-        let names = || equations.springs.iter().map(|spring| spring.element.as_str());
-        let found = self.document.elements.get(element);
-        let Some(found) = found else {
-            let help = match nearest(element, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => "the model has no spring that could break".to_string(),
-                None => format!("there are {}", quoted(names())),
-            };
+        let Some(found) = self.document.elements.get(element) else {
+            let names = equations.springs.iter().map(|spring| spring.element.as_str());
+            let help = unknown_name_or(element, names, "the model has no spring that could break");
             return Some((format!("there is no element `{shown}`"), help));
         };
         let keyword = found.kind.keyword;

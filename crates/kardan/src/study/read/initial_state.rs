@@ -1,6 +1,6 @@
 //! Initial values: `initial` of `[scenario]`.
 
-use super::read_values::of_dimension;
+use super::read_values::{of_dimension, read_map};
 use kardan_math::names::unknown_name;
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};
@@ -8,7 +8,7 @@ use kardan_model::{Document, Instance, Setting, TableReader};
 use kardan_results::signal_name::{Quantity, SignalName, carrier};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Sign, Value};
+use kardan_schema::schema::Sign;
 
 /// An entry of `initial` of a coordinate, with its rank: 0 for its position, 1 for its rate.
 pub(in crate::study) struct Entry {
@@ -40,25 +40,24 @@ pub(in crate::study) fn initial_state(
     let entries = entries(reader, document, reduced, out);
     let Some(reduced) = reduced else { return (Vec::new(), Vec::new()) };
     let r = reduced.degrees_of_freedom();
-    let mut position = vec![0.0; r];
+    let mut state = [vec![0.0; r], vec![0.0; r]];
     for rate in [0, 1] {
         let own: Vec<&Entry> = entries.iter().filter(|entry| entry.rate == rate).collect();
         let prescribed: Vec<StartValue> = own.iter().map(|entry| entry.prescribed.clone()).collect();
-        let found = match (plain(reduced, &prescribed), rate) {
-            (Some(found), _) => Ok(found),
-            (None, 0) => start_position(reduced, &prescribed),
-            (None, _) => start_speed(reduced, &position, &prescribed),
+        let found = match plain(reduced, &prescribed) {
+            Some(found) => Ok(found),
+            None if rate == 0 => start_position(reduced, &prescribed),
+            None => start_speed(reduced, &state[0], &prescribed),
         };
-        match (found, rate) {
-            (Ok(found), 0) => position = found,
-            (Ok(speed), _) => return (position, speed),
-            (Err(conflict), _) => {
+        match found {
+            Ok(found) => state[rate] = found,
+            Err(conflict) => {
                 out.push(contradiction(&own, &conflict));
                 break;
             }
         }
     }
-    (position, vec![0.0; r])
+    state.into()
 }
 
 /// If only reduced coordinates are given, there is nothing to solve.
@@ -105,9 +104,6 @@ fn entries(
     reduced: Option<&Reduced>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Entry> {
-    let Some(Value::Map(entries)) = document.scenario.values.get("initial").map(|spanned| &spanned.value) else {
-        return Vec::new();
-    };
     let charges = document.charges();
     let bodies = document.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.as_str());
     let moving: Vec<&str> = bodies.chain(charges.iter().map(String::as_str)).collect();
@@ -116,7 +112,7 @@ fn entries(
         found => found.and_then(Instance::body).unwrap_or_default(),
     };
     let mut found = Vec::new();
-    for (name, scalar) in entries {
+    for (name, scalar) in read_map(&document.scenario, "initial") {
         let (signal, body) = (SignalName::new(&name.value), carrier(&name.value));
         let quantities = domain(body).motion();
         let rate = quantities.iter().position(|quantity| signal.is(*quantity)).filter(|_| moving.contains(&body));

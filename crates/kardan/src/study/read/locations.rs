@@ -1,6 +1,7 @@
-//! The spans in a file that a diagnostic points at.
+//! The spans in a file that a diagnostic points at, and the help for unknown names.
 
-use kardan_model::{ControlSpec, Document, occurrences};
+use kardan_math::names::unknown_name;
+use kardan_model::{ControlSpec, Document, TableReader, occurrences};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Value;
@@ -37,6 +38,24 @@ pub(in crate::study) fn places_in_control(document: &Document, control: &Control
     let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
     let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
     if places.is_empty() { vec![control.place.clone()] } else { places }
+}
+
+/// The span of a key's value of a controller, of its header if the key is absent.
+pub(in crate::study) fn place_in_control(document: &Document, control: &ControlSpec, key: &str) -> Place {
+    let own = document.controls.iter().find(|own| own.place == control.place);
+    own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, key))
+}
+
+/// The help for an unknown name: the nearest one, or the existing ones; `none` if none exists.
+pub(in crate::study) fn unknown_name_or<'a>(
+    name: &str,
+    existing: impl IntoIterator<Item = &'a str> + Clone,
+    none: &str,
+) -> String {
+    match existing.clone().into_iter().next() {
+        Some(_) => unknown_name(name, existing),
+        None => none.to_string(),
+    }
 }
 
 /// Adds labels at the spans of elements, charges or nodes, each once, in the order of the file.

@@ -30,6 +30,30 @@ pub(in crate::study) fn read_names<'a>(table: &'a Table, key: &str) -> &'a [Plac
     })
 }
 
+/// The tables of a key; none if it is absent or unreadable.
+pub(in crate::study) fn read_tables<'a>(table: &'a Table, key: &str) -> &'a [Table] {
+    match table.values.get(key).map(|found| &found.value) {
+        Some(Value::Tables(tables)) => tables,
+        _ => &[],
+    }
+}
+
+/// A name and its value.
+pub(in crate::study) type Entry = (Placed<String>, Placed<SchemaScalar>);
+
+/// The entries of a key from names to values; none if it is absent or unreadable.
+pub(in crate::study) fn read_map<'a>(table: &'a Table, key: &str) -> &'a [Entry] {
+    match table.values.get(key).map(|found| &found.value) {
+        Some(Value::Map(entries)) => entries,
+        _ => &[],
+    }
+}
+
+/// Whether the file has a key, even if its value is unreadable.
+pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
+    table.values.contains_key(key) || table.unread.contains(&key)
+}
+
 /// A quantity of a table in SI, checked against a dimension and, through parameters, against a sign.
 pub(in crate::study) fn quantity(
     reader: &TableReader<'_>,

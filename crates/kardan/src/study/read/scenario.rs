@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::events::{EventSpec, events, sources};
-use super::faults::{NamedFault, faults, named_faults};
+use super::faults::{NamedFault, faults};
 use super::initial_state::initial_state;
 use super::read_values::{quantity, quantity_like, read_word};
 use super::source_signals::source_signals;
@@ -37,8 +37,7 @@ pub(in crate::study) fn scenario(
     let sources = sources(model, equations, document, out);
     let event_specs = events(&reader, document, model, &sources, duration.as_ref(), out);
     let context = (document, model, equations, reduced.is_some_and(Reduced::is_settled));
-    let faults = faults(&reader, context, duration.as_ref(), out);
-    let named = named_faults(&reader, context, duration.as_ref(), out);
+    let (faults, named) = faults(&reader, context, duration.as_ref(), out);
     let mut ends = event_specs.iter().flat_map(EventSpec::times).collect::<Vec<_>>();
     ends.extend(begins(&reader, document));
     let times = match (&duration, &step) {

@@ -4,13 +4,14 @@ use std::collections::HashSet;
 
 use super::events::{not_settable, settable};
 use super::locations::places_in_control;
+use super::read_values::read_map;
 use kardan_elements::manoeuvre::quoted;
 use kardan_expr::expr::OfTime;
 use kardan_math::units::Expression;
 use kardan_model::{ControlSpec, Document, Functions, Model, TableReader};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::{Scalar, Value};
+use kardan_schema::schema::Scalar;
 use kardan_simulate::{Source, SourceSignal, SourceTarget};
 
 /// The sources that `signals` of `[scenario]` adds, and signals that laws name as references; every signal is checked, also one that nothing names.
@@ -21,10 +22,7 @@ pub(in crate::study) fn source_signals(
     (duration, seed): (f64, u64),
     out: &mut Vec<Diagnostic>,
 ) -> Vec<SourceSignal> {
-    let explicit = match document.scenario.values.get("signals").map(|found| &found.value) {
-        Some(Value::Map(explicit)) => explicit.as_slice(),
-        _ => &[],
-    };
+    let explicit = read_map(&document.scenario, "signals");
     if explicit.is_empty() && document.signals.is_empty() {
         return Vec::new();
     }

@@ -1,8 +1,9 @@
-//! Coordinates that are no angles, and the names of their motions.
+//! Coordinates that are no angles, the names of their motions, the motors of a model, and signs in sums.
 
 use std::collections::BTreeMap;
 
-use kardan_mechanics::equations::Domain;
+use kardan_mechanics::assemble::{DirectionalTerm, Equations};
+use kardan_mechanics::equations::{Domain, InputKind};
 use kardan_mechanics::reduce::Reduced;
 use kardan_results::signal_name::{Quantity, SignalName, carrier};
 
@@ -16,6 +17,11 @@ pub(in crate::study) fn non_angle_domains(reduced: &Reduced) -> NonAngleDomains 
     domains.filter(|(_, domain)| *domain != Domain::Rotation).collect()
 }
 
+/// Its motors and sources: inputs that are no disturbances.
+pub(in crate::study) fn motors(equations: &Equations) -> impl Iterator<Item = &DirectionalTerm<InputKind>> {
+    equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)))
+}
+
 /// `a.w` as it is, `rack.v` in place of `rack.w` for a mass, `L1.i` for a charge.
 pub(in crate::study) fn state_name(name: &str, non_angle_domains: &NonAngleDomains) -> String {
     let carrier = carrier(name);
@@ -24,5 +30,15 @@ pub(in crate::study) fn state_name(name: &str, non_angle_domains: &NonAngleDomai
         Some(Quantity::Angle) => domain.motion()[0].of(carrier),
         Some(Quantity::Speed) => domain.motion()[1].of(carrier),
         _ => name.to_string(),
+    }
+}
+
+/// The sign before the next term of a sum as text.
+pub(in crate::study) fn sign_in_sum(sum: &str, is_negative: bool) -> &'static str {
+    match (sum.is_empty(), is_negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
     }
 }

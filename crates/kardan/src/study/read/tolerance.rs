@@ -12,14 +12,8 @@ pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-13..=1e-3;
 
 pub(in crate::study) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Tolerance {
     let reader = TableReader::new(document, &[]);
-    let relative = quantity(
-        &reader,
-        &document.scenario,
-        "relative_tolerance",
-        (Dimension::NONE, Sign::Positive),
-        "`[scenario]`",
-        out,
-    );
+    let expected = (Dimension::NONE, Sign::Positive);
+    let relative = quantity(&reader, &document.scenario, "relative_tolerance", expected, "`[scenario]`", out);
     let Some(relative) = relative.map(|x| x.to_f64()) else { return Tolerance::default() };
     if !TOLERANCES.contains(&relative) {
         out.push(

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::study::read::locations::place_of_value;
 use crate::study::read::positions::is_finite_at;
-use crate::study::read::read_values::{of_dimension, read_names, read_word};
+use crate::study::read::read_values::{Entry, of_dimension, read_map, read_names, read_scalar, read_tables, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::names::unknown_name;
@@ -17,7 +17,7 @@ use kardan_results::Physical;
 use kardan_results::signal_name::{Quantity, SignalName, carrier};
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
+use kardan_schema::schema::{Field, Keys, Kind, Sign, Table};
 
 /// Largest number of samples that a study accepts.
 const MOST_SAMPLES: f64 = 1e6;
@@ -52,26 +52,6 @@ pub struct AnalysisSpec {
     pub places: BTreeMap<&'static str, Place>,
     /// Spans in the file: of the expression of each law of torque.
     pub laws: BTreeMap<String, Place>,
-}
-
-impl Default for AnalysisSpec {
-    fn default() -> Self {
-        Self {
-            inputs: None,
-            outputs: None,
-            at: Vec::new(),
-            conditions: OperatingConditions::default(),
-            stuck: Vec::new(),
-            horizon: Exact::one(),
-            motion: Vec::new(),
-            threshold: None,
-            samples: None,
-            actuators: Vec::new(),
-            sensors: Vec::new(),
-            places: BTreeMap::new(),
-            laws: BTreeMap::new(),
-        }
-    }
 }
 
 impl AnalysisSpec {
@@ -137,39 +117,40 @@ pub(in crate::study) fn analysis_spec(
         .copied()
         .collect();
     let values = reader.values(&fields, table, what, out);
-    let mut spec = AnalysisSpec {
-        inputs: values.names("inputs").map(<[String]>::to_vec),
-        stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
-        threshold: values.number("threshold"),
-        places: table.values.iter().map(|(key, entry)| (*key, entry.place.clone())).collect(),
-        laws: equations
-            .laws
-            .iter()
-            .map(|law| (law.element.clone(), place_of_value(context.document, &law.element, "law")))
-            .collect(),
-        ..AnalysisSpec::default()
-    };
-    spec.horizon = values.exact_or_default("horizon");
-    spec.outputs = outputs(context, equations, table, out);
-    spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
+    let outputs = outputs(context, equations, table, out);
+    let samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
     let own = (table, what);
-    (spec.at, spec.conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
-    spec.motion = targets_of((what, "motion"), entries_of(table, "motion"), (context.document, targets), &reader, out);
-    let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
-    if matches!(table.values.get("motion"), Some(entry) if matches!(&entry.value, Value::Map(entries)
-        if entries.len() == spec.motion.len()))
-        && !moves
-    {
+    let (at, conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
+    let entries = read_map(table, "motion");
+    let motion = targets_of((what, "motion"), entries, (context.document, targets), &reader, out);
+    let moves = motion.iter().any(|(_, value)| *value != 0.0);
+    if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
                 .at(TableReader::place(table, "motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
     }
-    spec.actuators = places(table, "actuator", context, &reader, out);
-    spec.sensors = places(table, "sensor", context, &reader, out);
+    let [actuators, sensors] = ["actuator", "sensor"].map(|key| places(table, key, context, &reader, out));
+    let laws = equations.laws.iter().map(|law| &law.element);
+    let laws = laws.map(|element| (element.clone(), place_of_value(context.document, element, "law")));
+    let mut spec = AnalysisSpec {
+        inputs: values.names("inputs").map(<[String]>::to_vec),
+        outputs,
+        at,
+        conditions,
+        stuck: values.names("stuck").map(<[String]>::to_vec).unwrap_or_default(),
+        horizon: values.exact_or_default("horizon"),
+        motion,
+        threshold: values.number("threshold"),
+        samples,
+        actuators,
+        sensors,
+        places: table.values.iter().map(|(key, entry)| (*key, entry.place.clone())).collect(),
+        laws: laws.collect(),
+    };
     check_stuck(&mut spec, context, equations, out);
     if let Some(point) = point {
         check_point(&spec, table, &point, out);
@@ -308,17 +289,6 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     None
 }
 
-/// The entries of a table from signals to quantities.
-pub(in crate::study) fn entries_of<'a>(table: &'a Table, key: &str) -> &'a [Target] {
-    match table.values.get(key).map(|entry| &entry.value) {
-        Some(Value::Map(entries)) => entries,
-        _ => &[],
-    }
-}
-
-/// A signal and its value.
-type Target = (Placed<String>, Placed<Scalar>);
-
 /// The values of `at` of a table: positions of coordinates, speeds of anything that moves, torques of inputs, and the time.
 pub(in crate::study) fn operating_point(
     (table, what): (&Table, &str),
@@ -329,7 +299,7 @@ pub(in crate::study) fn operating_point(
 ) -> (Vec<(String, f64)>, OperatingConditions) {
     let (mut conditions, mut rest) = (OperatingConditions::default(), Vec::new());
     let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
-    for entry in entries_of(table, "at") {
+    for entry in read_map(table, "at") {
         let (name, scalar) = entry;
         let signal = SignalName::new(&name.value);
         let label = format!("`{}` in `at` of {what}", name.value);
@@ -380,7 +350,7 @@ const TIME: &str = "t";
 /// Angles (and speeds, if `rates` is 2) of coordinates by name, among the entries of a table.
 pub(in crate::study) fn targets_of(
     (what, key): (&str, &str),
-    entries: &[Target],
+    entries: &[Entry],
     (document, coordinates): (&Document, Option<&[String]>),
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
@@ -436,12 +406,11 @@ fn places(
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Site> {
-    let Some(entry) = table.values.get(key) else { return Vec::new() };
-    let Value::Tables(tables) = &entry.value else { return Vec::new() };
-    if tables.is_empty() && !table.unread.contains(&key) {
+    let tables = read_tables(table, key);
+    if tables.is_empty() && table.values.contains_key(key) && !table.unread.contains(&key) {
         out.push(
             Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
-                .at(entry.place.clone(), "no place")
+                .at(TableReader::place(table, key), "no place")
                 .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
         );
     }
@@ -458,7 +427,7 @@ fn places(
         };
         // `TableReader::values` of the whole table has reported unreadable values.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
-        let cost = crate::study::read::read_values::read_scalar(table, "cost")
+        let cost = read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         // If it is unreadable, the location is checked nevertheless.
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };

@@ -1,14 +1,14 @@
 //! Settings of `[bench]`.
 
-use super::bench_truth::{Entry, Truth};
-use crate::study::read::read_values::{of_dimension, quantity, read_names, read_word};
+use super::bench_truth::Truth;
+use crate::study::read::read_values::{Entry, of_dimension, quantity, read_map, read_names, read_word};
 use crate::study::read::scenario::whole;
 use kardan_math::names::unknown_name;
 use kardan_math::units::Dimension;
 use kardan_model::tables::ExcitationPlan;
 use kardan_model::{Document, Instance, Setting, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::{Placed, Sign, Table, Value};
+use kardan_schema::schema::{Placed, Sign, Table};
 
 /// The table `[bench]`, with defaults for omitted keys.
 pub(in crate::study) struct BenchSpec {
@@ -42,14 +42,6 @@ const USUAL: f64 = 30.0;
 /// Largest bandwidth of the servo loops times their sample time; their filter is ten times as fast.
 const FASTEST: f64 = 0.3;
 
-/// The entries of a table of names and quantities.
-fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
-    match table.values.get(key).map(|spanned| &spanned.value) {
-        Some(Value::Map(entries)) => Some(entries.clone()),
-        _ => None,
-    }
-}
-
 impl BenchSpec {
     pub fn read(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Self {
         let table = &document.bench;
@@ -57,13 +49,8 @@ impl BenchSpec {
         let spread = bench.number("spread", Dimension::NONE, Sign::NonNegative).unwrap_or_default();
         if spread >= 1.0 {
             let wrong = format!("{spread} would let a value change its sign");
-            bench.refuse(
-                "bench::spread-range",
-                "spread",
-                &wrong,
-                "not below 1",
-                "give a part of the values, such as 0.1",
-            );
+            let help = "give a part of the values, such as 0.1";
+            bench.refuse("bench::spread-range", "spread", &wrong, "not below 1", help);
         }
         let period = bench.time("sample_time").unwrap_or(1e-3); // Unreadable: the checks continue with the default.
         if !(1e-5..=0.1).contains(&period) {
@@ -88,7 +75,7 @@ impl BenchSpec {
             bench.refuse("bench::bandwidth", "bandwidth", &wrong, "too fast for the sample time", &help);
         }
         Self {
-            truth: entries(table, "truth"),
+            truth: table.values.contains_key("truth").then(|| read_map(table, "truth").to_vec()),
             spread,
             period,
             seed,
@@ -153,7 +140,7 @@ impl BenchTable<'_> {
     /// Speeds by shaft, rad/s.
     fn speeds(&mut self, key: &str, (sign, help): (Sign, &str)) -> Vec<(String, f64)> {
         let mut speeds = Vec::new();
-        for (name, scalar) in entries(self.table, key).unwrap_or_default() {
+        for (name, scalar) in read_map(self.table, key) {
             let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
             let moves = |e: &&Instance| matches!(e.kind.keyword, "shaft" | "mass");
             let bodies = || self.document.elements.iter().filter(moves);
@@ -172,7 +159,7 @@ impl BenchTable<'_> {
                 "mass" => Dimension::VELOCITY,
                 _ => Dimension::ANGULAR_VELOCITY,
             };
-            let read = of_dimension(&self.reader, &scalar, (dimension, Sign::Any), &label, self.out);
+            let read = of_dimension(&self.reader, scalar, (dimension, Sign::Any), &label, self.out);
             let Some(value) = read.map(|value| value.to_f64()) else { continue };
             let wrong = match sign {
                 Sign::Positive => (value <= 0.0).then_some("must be more than zero"),
@@ -185,7 +172,7 @@ impl BenchTable<'_> {
                         .at(scalar.place.clone(), "out of range")
                         .help(help),
                 ),
-                None => speeds.push((name.value, value)),
+                None => speeds.push((name.value.clone(), value)),
             }
         }
         speeds

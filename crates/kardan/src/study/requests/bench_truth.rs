@@ -1,6 +1,6 @@
 //! The plant on the bench: the model's tables with values unknown to the model.
 
-use crate::study::read::read_values::of_dimension;
+use crate::study::read::read_values::{Entry, of_dimension};
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::num::{Random, rational_from_f64};
 use kardan_math::units::{Dimension, Exact};
@@ -18,9 +18,6 @@ pub(in crate::study) struct Truth {
     /// Names with the values of the model.
     removed: Vec<String>,
 }
-
-/// An entry of `truth`: name and value.
-pub(in crate::study) type Entry = (Placed<String>, Placed<Scalar>);
 
 impl Truth {
     /// The plant equals the model except for later changes; some names remain unchanged.

@@ -3,14 +3,14 @@
 use std::str;
 
 use super::distribution::{Distribution, score};
-use super::varied::{Varied, add, format_distribution, parameter};
+use super::varied::{Varied, add, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
-use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::read_values::{read_names, read_tables, read_word};
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
 use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::{Table, Value};
+use kardan_schema::schema::Table;
 
 /// Most parameters of one matrix: the decision uses exact fractions.
 const MOST_CORRELATED: usize = 40;
@@ -92,11 +92,8 @@ pub(in crate::study) fn correlated(
     tolerances: bool,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<CorrelatedGroup> {
-    let Some(Value::Tables(tables)) = document.sweep.values.get("correlated").map(|found| &found.value) else {
-        return Vec::new();
-    };
     let mut found: Vec<CorrelatedGroup> = Vec::new();
-    for (number, table) in tables.iter().enumerate() {
+    for (number, table) in read_tables(&document.sweep, "correlated").iter().enumerate() {
         let what = format!("entry {} of `[[sweep.correlated]]`", number + 1);
         let before = out.len();
         let Some(correlation) = correlation(document, table, &what, out) else { continue };
@@ -108,9 +105,7 @@ pub(in crate::study) fn correlated(
                 let mean = mean.unwrap_or_else(|| parameter.value.to_f64());
                 let distribution =
                     Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };
-                let text = format_distribution(&distribution, parameter.dimension);
-                let one =
-                    Varied { name: name.clone(), dimension: parameter.dimension, distribution, text, laws: Vec::new() };
+                let one = Varied::new(name, parameter.dimension, distribution);
                 if tolerances {
                     varied.retain(|candidate| candidate.name != one.name);
                 }

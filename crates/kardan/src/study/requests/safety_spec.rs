@@ -4,13 +4,14 @@ use crate::study::NamedFault;
 use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::Measuring;
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{quantity, read_names, read_scalar, read_word};
+use crate::study::read::locations::unknown_name_or;
+use crate::study::read::read_values::{is_given, quantity, read_map, read_names, read_scalar, read_tables, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::Dimension;
 use kardan_model::tables::Measure;
 use kardan_model::{Document, TableReader, VariantSettings, no_such_fault};
 use kardan_results::SafetyEffect;
-use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 
@@ -73,6 +74,7 @@ pub(in crate::study) fn safety_spec<'a>(
         found.map(|x| x.to_f64())
     };
     let chosen = selected_variants(table, variants, context, SAFETY, out);
+    let monitors = document.blocks.iter().filter(|block| block.kind.keyword == "monitor");
     let mut spec = SafetySpec {
         faults: fault_names(document, is_declared, out),
         pairs: read_word(table, "pairs") == Some("yes"),
@@ -82,15 +84,12 @@ pub(in crate::study) fn safety_spec<'a>(
         detection_time_limit: time("detection_time_limit", table, out),
         reaction: reaction(document, out),
         effects: Vec::new(),
-        monitors: monitors(document),
+        monitors: monitors.map(|block| block.name.clone()).collect(),
     };
     check_missing_keys(document, &spec, out);
     let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
     let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
-    let Some(Value::Tables(tables)) = table.values.get("effect").map(|found| &found.value) else {
-        return Some(spec);
-    };
-    for table in tables {
+    for table in read_tables(table, "effect") {
         let Some(effect) = effect(context, &reader, (table, variants, ends), out) else { continue };
         let late = |fault: &&NamedFault| {
             let (begins, end) = (fault.begins(), fault.begins() + effect.window);
@@ -148,15 +147,6 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
     names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }
 
-/// The variants of the table, with their settings: those that it names, otherwise those without faults of their own.
-fn tried_settings(document: &Document, chosen: &[String]) -> Vec<VariantSettings> {
-    let tried = |variant: &VariantSettings| match chosen {
-        [] => variant.faults.is_empty(),
-        _ => chosen.contains(&variant.name),
-    };
-    document.variant_settings().into_iter().filter(tried).collect()
-}
-
 /// The parameters of the grid; kardan reports a value of another dimension, and one that a variant of the table sets.
 fn value_names(
     reader: &TableReader<'_>,
@@ -164,23 +154,22 @@ fn value_names(
     chosen: &[String],
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
-    let Some(Value::Map(entries)) = document.safety.values.get("values").map(|found| &found.value) else {
-        return Vec::new();
+    // The variants of the table: those that it names, otherwise those without faults of their own.
+    let is_tried = |variant: &&VariantSettings| match chosen {
+        [] => variant.faults.is_empty(),
+        _ => chosen.contains(&variant.name),
     };
-    let tried = tried_settings(document, chosen);
-    let sets = |name: &String| tried.iter().find(|variant| variant.settings.iter().any(|one| one.name == *name));
+    let all = document.variant_settings();
+    let sets = |variant: &VariantSettings, name: &str| variant.settings.iter().any(|one| one.name == name);
+    let setter = |name: &str| all.iter().filter(is_tried).find(|variant| sets(variant, name));
     let mut names: Vec<String> = Vec::new();
-    for (name, scalar) in entries {
+    for (name, scalar) in read_map(&document.safety, "values") {
         let shown = shortened(&name.value);
         let label = format!("`{shown}` of `values` of {SAFETY}");
         let Some(parameter) = document.declared(&name.value) else {
             if !document.suppressed.has(&name.value) {
-                let names = || document.parameters.iter().map(|parameter| parameter.name.as_str());
-                let help = match nearest(&name.value, names()) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None if names().next().is_none() => "declare it under `[parameters]`".to_string(),
-                    None => format!("there are {}", quoted(names())),
-                };
+                let names = document.parameters.iter().map(|parameter| parameter.name.as_str());
+                let help = unknown_name_or(&name.value, names, "declare it under `[parameters]`");
                 let message = format!("{label}: there is no such parameter");
                 out.push(
                     Diagnostic::error("name::unknown", message).at(name.place.clone(), "no such parameter").help(help),
@@ -188,7 +177,7 @@ fn value_names(
             }
             continue;
         };
-        if let Some(variant) = sets(&name.value) {
+        if let Some(variant) = setter(&name.value) {
             let own = shortened(&variant.name);
             let message =
                 format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
@@ -237,14 +226,8 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
     let machines = || document.blocks.iter().filter(|block| block.kind.keyword == "state_machine");
     let Some(block) = machines().find(|block| block.name == name) else {
         if !document.suppressed.has(name) {
-            let names = || machines().map(|block| block.name.as_str());
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names().next().is_none() => {
-                    "write one: `[block.mode]` with `kind = \"state_machine\"`".to_string()
-                }
-                None => format!("there are {}", quoted(names())),
-            };
+            let names = machines().map(|block| block.name.as_str());
+            let help = unknown_name_or(name, names, "write one: `[block.mode]` with `kind = \"state_machine\"`");
             let message = format!("`reaction` of {SAFETY}: there is no state machine `{}`", shortened(name));
             let place = TableReader::place(&document.safety, "reaction");
             out.push(Diagnostic::error("name::unknown", message).at(place, "no state machine").help(help));
@@ -254,16 +237,10 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
     Some((name.to_string(), read_names(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
 }
 
-fn monitors(document: &Document) -> Vec<String> {
-    let own = document.blocks.iter().filter(|block| block.kind.keyword == "monitor");
-    own.map(|block| block.name.clone()).collect()
-}
-
 /// Reports keys without effect because another one is missing.
 fn check_missing_keys(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
-    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-    if spec.detection_time_limit.is_some() && !here("detected") {
+    if spec.detection_time_limit.is_some() && !is_given(table, "detected") {
         let message = format!("{SAFETY}: `detection_time_limit` has no effect without `detected`");
         let place = TableReader::place(table, "detection_time_limit");
         let help = "add the detection condition: `detected = \"MONITOR\"`";

@@ -23,37 +23,34 @@ pub(in crate::study) enum SamplingMethod {
     Morris,
 }
 
+/// Their names in files, without the grid, whose levels are a key of its own.
+const NAMES: [(&str, SamplingMethod); 7] = [
+    ("random", SamplingMethod::Random),
+    ("latin_hypercube", SamplingMethod::LatinHypercube),
+    ("sobol", SamplingMethod::Sobol),
+    ("halton", SamplingMethod::Halton),
+    ("corners", SamplingMethod::Levels(2)),
+    ("saltelli", SamplingMethod::Saltelli),
+    ("morris", SamplingMethod::Morris),
+];
+
 impl SamplingMethod {
     /// Whether points are draws of the distributions.
     pub fn draws(self) -> bool {
         matches!(self, Self::Random | Self::LatinHypercube | Self::Sobol | Self::Halton)
     }
 
-    /// The names in files, in order.
+    /// The method of a name, a Latin hypercube if there is none.
     pub fn named(word: &str, levels: u64) -> Self {
-        match word {
-            "random" => Self::Random,
-            "sobol" => Self::Sobol,
-            "halton" => Self::Halton,
-            "corners" => Self::Levels(2),
-            "grid" => Self::Levels(levels),
-            "saltelli" => Self::Saltelli,
-            "morris" => Self::Morris,
-            _ => Self::LatinHypercube,
+        if word == "grid" {
+            return Self::Levels(levels);
         }
+        NAMES.iter().find(|(name, _)| *name == word).map_or(Self::LatinHypercube, |(_, method)| *method)
     }
 
+    /// Its name.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Random => "random",
-            Self::LatinHypercube => "latin_hypercube",
-            Self::Sobol => "sobol",
-            Self::Halton => "halton",
-            Self::Levels(2) => "corners",
-            Self::Levels(_) => "grid",
-            Self::Saltelli => "saltelli",
-            Self::Morris => "morris",
-        }
+        NAMES.iter().find(|(_, method)| *method == self).map_or("grid", |(name, _)| name)
     }
 
     /// Samples of one group, for a number of axes, or of factors that move together.

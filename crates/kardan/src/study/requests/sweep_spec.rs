@@ -3,16 +3,16 @@
 use super::correlated::{CorrelatedGroup, correlated};
 use super::distribution::Distribution;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
-use super::varied::{SWEEP, Varied, add, format_distribution, parameter};
+use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{of_dimension, quantity, read_word};
+use crate::study::read::read_values::{of_dimension, quantity, read_map, read_tables, read_word};
 use crate::study::read::scenario::whole;
 use crate::study::read::signal_table::SignalContext;
 use kardan_identify::two_sided_normal;
 use kardan_math::units::Exact;
 use kardan_model::{Document, Parameter, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 
 /// Most samples.
 pub(in crate::study) const MOST_SAMPLES: u64 = 10_000_000;
@@ -55,8 +55,8 @@ pub(in crate::study) fn sweep_spec(
         out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
-    if let Some(Value::Tables(tables)) = table.values.get("vary").map(|found| &found.value) {
-        tables.iter().for_each(|table| add(&mut varied, vary(&reader, document, table, out), table, out));
+    for table in read_tables(table, "vary") {
+        add(&mut varied, vary(&reader, document, table, out), table, out);
     }
     lists(&reader, document, &mut varied, out);
     let of_tolerances = !table.values.contains_key("vary") && !table.values.contains_key("lists");
@@ -66,8 +66,7 @@ pub(in crate::study) fn sweep_spec(
     let correlated = correlated(document, &mut varied, of_tolerances, out);
     let levels = whole(&reader, table, "levels", SWEEP, out).unwrap_or(LEVELS);
     let sampling = SamplingMethod::named(read_word(table, "points").unwrap_or_default(), levels.max(2));
-    check_points(table, sampling, (levels, &varied), out);
-    check_axes(table, sampling, (varied.len(), correlated.is_empty()), out);
+    check_points(table, sampling, (levels, &varied, correlated.is_empty()), out);
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
@@ -78,11 +77,12 @@ pub(in crate::study) fn sweep_spec(
     }
 }
 
-/// Reports keys that the points do not use, and distributions without ends.
+/// Reports keys that the points do not use, distributions without ends, and points that do not support this many axes, or parameters
+/// that vary together.
 fn check_points(
     table: &Table,
     sampling: SamplingMethod,
-    (levels, varied): (u64, &[Varied]),
+    (levels, varied, apart): (u64, &[Varied], bool),
     out: &mut Vec<Diagnostic>,
 ) {
     let mut refuse = |key: &str, message: String, help: &str| {
@@ -91,46 +91,34 @@ fn check_points(
     };
     let here = |key: &str| table.values.contains_key(key);
     let word = sampling.word();
-    let on_grid = matches!(sampling, SamplingMethod::Levels(_));
     if here("levels") && read_word(table, "points") != Some("grid") {
         refuse("levels", "`levels` applies to `points = \"grid\"` only".into(), "remove it, or choose a grid");
     } else if levels < 2 {
         refuse("levels", format!("a grid has {levels} level"), "a grid needs at least two levels");
     }
-    if !on_grid {
-        return;
+    if matches!(sampling, SamplingMethod::Levels(_)) {
+        for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
+            refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
+        }
+        for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
+            let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
+            refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
+        }
     }
-    for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
-        refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
-    }
-    for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
-        let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
-        refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
-    }
-}
-
-/// Reports points that do not support this many axes, or parameters that vary together.
-fn check_axes(table: &Table, sampling: SamplingMethod, (axes, apart): (usize, bool), out: &mut Vec<Diagnostic>) {
-    let word = sampling.word();
-    let mut refuse = |message: String, help: &str| {
-        let place = TableReader::place(table, "points");
-        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
-    };
+    let axes = varied.len();
     let most = match sampling {
         SamplingMethod::Sobol => SOBOL_AXES,
         SamplingMethod::Saltelli => SOBOL_AXES / 2,
         _ => usize::MAX,
     };
     if axes > most {
-        refuse(
-            format!("`points = \"{word}\"` supports at most {most} parameters, and {axes} vary"),
-            "choose other points",
-        );
+        let message = format!("`points = \"{word}\"` supports at most {most} parameters, and {axes} vary");
+        refuse("points", message, "choose other points");
     }
     if !apart && matches!(sampling, SamplingMethod::Levels(_) | SamplingMethod::Morris) {
         let message =
             format!("samples of `points = \"{word}\"` change one parameter at a time, and some vary together");
-        refuse(message, "choose other points, or remove `[[sweep.correlated]]`");
+        refuse("points", message, "choose other points, or remove `[[sweep.correlated]]`");
     }
 }
 
@@ -185,13 +173,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
             refuse(key, message, help, out);
         }
     });
-    (out.len() == before).then(|| Varied {
-        name: parameter.name.clone(),
-        dimension: parameter.dimension,
-        text: format_distribution(&distribution, parameter.dimension),
-        distribution,
-        laws: Vec::new(),
-    })
+    (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
 }
 
 /// A distribution by its name, between its ends; errors by their keys, with help.
@@ -236,9 +218,8 @@ fn shape(
 /// `lists`.
 fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>, out: &mut Vec<Diagnostic>) {
     let table = &document.sweep;
-    let Some(Value::Map(entries)) = table.values.get("lists").map(|found| &found.value) else { return };
     let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
-    for (name, scalar) in entries {
+    for (name, scalar) in read_map(table, "lists") {
         let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
         let position = found.iter().position(|(parameter, _)| parameter.name == name.value);
         let number = match position {
@@ -254,15 +235,7 @@ fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>
         found[number].1.extend(value.map(|x| x.to_f64()));
     }
     for (parameter, values) in found.into_iter().filter(|(_, values)| !values.is_empty()) {
-        let distribution = Distribution::Listed(values);
-        let text = format_distribution(&distribution, parameter.dimension);
-        let one = Varied {
-            name: parameter.name.clone(),
-            dimension: parameter.dimension,
-            distribution,
-            text,
-            laws: Vec::new(),
-        };
+        let one = Varied::new(&parameter.name, parameter.dimension, Distribution::Listed(values));
         add(varied, Some(one), table, out);
     }
 }
@@ -292,8 +265,7 @@ fn tolerances(document: &Document) -> Vec<Varied> {
                 }
             }
         };
-        let text = format_distribution(&distribution, one.dimension);
-        Varied { name: one.parameter, dimension: one.dimension, distribution, text, laws: Vec::new() }
+        Varied::new(&one.parameter, one.dimension, distribution)
     });
     varied.filter(|one| !document.is_varied(&one.name)).collect()
 }

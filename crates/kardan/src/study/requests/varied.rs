@@ -23,6 +23,14 @@ pub(in crate::study) struct Varied {
     pub laws: Vec<String>,
 }
 
+impl Varied {
+    /// A parameter with a distribution.
+    pub fn new(name: &str, dimension: Dimension, distribution: Distribution) -> Self {
+        let text = format_distribution(&distribution, dimension);
+        Self { name: name.to_string(), dimension, distribution, text, laws: Vec::new() }
+    }
+}
+
 /// Reports parameters with more than one distribution.
 pub(in crate::study) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, table: &Table, out: &mut Vec<Diagnostic>) {
     let Some(found) = found else { return };
@@ -99,7 +107,7 @@ fn no_tolerance(found: &Result<String, String>, name: &str, label: &str) -> Diag
 }
 
 /// A distribution with its unit.
-pub(in crate::study) fn format_distribution(distribution: &Distribution, dimension: Dimension) -> String {
+fn format_distribution(distribution: &Distribution, dimension: Dimension) -> String {
     let unit = dimension.si();
     let with = |text: String| if unit.is_empty() { text } else { format!("{text} {unit}") };
     let digits = |value: &f64| in_digits(in_15_digits(*value));

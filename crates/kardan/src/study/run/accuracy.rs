@@ -24,6 +24,9 @@ const SMALL: f64 = 1e-3;
 /// Above this fraction of the looser tolerance, errors are distinguished from rounding, in SI units, and of charges and currents.
 const NOISE: f64 = 1e-2;
 const NOISE_OF_CHARGES: f64 = 1e-8;
+/// Kinds of signals whose errors show how reliable a run is.
+const MOTIONS: [Physical; 6] =
+    [Physical::Angle, Physical::Speed, Physical::Position, Physical::Velocity, Physical::Charge, Physical::Current];
 /// Ratio of the steps of the second run to those of the first, above which samples determine the steps and not the tolerance.
 const SAMPLE_LIMITED: f64 = 0.9;
 
@@ -36,25 +39,16 @@ pub(in crate::study) fn looser(tolerance: Tolerance) -> Tolerance {
     Tolerance { relative: LOOSER * tolerance.relative, absolute: LOOSER * tolerance.absolute, method, ..tolerance }
 }
 
-/// The second run that a run is compared with.
-pub(in crate::study) struct ReferenceRuns<'a> {
-    /// The run at a looser tolerance.
-    pub second: &'a RunResult,
-    /// A run in which undecided readings take their other value.
-    pub third: Option<&'a RunResult>,
-    /// The first of these readings.
-    pub undecided: Option<UndecidedCount>,
-}
-
-/// Estimated errors of a run from the difference to other runs; none where one of them ended early. Readings of sensors are left out: they are
-/// copies of other signals, and where they are rounded to counts they jump by one.
+/// Estimated errors of a run from the difference to a second run, at a looser tolerance, and to a third one, in which undecided readings
+/// take their other value; none where one of them ended early. `undecided`: the first of these readings. Readings of sensors are left
+/// out: they are copies of other signals, and where they are rounded to counts they jump by one.
 pub(in crate::study) fn estimate(
     run: &Run,
-    reference_runs: ReferenceRuns<'_>,
+    (second, third): (&RunResult, Option<&RunResult>),
+    undecided: Option<UndecidedCount>,
     tolerance: Tolerance,
     readings: &[String],
 ) -> Option<Accuracy> {
-    let ReferenceRuns { second, third, undecided } = reference_runs;
     let all = || [second].into_iter().chain(third);
     if run.outcome != Outcome::Completed || all().any(|other| other.outcome != Outcome::Completed) {
         return None;
@@ -83,15 +77,7 @@ pub(in crate::study) fn estimate(
         let unit = signal.physical;
         let own = || SignalError { signal: signal.name.clone(), unit, error };
         let size = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if matches!(
-            unit,
-            Physical::Angle
-                | Physical::Speed
-                | Physical::Position
-                | Physical::Velocity
-                | Physical::Charge
-                | Physical::Current
-        ) {
+        if MOTIONS.contains(&unit) {
             // Torques and controller decisions jump, a moment earlier or later; the error from counts measures how far trajectories
             // differ, not how wrong one is.
             sized.push(UnreliableSignal { signal: signal.name.clone(), unit, error: part.min(1.0) * difference, size });

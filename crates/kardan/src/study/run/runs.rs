@@ -18,7 +18,7 @@ use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::spectrum::spectra;
 use crate::study::progress::run_with_progress;
 use crate::study::read::variant_diagnostics::is_error;
-use crate::study::run::accuracy::{self, ReferenceRuns};
+use crate::study::run::accuracy;
 use crate::study::run::model_summary::summarise;
 use crate::study::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule,
@@ -85,13 +85,14 @@ impl Project {
             overrule(&mut diagnostics);
         }
         check_variants(prepared, &settings.variants, &mut diagnostics);
-        check_faults(prepared, settings, &mut diagnostics);
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics);
-        }
         let is_chosen =
             |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
         let chosen: Vec<&PreparedVariant> = prepared.all().filter(is_chosen).collect();
+        // Errors of the requested faults are reported once, though several variants have them.
+        diagnostics.extend(chosen.iter().find_map(|variant| variant.failing(&settings.faults).err()));
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics);
+        }
         let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
         let ran = || run_all(prepared, &chosen, settings, &warnings, progress);
         let beside = || {
@@ -103,9 +104,13 @@ impl Project {
                 || designs_of(prepared, &chosen, progress),
             )
         };
-        let again = || if settings.runs_only { Vec::new() } else { run_again(prepared, &chosen, settings, progress) };
+        // At a looser tolerance: these estimate the accuracy of the others.
+        let seconds = || -> Vec<RunResult> {
+            let compared = if settings.runs_only { &chosen[..0] } else { &chosen[..] };
+            compared.par_iter().map(|variant| again(variant, &[], (prepared, settings), progress)).collect()
+        };
         let (((study, encoder_readings), seconds), (analysis, mut designs)) =
-            rayon::join(|| rayon::join(ran, again), beside);
+            rayon::join(|| rayon::join(ran, seconds), beside);
         designs.iter_mut().for_each(|design| add_run_usage(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
             warnings.push(format!("{why}: results not computed by then are missing"));
@@ -139,12 +144,6 @@ pub(in crate::study) fn check_variants(prepared: &Prepared, names: &[String], ou
     }
 }
 
-/// The errors of requested faults: reported once, though several variants have them.
-fn check_faults(prepared: &Prepared, settings: &Settings, out: &mut Vec<Diagnostic>) {
-    let chosen = |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
-    out.extend(prepared.all().filter(chosen).find_map(|variant| variant.failing(&settings.faults).err()));
-}
-
 /// The runs; they remain valid, whatever happens to the rest.
 fn run_all(
     prepared: &Prepared,
@@ -154,7 +153,8 @@ fn run_all(
     progress: &dyn Progress,
 ) -> (Arc<Study>, Vec<Vec<EncoderReading>>) {
     let runs = chosen.par_iter().enumerate();
-    let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress));
+    let noting = !settings.runs_only;
+    let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress, noting));
     let (runs, encoder_readings): (Vec<Run>, Vec<Vec<EncoderReading>>) = runs.unzip();
     let plots = chosen_plots(prepared, &settings.variants);
     let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
@@ -174,16 +174,6 @@ fn run_all(
 /// The active controllers and faults of a variant, besides its parameters.
 fn acting(variant: &PreparedVariant) -> (Vec<&str>, &Faults) {
     (variant.model.controls.iter().map(|control| control.name.as_str()).collect(), &variant.scenario.faults)
-}
-
-/// The runs at a looser tolerance, which estimate the accuracy of the others.
-fn run_again(
-    prepared: &Prepared,
-    chosen: &[&PreparedVariant],
-    settings: &Settings,
-    progress: &dyn Progress,
-) -> Vec<RunResult> {
-    chosen.par_iter().map(|variant| again(variant, &[], (prepared, settings), progress)).collect()
 }
 
 /// A variant at a looser tolerance and with other rounding; some readings have other values.
@@ -213,8 +203,8 @@ fn accuracy_of(
     let undecided = UndecidedReadings::new(encoder_readings, &second.encoder_readings);
     let third =
         undecided.needs_third(run.length()).then(|| again(variant, &undecided.flipped, (prepared, settings), progress));
-    let reference_runs = ReferenceRuns { second, third: third.as_ref(), undecided: undecided.first };
-    accuracy::estimate(run, reference_runs, tolerance(prepared, settings, progress), &readings)
+    let tolerance = tolerance(prepared, settings, progress);
+    accuracy::estimate(run, (second, third.as_ref()), undecided.first, tolerance, &readings)
 }
 
 /// The scenario of a variant, with the requested faults.
@@ -393,23 +383,21 @@ pub(in crate::study) fn run_variant(
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
 ) -> Run {
-    let tolerance = tolerance(prepared, settings, progress);
-    let scenario = scenario_of(variant, settings);
-    let ready = Ready::new(setup(variant, &scenario), tolerance);
-    judged(variant, prepared, run_with_progress(ready, (number, &variant.name), progress))
+    run_noted(number, variant, (prepared, settings), progress, false).0
 }
 
-/// The same with the counts that its sensors read, if the error is requested.
+/// The same with the counts that its sensors read, if they are to be noted.
 fn run_noted(
     number: usize,
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
+    noting: bool,
 ) -> (Run, Vec<EncoderReading>) {
     let tolerance = tolerance(prepared, settings, progress);
     let scenario = scenario_of(variant, settings);
     let ready = Ready::new(setup(variant, &scenario), tolerance);
-    let ready = if settings.runs_only { ready } else { ready.noting() };
+    let ready = if noting { ready.noting() } else { ready };
     let mut result = run_with_progress(ready, (number, &variant.name), progress);
     let encoder_readings = std::mem::take(&mut result.encoder_readings);
     (judged(variant, prepared, result), encoder_readings)

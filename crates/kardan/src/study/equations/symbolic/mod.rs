@@ -4,10 +4,9 @@ mod names;
 mod page;
 mod unilateral;
 
-use self::names::Names;
+use self::names::{Names, both};
 use crate::study::equations::form::EquationsForm;
 use crate::study::equations::latex_lines::index;
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{PreparedVariant, Project};
 use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_mechanics::assemble::{MultiplierConstraint, assemble};
@@ -56,10 +55,7 @@ impl Project {
     }
 
     fn symbolic(&self) -> Result<(&PreparedVariant, SymbolicEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
-        let (prepared, diagnostics) = self.for_equations();
-        let diagnostics = diagnostics.to_vec();
-        let error = diagnostics.iter().any(is_error);
-        let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        let (variant, diagnostics) = self.for_equations()?;
         let own = &variant.reduced.equations;
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
@@ -113,15 +109,9 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     let values = values(named, reduced, &names, &used);
     let functions = functions(&names, &used);
     let formula = |symbol: SymbolicText, value: &Laurent| SymbolicFormula { symbol, formula: names.formula(value) };
-    let motions = |order: usize| {
-        move |names: &Names<'_>, k: usize| SymbolicText {
-            text: names.motion(k, order, false),
-            latex: names.motion(k, order, true),
-        }
-    };
     let mut dependents = Vec::new();
     for (order, list) in [&motion.angles, &motion.speeds, &motion.accelerations].into_iter().enumerate() {
-        dependents.extend(list.iter().map(|(k, value)| formula(motions(order)(&names, *k), value)));
+        dependents.extend(list.iter().map(|(k, value)| formula(both(|form| names.motion(*k, order, form)), value)));
     }
     let coordinate = |k: usize| reduced.coordinates[k];
     let entry = |letter: &str, ((i, j), value): (&(usize, usize), &Laurent)| {
@@ -178,51 +168,44 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
 
 /// Values of letters, of the texts of laws and modes, and of their sources.
 fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Letter]) -> Vec<SymbolOfValue> {
-    let value = |letter: &Letter| {
-        let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
-        let symbol_value = named.values.get(of)?;
-        let angle = symbol_value.dimension == Dimension::ANGLE;
-        Some(SymbolOfValue {
-            symbol: names.letter(*letter),
-            name: of.clone(),
-            derived_from: symbol_value.follows.clone(),
-            value: symbol_value.value.to_f64(),
-            unit: if angle { "rad".into() } else { symbol_value.dimension.si() },
-        })
-    };
-    let mut out: Vec<SymbolOfValue> = used.iter().filter_map(value).collect();
-    let symbol_of = |of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
-        symbol: SymbolicText { text: of.to_string(), latex: names::with_index(of, "") },
+    let described = |symbol: SymbolicText, of: &str, value: &Exact, dimension: Dimension| SymbolOfValue {
+        symbol,
         name: of.to_string(),
         derived_from: named.values.get(of).and_then(|symbol_value| symbol_value.follows.clone()),
         value: value.to_f64(),
         unit: if dimension == Dimension::ANGLE { "rad".into() } else { dimension.si() },
     };
+    let of_letter = |letter: &Letter| {
+        let Symbol::Value(of) = names.letters.symbol(*letter) else { return None };
+        let found = named.values.get(of)?;
+        Some(described(names.letter(*letter), of, &found.value, found.dimension))
+    };
+    let mut out: Vec<SymbolOfValue> = used.iter().filter_map(of_letter).collect();
+    let add = |out: &mut Vec<SymbolOfValue>, of: &str, value: &Exact, dimension: Dimension| {
+        if out.iter().all(|one| one.name != of) {
+            let symbol = SymbolicText { text: of.to_string(), latex: names::with_index(of, "") };
+            out.push(described(symbol, of, value, dimension));
+        }
+    };
     let unilateral = reduced.equations.unilaterals.iter().filter_map(|unilateral| unilateral.value.formula());
     for (of, value, dimension) in
         named.named_in_laws.iter().cloned().chain(unilateral.flat_map(|formula| constants(formula)))
     {
-        if out.iter().all(|one| one.name != of) {
-            out.push(symbol_of(&of, &value, dimension));
-        }
+        add(&mut out, &of, &value, dimension);
     }
     let texts = named.functions.values().filter_map(|function| match &function.source {
         FunctionSource::Text(text) => Expression::parse_law(text).ok(),
         _ => None,
     });
     for of in texts.collect::<Vec<_>>().iter().flat_map(Expression::names) {
-        if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
-            out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
-        }
+        named.values.get(of).into_iter().for_each(|found| add(&mut out, of, &found.value, found.dimension));
     }
     // The source of a value follows it as text.
     let mut open = 0;
     while let Some(one) = out.get(open) {
         let read = one.derived_from.as_deref().and_then(|text| Expression::parse(text).ok());
         for of in read.iter().flat_map(Expression::names) {
-            if let Some(symbol_value) = named.values.get(of).filter(|_| out.iter().all(|one| one.name != of)) {
-                out.push(symbol_of(of, &symbol_value.value, symbol_value.dimension));
-            }
+            named.values.get(of).into_iter().for_each(|found| add(&mut out, of, &found.value, found.dimension));
         }
         open += 1;
     }

@@ -103,12 +103,12 @@ impl<'a> Names<'a> {
 
     /// A sum of products.
     pub(super) fn formula(&self, value: &Laurent) -> SymbolicText {
-        SymbolicText { text: self.rendered(value, Form::Text), latex: self.rendered(value, Form::Latex) }
+        both(|form| self.rendered(value, form))
     }
 
     /// A sum of unchanged members, those with a minus last.
     pub(super) fn sum(&self, members: &[Laurent]) -> SymbolicText {
-        let rendered = |form| {
+        both(|form| {
             let mut members: Vec<String> = members.iter().map(|member| self.rendered(member, form)).collect();
             members.sort_by_key(|member| member.starts_with('-'));
             let sign = |member: &String| match member.strip_prefix('-') {
@@ -118,8 +118,7 @@ impl<'a> Names<'a> {
             let mut members = members.iter();
             let first = members.next().cloned().unwrap_or_else(|| "0".into());
             members.fold(first, |sum, member| sum + &sign(member))
-        };
-        SymbolicText { text: rendered(Form::Text), latex: rendered(Form::Latex) }
+        })
     }
 
     fn rendered(&self, value: &Laurent, form: Form) -> String {
@@ -129,7 +128,7 @@ impl<'a> Names<'a> {
 
     /// A letter.
     pub(super) fn letter(&self, letter: Letter) -> SymbolicText {
-        SymbolicText { text: self.one(letter, Form::Text), latex: self.one(letter, Form::Latex) }
+        both(|form| self.one(letter, form))
     }
 
     fn one(&self, letter: Letter, form: Form) -> String {
@@ -146,16 +145,16 @@ impl<'a> Names<'a> {
                 let name = if latex { name.latex } else { name.text };
                 format!("{name}{}{}", "'".repeat(*order), enclosed(&self.rendered(x, form), latex))
             }
-            Symbol::Position(k) => self.motion(*k, 0, latex),
-            Symbol::Speed(k) => self.motion(*k, 1, latex),
-            Symbol::Acceleration(k) => self.motion(*k, 2, latex),
+            Symbol::Position(k) => self.motion(*k, 0, form),
+            Symbol::Speed(k) => self.motion(*k, 1, form),
+            Symbol::Acceleration(k) => self.motion(*k, 2, form),
             Symbol::Sign(speed) => {
                 let name = if latex { r"\operatorname{sgn}" } else { "sgn" };
                 format!("{name}{}", enclosed(&self.rendered(speed, form), latex))
             }
             Symbol::Input(k) => self.input(*k, latex),
             Symbol::Time => "t".into(),
-            Symbol::OfTime(element, order) => self.of_time(element, *order, latex),
+            Symbol::OfTime(element, order) => self.of_time(element, *order, form),
             Symbol::Multiplier(k) => self.multiplier(*k, form),
             Symbol::Unilateral(element, rubs) => self.unilateral(element, *rubs, form),
             Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
@@ -168,8 +167,8 @@ impl<'a> Names<'a> {
     }
 
     /// A coordinate, its rate or its acceleration.
-    pub(super) fn motion(&self, k: usize, order: usize, latex: bool) -> String {
-        if !latex {
+    pub(super) fn motion(&self, k: usize, order: usize, form: Form) -> String {
+        if form == Form::Text {
             return format!("{}{}", self.coordinates[k], "'".repeat(order));
         }
         let letter = match self.equations.domain(k) {
@@ -178,17 +177,20 @@ impl<'a> Names<'a> {
             Domain::Translation => " s",
             Domain::Rotation => r"\varphi",
         };
-        let letter =
-            [letter.trim_start().to_string(), format!(r"\dot{letter}"), format!(r"\ddot{letter}")][order].clone();
-        format!("{letter}_{{{}}}", index(&self.equations.coordinates[k]))
+        let (dots, letter) = match order {
+            0 => ("", letter.trim_start()),
+            1 => (r"\dot", letter),
+            _ => (r"\ddot", letter),
+        };
+        format!("{dots}{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 
     /// The prescribed motion of an element, or a rate of it.
-    pub(super) fn of_time(&self, element: &str, order: usize, latex: bool) -> String {
+    pub(super) fn of_time(&self, element: &str, order: usize, form: Form) -> String {
         let Some(name) = self.functions.get(element) else { return String::new() };
-        match latex {
-            false => format!("{}{}", name.text, "'".repeat(order)),
-            true => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
+        match form {
+            Form::Text => format!("{}{}", name.text, "'".repeat(order)),
+            Form::Latex => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
         }
     }
 
@@ -264,6 +266,11 @@ impl<'a> Names<'a> {
             (_, _, true) => format!(r"\operatorname{{{function}}}{}", parenthesised(&parts.join(", "))),
         }
     }
+}
+
+/// The same in both forms.
+pub(super) fn both(of: impl Fn(Form) -> String) -> SymbolicText {
+    SymbolicText { text: of(Form::Text), latex: of(Form::Latex) }
 }
 
 /// A torque, force or voltage of an element.

@@ -1,13 +1,13 @@
 //! Multiplier constraints, unilateral and switched constraints, and prescribed motions in symbolic equations.
 
-use super::names::Names;
+use super::names::{Names, both};
 use crate::study::equations::latex_lines::{index, word};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::MultiplierConstraint;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
 use kardan_mechanics::reduce::Reduced;
 use kardan_mechanics::symbolic::{
-    Form, FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier,
+    FunctionSource, Laurent, Letter, Monomial, Symbol, SymbolicMotion, SymbolicMultiplier,
 };
 use kardan_model::NamedTerms;
 use kardan_results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
@@ -47,7 +47,7 @@ pub(super) fn multiplier_constraints(
         let rate = |right| SymbolicFormula { symbol: rates, formula: names.formula(right) };
         SymbolicMultiplierConstraint {
             element: element.clone(),
-            multiplier: SymbolicText { text: names.multiplier(k, Form::Text), latex: names.multiplier(k, Form::Latex) },
+            multiplier: both(|form| names.multiplier(k, form)),
             position: found.position.as_ref().map(|position| {
                 let term =
                     |(monomial, number): (&Monomial, &Rational)| Laurent::of([(monomial.clone(), number.clone())]);
@@ -71,10 +71,7 @@ pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotio
         let texts: Vec<String> =
             own.map(|unilateral| describe_force_law(&unilateral.value, element, &angle, &speed)).collect();
         SymbolicMode {
-            symbol: SymbolicText {
-                text: names.unilateral(element, *rubs, Form::Text),
-                latex: names.unilateral(element, *rubs, Form::Latex),
-            },
+            symbol: both(|form| names.unilateral(element, *rubs, form)),
             element: element.clone(),
             description: texts.join("; "),
         }
@@ -153,7 +150,7 @@ pub(super) fn prescribed(names: &Names<'_>, used: &[Letter], named: &NamedTerms)
             (_, true) => format!("the integral over time, from zero, of {}'", word(element)),
             (_, false) => continue,
         };
-        let symbol = SymbolicText { text: names.of_time(element, 0, false), latex: names.of_time(element, 0, true) };
+        let symbol = both(|form| names.of_time(element, 0, form));
         out.push(SymbolicMode { symbol, element: element.clone(), description: what });
     }
     out.sort_by(|a, b| a.element.cmp(&b.element));

@@ -94,12 +94,8 @@ pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec
 }
 
 /// The margins of each channel alone, and of all motors at once.
-pub(super) fn errors(
-    variant: &PreparedVariant,
-    number: usize,
-    survey: &Survey<'_>,
-) -> (Vec<ChannelMargin>, Option<MultiloopMargin>) {
-    let law = &survey.laws[number];
+pub(super) fn errors(variant: &PreparedVariant, survey: &Survey<'_>) -> (Vec<ChannelMargin>, Option<MultiloopMargin>) {
+    let (law, number) = (&survey.laws[survey.number], survey.number);
     let of_readings = || {
         let (parts, plant) = survey.parts()?;
         let model = &*variant.whole_model(number);

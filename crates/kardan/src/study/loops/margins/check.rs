@@ -1,20 +1,18 @@
 //! Errors and warnings of loops before a run.
 
-use std::sync::Arc;
-
 use super::channels::of_motors;
 use super::clocks::clocks;
 use super::stability::StabilityProblem;
 use super::survey::{excluded, format_motion, searches};
 use super::warnings::{CLOSE, close, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::{blocks, loop_blocks};
+use crate::study::loops::loop_blocks;
 use kardan_math::num::multiply;
 use kardan_model::ControlSpec;
 use kardan_results::{Stability, StabilityVerdict};
 use kardan_schema::diagnostics::{Diagnostic, Severity, quoted};
 use kardan_simulate::Profile;
-use kardan_synthesis::{Law, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
+use kardan_synthesis::{LoopBlocks, LoopPlant, SampledLoop, SampledPart, Slowest, Survey};
 
 /// Codes of errors that `--force` overrules.
 const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
@@ -63,9 +61,9 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
-    let (laws, plant) = (&variant.implemented, variant.loop_plant());
-    let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let between = blocks(variant, &plant);
+    let plant = variant.loop_plant();
+    let parts = variant.implemented.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let between = loop_blocks::blocks(variant, &plant);
     let parts = between.of_loop.join(parts);
     let all = multiloop(variant, &parts);
     let free = excluded(variant, place, &plant);
@@ -86,13 +84,8 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             return;
         }
     };
-    let problem = StabilityProblem {
-        variant,
-        laws: &variant.designed,
-        plant: &plant,
-        parts: &parts,
-        has_blocks: !between.of_loop.is_empty(),
-    };
+    let has_blocks = !between.of_loop.is_empty();
+    let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks };
     let decided = problem.decide(&slowest, problem.exact().as_ref());
     // Polynomial growth is not exponential, and growth below the resolution of floating point is slow: a run shows both.
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
@@ -100,7 +93,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         if decided.controlled != Stability::Stable {
             out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
         }
-        check_limits(variant, &plant, &parts, laws, out);
+        check_limits(variant, &plant, &parts, out);
         return;
     }
     let who = match all.as_slice() {
@@ -121,7 +114,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     };
     let at = |diagnostic: Diagnostic| diagnostic.at(control.place.clone(), "unstable at this sample time");
     // Blocks that saturate or switch act differently once the motion has grown: kardan only warns.
-    if between.nonlinear && !between.of_loop.is_empty() {
+    if between.nonlinear && has_blocks {
         let names = quoted(between.of_loop.names().iter().map(String::as_str));
         let message = format!("{message}; the loop closes through the blocks {names}, linearised at rest");
         out.push(
@@ -148,15 +141,9 @@ fn describe_growth(verdict: &StabilityVerdict, slowest: &Slowest, sample_time: f
 
 /// The errors of references that demand more torque than a motor has: at their values at the end of the run, once the linear
 /// loop has settled.
-fn check_limits(
-    variant: &PreparedVariant,
-    plant: &LoopPlant,
-    parts: &[SampledPart],
-    laws: &[Arc<dyn Law>],
-    out: &mut Vec<Diagnostic>,
-) {
+fn check_limits(variant: &PreparedVariant, plant: &LoopPlant, parts: &[SampledPart], out: &mut Vec<Diagnostic>) {
     let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
-    let scenario = &variant.scenario;
+    let (laws, scenario) = (&variant.implemented, &variant.scenario);
     // A source that follows a function of time does not settle.
     if !scenario.signals.is_empty() {
         return;
@@ -245,12 +232,12 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
-    let (blocks, no_blocks) = (loop_blocks(variant, &plant), LoopBlocks::default());
+    let (blocks, no_blocks) = (loop_blocks::blocks(variant, &plant).of_loop, LoopBlocks::default());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-        let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+        let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
         // `check_sampled` reports sampled loops; only verdicts that floating point cannot decide need more.
         let is_sure = found.excluded == 0 && found.word == Stability::Stable;
         let decided = if is_sure { None } else { Some(problem.decide(&found, problem.exact().as_ref())) };

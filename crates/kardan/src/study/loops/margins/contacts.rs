@@ -8,7 +8,7 @@ use super::stability::{LoopStability, StabilityProblem};
 use super::survey::searches;
 use super::warnings::close;
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks;
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::{Contact, Kinematics, OperatingPoint, Reduced, closed_contacts, contacts, motion_of};
@@ -68,47 +68,28 @@ pub(in crate::study) fn margins_in_contact(
         );
         return (Vec::new(), Some(why));
     }
+    // Bit k of a choice: whether the element k is closed.
     let all = 1usize << backlashes.len().min(MAX_BACKLASHES);
-    let choices: Vec<Vec<&Backlash<'_>>> = match backlashes.len() <= MAX_BACKLASHES {
-        true => (1..all)
-            .rev()
-            .map(|bits| {
-                backlashes
-                    .iter()
-                    .enumerate()
-                    .filter(|(k, _)| bits >> k & 1 == 1)
-                    .map(|(_, backlash)| backlash)
-                    .collect()
-            })
-            .collect(),
-        false => vec![backlashes.iter().collect()],
-    };
+    let last = if backlashes.len() <= MAX_BACKLASHES { 1 } else { all - 1 };
     let mut out = Vec::new();
-    for closed in choices {
-        let open: Vec<String> = backlashes
-            .iter()
-            .filter(|backlash| closed.iter().all(|candidate| candidate.element != backlash.element))
-            .map(|backlash| backlash.element.to_string())
-            .collect();
+    for choice in (last..all).rev() {
+        let is_closed = |(k, _): &(usize, &Backlash<'_>)| *k >= MAX_BACKLASHES || choice >> k & 1 == 1;
+        let (closed, open): (Vec<_>, Vec<_>) = backlashes.iter().enumerate().partition(is_closed);
+        let names = |of: &[(usize, &Backlash<'_>)]| of.iter().map(|(_, one)| one.element.to_string()).collect();
+        let (closed_names, open_names): (Vec<String>, Vec<String>) = (names(&closed), names(&open));
         let flank = |upper: usize| {
-            let unilaterals: BTreeSet<usize> = closed.iter().map(|backlash| backlash.flanks[upper]).collect();
+            let unilaterals: BTreeSet<usize> = closed.iter().map(|(_, backlash)| backlash.flanks[upper]).collect();
             in_contact(variant, &unilaterals)
         };
         let [lower, upper] = [flank(0), flank(1)];
         let same = lower.linear_model() == upper.linear_model();
-        let closed: Vec<String> = closed.iter().map(|backlash| backlash.element.to_string()).collect();
         let cases: &[(&str, &PreparedVariant)] = match same {
             true => &[("either", &lower)],
             false => &[("lower", &lower), ("upper", &upper)],
         };
         for (flank, variant) in cases {
-            let found = ContactMargins {
-                closed: closed.clone(),
-                open: open.clone(),
-                flank: (*flank).into(),
-                ..of_loop(variant, number)
-            };
-            out.push(found);
+            let (closed, open, flank) = (closed_names.clone(), open_names.clone(), (*flank).into());
+            out.push(ContactMargins { closed, open, flank, ..of_loop(variant, number) });
         }
     }
     let omission = (backlashes.len() > MAX_BACKLASHES).then(|| {
@@ -179,20 +160,20 @@ fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Ve
 fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let (laws, plant) = (&variant.designed, variant.loop_plant());
     let clocks = clocks(&variant.model.controls);
-    let blocks = loop_blocks(variant, &plant);
+    let blocks = loop_blocks::blocks(variant, &plant).of_loop;
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let no_blocks = LoopBlocks::default();
     let reduced_survey =
         Survey { blocks: if searches(&blocks, clocks[number]) { &blocks } else { &no_blocks }, ..survey };
     let found = survey.slowest(survey.unchanged());
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = problem.exact();
     let decided = found.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let (channels, multiloop) =
-        if stable == Some(true) { errors(variant, number, &reduced_survey) } else { Default::default() };
-    ContactMargins { stable, channels, multiloop: multiloop, ..ContactMargins::default() }
+        if stable == Some(true) { errors(variant, &reduced_survey) } else { Default::default() };
+    ContactMargins { stable, channels, multiloop, ..ContactMargins::default() }
 }
 
 /// `mesh1 and mesh2 in contact`, with the flank if it matters.

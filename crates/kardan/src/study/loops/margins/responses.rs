@@ -6,7 +6,7 @@ use kardan_rt::functions::ln;
 use super::channels::{named_multiloop, row_of, sensor_rows};
 use super::survey::searches;
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks;
 use kardan_math::num::{multiply, rational_to_f64};
 use kardan_results::signal_name::SignalName;
 use kardan_results::{
@@ -74,7 +74,7 @@ pub(in crate::study) fn responses(
     let laws = &variant.implemented;
     let plant = variant.loop_plant();
     let parts = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let blocks = loop_blocks(variant, &plant);
+    let blocks = loop_blocks::blocks(variant, &plant).of_loop;
     let parts = if searches(&blocks, laws[number].clock()) { blocks.join(parts) } else { parts };
     let (law, model) = (&*laws[number], &*variant.whole_model(number));
     let view = ControlLoop { plant: &plant, parts: &parts, number };

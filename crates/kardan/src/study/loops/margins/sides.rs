@@ -4,14 +4,13 @@ use std::collections::BTreeSet;
 
 use crate::study::PreparedVariant;
 use crate::study::check::kinks::Kinks;
-use crate::study::loops::loop_blocks::loop_blocks;
-use kardan_expr::expr::Side;
+use crate::study::loops::loop_blocks;
 use kardan_mechanics::reduce::law_slopes_at;
 use kardan_schema::diagnostics::quoted;
 
 /// The guards that vanish where a loop has a kink, and where it jumps, at its operating point.
 pub(in crate::study) struct LoopKinks {
-    kinks: Kinks,
+    pub kinks: Kinks,
     jumps: Vec<String>,
 }
 
@@ -19,25 +18,15 @@ impl LoopKinks {
     /// Those of the torques and the laws of a variant, and of the blocks that its loop closes through.
     pub(in crate::study) fn of(variant: &PreparedVariant) -> Self {
         let laws = variant.implemented.iter().flat_map(|law| law.kinks());
-        let blocks = loop_blocks(variant, &variant.loop_plant());
+        let blocks = loop_blocks::blocks(variant, &variant.loop_plant()).of_loop;
         let slopes = law_slopes_at(&variant.reduced, &variant.point);
-        let mut guards: Vec<String> = slopes.into_iter().flat_map(|one| one.kinks).collect();
+        let mut guards: BTreeSet<String> = slopes.into_iter().flat_map(|one| one.kinks).collect();
         let mut jumps = BTreeSet::new();
         for [kinks, jumping] in laws.chain(blocks.kinks().iter().cloned()) {
             guards.extend(kinks);
             jumps.extend(jumping);
         }
-        Self { kinks: guards.into_iter().collect(), jumps: jumps.into_iter().collect() }
-    }
-
-    /// The opposite side of all kinks; `None`: there is none.
-    pub(in crate::study) fn opposite(&self) -> Option<Side> {
-        self.kinks.opposite()
-    }
-
-    /// A side as text.
-    pub(in crate::study) fn description(&self, side: &Side) -> String {
-        self.kinks.description(side)
+        Self { kinks: Kinks { guards }, jumps: jumps.into_iter().collect() }
     }
 
     /// That the loop has no derivative where it jumps.
@@ -53,6 +42,6 @@ impl LoopKinks {
 
     /// The side that the verdict is for, if the loop has a kink.
     pub(in crate::study) fn kink_note(&self) -> Option<String> {
-        self.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
+        self.kinks.opposite().map(|_| self.kinks.explained("The loop", "poles and margins"))
     }
 }

@@ -1,13 +1,11 @@
 //! Whether the loop of a variant is stable: one verdict for all reports.
 
-use std::sync::Arc;
-
 use crate::study::PreparedVariant;
 use kardan_analysis::despite_rounding;
 use kardan_math::num::LastDigits;
 use kardan_mechanics::reduce::{LinearModel, laws_are_linear, linearise_near};
 use kardan_results::{Pole, Stability, StabilityEvidence, StabilityVerdict, ZeroPoleEvidence};
-use kardan_synthesis::{ExactMap, ExactMotions, Law, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
+use kardan_synthesis::{ExactMap, ExactMotions, LoopPlant, SampledPart, Slowest, exact_motions_of, roots};
 
 /// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
@@ -38,8 +36,6 @@ impl LoopStability {
 /// A loop to analyse for stability.
 pub(in crate::study) struct StabilityProblem<'a> {
     pub variant: &'a PreparedVariant,
-    /// Its laws as designed.
-    pub laws: &'a [Arc<dyn Law>],
     pub plant: &'a LoopPlant,
     /// Its parts as they run, with blocks.
     pub parts: &'a [SampledPart],
@@ -50,14 +46,15 @@ pub(in crate::study) struct StabilityProblem<'a> {
 impl StabilityProblem<'_> {
     /// The exact loop in continuous time; `None` if a law is designed for a sample time, and for sampled laws with blocks.
     pub fn exact(&self) -> Option<ExactMotions> {
+        let laws = &self.variant.designed;
         if self.parts.iter().all(|part| part.clock.is_none()) {
-            return exact_motions_of(self.plant, self.parts, self.laws);
+            return exact_motions_of(self.plant, self.parts, laws);
         }
-        if self.has_blocks || self.laws.iter().any(|law| law.clock().is_some()) {
+        if self.has_blocks || laws.iter().any(|law| law.clock().is_some()) {
             return None;
         }
-        let parts: Vec<SampledPart> = self.laws.iter().map(|law| SampledPart::of(&**law, self.plant)).collect();
-        exact_motions_of(self.plant, &parts, self.laws)
+        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, self.plant)).collect();
+        exact_motions_of(self.plant, &parts, laws)
     }
 
     /// The loop with other numbers in place of rounded ones, within their last digits.
@@ -65,9 +62,10 @@ impl StabilityProblem<'_> {
         let mut digits = LastDigits::new(seed);
         let mut plant = self.plant.clone();
         if is_rounded {
-            let model = linearise_near(&self.variant.reduced, &self.variant.point, &mut digits);
-            plant = LoopPlant { slow_sensors: plant.slow_sensors, ..LoopPlant::new(&model, &self.variant.lags()) };
-            plant = plant.with_block_torques(&self.variant.reduced);
+            let reduced = &self.variant.reduced;
+            let model = linearise_near(reduced, &self.variant.point, &mut digits);
+            plant = LoopPlant { slow_sensors: plant.slow_sensors, ..LoopPlant::new(&model, &reduced.equations.lags()) };
+            plant = plant.with_block_torques(reduced);
         }
         (plant, self.parts.iter().map(|part| part.near(&mut digits)).collect())
     }
@@ -79,7 +77,8 @@ impl StabilityProblem<'_> {
             false => self.sampled(found, exact),
         };
         // For motions that do not grow in the linear model the nonlinear one decides.
-        let is_bent = !laws_are_linear(&self.variant.reduced) || self.laws.iter().any(|law| law.is_nonlinear());
+        let is_bent =
+            !laws_are_linear(&self.variant.reduced) || self.variant.designed.iter().any(|law| law.is_nonlinear());
         if is_bent && decided.controlled == Stability::Marginal {
             decided.verdict = decided.verdict.of_linearisation();
             decided.controlled = Stability::Undecided;
@@ -113,7 +112,7 @@ impl StabilityProblem<'_> {
         LoopStability {
             controlled: verdict.excluding_free().word,
             zeros,
-            how: if exact.before_rounding { ZeroPoleEvidence::Design } else { ZeroPoleEvidence::Rounded },
+            how: evidence(exact),
             next_to_zero: beside_zero.map(|pole| pole.re).collect(),
             poles: Some(poles),
             verdict,
@@ -138,7 +137,7 @@ impl StabilityProblem<'_> {
         }
         let perturbed_verdict = |seed: u64| {
             let (plant, parts) = self.near(is_rounded, seed);
-            exact_motions_of(&plant, &parts, self.laws)?.stability()
+            exact_motions_of(&plant, &parts, &self.variant.designed)?.stability()
         };
         despite_rounding(verdict, (1..=PERTURBATIONS).filter_map(perturbed_verdict))
     }
@@ -179,9 +178,7 @@ impl StabilityProblem<'_> {
             verdict,
         }
     }
-}
 
-impl StabilityProblem<'_> {
     /// The same for a sampled loop.
     fn confirm_sampled_despite_rounding(
         &self,

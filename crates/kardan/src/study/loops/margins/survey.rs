@@ -10,7 +10,7 @@ use super::clocks::{clocks, shortest};
 use super::stability::{LoopStability, StabilityProblem};
 use super::warnings::{LOW_MARGIN, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks::loop_blocks;
+use crate::study::loops::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
 use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, MultiloopMargin, RateLimit, Stability};
@@ -37,7 +37,7 @@ pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> O
 /// The number of uncontrolled rigid-body modes of the loop of the file's controllers.
 pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
-    let blocks = loop_blocks(variant, plant);
+    let blocks = loop_blocks::blocks(variant, plant).of_loop;
     let survey = Survey { plant, laws, clocks: &clocks, number, blocks: &blocks };
     survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
@@ -58,7 +58,7 @@ fn tolerated(variant: &PreparedVariant, [survey, reduced]: [&Survey<'_>; 2], sta
     // With a law that is designed for its sample time, few other clocks have a common period.
     let for_one_time = survey.laws.iter().any(|law| law.clock().is_some());
     let delays: &[f64] = if for_one_time || !tolerates { &[] } else { &[0.0, 0.5, 1.0] };
-    let channels = || if stable == Some(true) { errors(variant, survey.number, reduced) } else { Default::default() };
+    let channels = || if stable == Some(true) { errors(variant, reduced) } else { Default::default() };
     let delay = || reduced.longest_delay().filter(|_| tolerates);
     let lag = || reduced.longest_lag().filter(|_| tolerates);
     let rates = || delays.par_iter().map(|delay| (*delay, survey.longest_period(*delay))).collect();
@@ -73,15 +73,10 @@ fn rate_limit(delay: f64, found: Option<Limit>, design: &Design) -> RateLimit {
 }
 
 /// The stability margins of the loop of a controller. The simulation gives the peaks of the torques.
-pub(in crate::study) fn survey(
-    variant: &PreparedVariant,
-    number: usize,
-    laws: &[Arc<dyn Law>],
-    design: &Design,
-) -> Margins {
-    let plant = variant.loop_plant();
+pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design: &Design) -> Margins {
+    let (laws, plant) = (&variant.designed, variant.loop_plant());
     let clocks = clocks(&variant.model.controls);
-    let blocks = loop_blocks(variant, &plant);
+    let blocks = loop_blocks::blocks(variant, &plant).of_loop;
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number, blocks: &blocks };
     let own = clocks[number];
     let no_blocks = LoopBlocks::default();
@@ -91,7 +86,7 @@ pub(in crate::study) fn survey(
     let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
-    let problem = StabilityProblem { variant, laws, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
+    let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = problem.exact();
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
