@@ -2,7 +2,8 @@
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
-use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, echelon, exact_rank};
+use super::parts::{block, column_basis, kernel};
+use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
 pub const MOST_EXACT: usize = 24;
@@ -156,7 +157,7 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     let mut space: Matrix<Rational> = Matrix::identity(n + 1);
     loop {
         // E times what rates may be: of the fault it is zero.
-        let rates = system.e.multiply(&Matrix::from_fn(n, space.columns(), |i, j| space[(i, j)].clone()));
+        let rates = system.e.multiply(&block(&space, 0..n, 0..space.columns()));
         let still = |j: usize| space[(n, j)].clone();
         let width = n + 1 + m + space.columns();
         let matrix = Matrix::from_fn(n + 1 + p, width, |i, j| match (i, j) {
@@ -164,22 +165,15 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
             (i, j) if i < n && j == n => acts(i),
             (i, j) if i < n && j < n + 1 + m => system.b[(i, unknown[j - n - 1])].clone(),
             (i, j) if i < n => Rational::ZERO.minus(&rates[(i, j - n - 1 - m)]),
-            (i, j) if i == n => {
-                if j > n + m {
-                    still(j - n - 1 - m)
-                } else {
-                    Rational::ZERO
-                }
-            }
+            (i, j) if i == n && j > n + m => still(j - n - 1 - m),
+            (i, _) if i == n => Rational::ZERO,
             (i, j) if j < n => system.c[(i - n - 1, j)].clone(),
             (i, j) if j == n => shows(i - n - 1),
             (i, j) if j < n + 1 + m => system.d[(i - n - 1, unknown[j - n - 1])].clone(),
             _ => Rational::ZERO,
         });
-        let kernel = echelon(&matrix, &(0..width).collect::<Vec<_>>()).kernel();
-        let states = Matrix::from_fn(kernel.columns(), n + 1, |i, j| kernel[(j, i)].clone());
-        let found = echelon(&states, &(0..=n).collect::<Vec<_>>());
-        let next = Matrix::from_fn(n + 1, found.rank(), |i, j| found.form[(j, i)].clone());
+        let solutions = kernel(&matrix);
+        let next = column_basis(&block(&solutions, 0..n + 1, 0..solutions.columns()));
         if next.columns() == space.columns() {
             return Some((0..next.columns()).all(|j| next[(n, j)].is_zero()));
         }

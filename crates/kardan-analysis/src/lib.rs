@@ -35,6 +35,7 @@ mod integrable;
 mod massless;
 mod modes;
 mod parity;
+mod parts;
 mod pencil;
 mod placement;
 mod properties;

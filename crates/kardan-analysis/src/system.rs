@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::parts::{columns_of, rows_of};
 use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::UnilateralConstraint;
@@ -330,28 +331,22 @@ impl LinearSystem {
     /// of A give from these and the inputs. `None` if they do not.
     pub fn over(&self, retained: &[usize]) -> Option<Self> {
         let eliminated: Vec<usize> = (0..self.states.len()).filter(|k| !retained.contains(k)).collect();
-        let rows = |m: &Matrix<Rational>, rows: &[usize]| {
-            Matrix::from_fn(rows.len(), m.columns(), |i, j| m[(rows[i], j)].clone())
-        };
-        let columns = |m: &Matrix<Rational>, columns: &[usize]| {
-            Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
-        };
-        let own = rows(&self.a, &eliminated);
+        let own = rows_of(&self.a, &eliminated);
         // −x of the others, over the retained ones and the inputs.
-        let square = columns(&own, &eliminated);
+        let square = columns_of(&own, &eliminated);
         let (on_retained, on_inputs) =
-            (square.solve(&columns(&own, retained))?, square.solve(&rows(&self.b, &eliminated))?);
+            (square.solve(&columns_of(&own, retained))?, square.solve(&rows_of(&self.b, &eliminated))?);
         let less = |m: Matrix<Rational>, through: &Matrix<Rational>, found: &Matrix<Rational>| {
             m.plus(&through.multiply(found).scale(&Rational::NEG_ONE))
         };
-        let (upper, output_columns) = (rows(&self.a, retained), columns(&self.c, &eliminated));
-        let through = columns(&upper, &eliminated);
+        let (upper, output_columns) = (rows_of(&self.a, retained), columns_of(&self.c, &eliminated));
+        let through = columns_of(&upper, &eliminated);
         Some(Self {
             states: retained.iter().map(|k| self.states[*k].clone()).collect(),
-            e: columns(&rows(&self.e, retained), retained),
-            a: less(columns(&upper, retained), &through, &on_retained),
-            b: less(rows(&self.b, retained), &through, &on_inputs),
-            c: less(columns(&self.c, retained), &output_columns, &on_retained),
+            e: columns_of(&rows_of(&self.e, retained), retained),
+            a: less(columns_of(&upper, retained), &through, &on_retained),
+            b: less(rows_of(&self.b, retained), &through, &on_inputs),
+            c: less(columns_of(&self.c, retained), &output_columns, &on_retained),
             d: less(self.d.clone(), &output_columns, &on_inputs),
             degrees_of_freedom: None,
             ..self.clone()

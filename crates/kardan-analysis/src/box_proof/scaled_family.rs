@@ -5,6 +5,7 @@ use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 use kardan_rt::functions::exp2;
 
+use crate::parts::{columns_of, rows_of};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 
 /// Coefficients at the centre of the box, then those of each parameter.
@@ -38,12 +39,6 @@ fn row_degrees(parts: &Parts, columns: &[usize]) -> Vec<isize> {
         .collect()
 }
 
-/// Columns that span the kernel of a matrix; entries early in `order` are expressed by later ones where possible.
-fn kernel(matrix: &Matrix<Rational>, order: &[usize]) -> (Matrix<Rational>, usize) {
-    let e = echelon(matrix, order);
-    (e.kernel(), e.rank())
-}
-
 /// The family on the kernel of its constant rows: null vectors correspond one to one.
 ///
 /// Columns of low degree are expressed by those of high degree, so that degrees do not grow.
@@ -53,10 +48,8 @@ pub(super) fn without_constant_rows(parts: Parts) -> Parts {
     let degrees = column_degrees(&parts);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|&j| degrees[j]);
-    let (basis, _) = kernel(&Matrix::from_fn(fixed.len(), n, |i, j| parts[0][0][(fixed[i], j)].clone()), &order);
-    let project = |matrix: &Matrix<Rational>| {
-        Matrix::from_fn(retained.len(), n, |i, j| matrix[(retained[i], j)].clone()).multiply(&basis)
-    };
+    let basis = echelon(&rows_of(&parts[0][0], &fixed), &order).kernel();
+    let project = |matrix: &Matrix<Rational>| rows_of(matrix, &retained).multiply(&basis);
     parts.iter().map(|part| part.each_ref().map(project)).collect()
 }
 
@@ -69,14 +62,12 @@ pub(super) fn without_constant_columns(parts: Parts) -> Option<Parts> {
     let degrees = row_degrees(&parts, &column_degrees(&parts));
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by_key(|&i| degrees[i]);
-    let (basis, rank) = kernel(&Matrix::from_fn(fixed.len(), m, |j, i| parts[0][0][(i, fixed[j])].clone()), &order);
-    if rank < fixed.len() {
+    let found = echelon(&columns_of(&parts[0][0], &fixed).transpose(), &order);
+    if found.rank() < fixed.len() {
         return None;
     }
-    let basis = basis.transpose();
-    let project = |matrix: &Matrix<Rational>| {
-        basis.multiply(&Matrix::from_fn(m, retained.len(), |i, j| matrix[(i, retained[j])].clone()))
-    };
+    let basis = found.kernel().transpose();
+    let project = |matrix: &Matrix<Rational>| basis.multiply(&columns_of(matrix, &retained));
     Some(parts.iter().map(|part| part.each_ref().map(project)).collect())
 }
 

@@ -12,6 +12,7 @@ mod singular;
 pub use singular::SingularPencil;
 
 use super::massless::plain_combination;
+use super::parts::{rows_of, texts};
 use super::properties::{described_zeros, orders_at_infinity};
 use super::structure::{pencil, structure};
 use super::system::LinearSystem;
@@ -103,16 +104,9 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
         orders_at_infinity: at_infinity(&slow, derivatives),
         proof: SeparatedPencil { pencil: pencil(system), left: texts(&apart.left), right: texts(&apart.right) },
     };
-    let chosen = |matrix: &Matrix<Rational>| {
-        Matrix::from_fn(proper.len(), matrix.columns(), |i, j| matrix[(proper[i], j)].clone())
-    };
     let outputs = proper.iter().map(|&i| system.outputs[i].clone()).collect();
-    let equivalent = LinearSystem { c: chosen(&slow.c), d: chosen(&slow.d), outputs, ..slow };
+    let equivalent = LinearSystem { c: rows_of(&slow.c, &proper), d: rows_of(&slow.d, &proper), outputs, ..slow };
     Ok(DecomposedDescriptor { found, equivalent })
-}
-
-fn texts(matrix: &Matrix<Rational>) -> Vec<Vec<String>> {
-    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(ToString::to_string).collect()).collect()
 }
 
 /// A state that is one of the variables has its name, another is defined by them: `z = L x`.

@@ -20,6 +20,7 @@ use faer::c64;
 use kardan_rt::functions::powi;
 
 use super::LinearSystem;
+use super::parts::{beside, texts};
 use super::system::Side;
 use kardan_math::num::{
     Matrix, Rational, Scalar, above, below, eigenvalues, power_of_two, rational_from_f64, rational_to_f64, root_above,
@@ -152,10 +153,7 @@ impl Change {
         let action = on_a.multiply(&rows.transpose()).multiply(&gram);
         let projected = action.multiply(&rows);
         let on_b = rows.multiply(&pair.exact[1]);
-        let miss = Matrix::from_fn(exact.len(), n + on_b.columns(), |i, j| match j < n {
-            true => on_a[(i, j)].minus(&projected[(i, j)]),
-            false => on_b[(i, j - n)].clone(),
-        });
+        let miss = beside(&on_a.plus(&projected.scale(&Rational::NEG_ONE)), &on_b);
         // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
         let scaled = gram.multiply(&miss);
         let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));
@@ -182,8 +180,6 @@ impl Change {
             .filter(|one| one.share > 1e-9)
             .collect();
         shares.sort_by(|one, other| other.share.total_cmp(&one.share));
-        let texts =
-            |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).iter().map(ToString::to_string).collect()).collect();
         MatrixDistance {
             lower: below(&(lower * &back)),
             upper: above(&(self.size * &back)),

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::fractions::{fractions, multiply_sparse, values};
+use super::fractions::{multiply_sparse, values};
 use super::limits::Limits;
 use crate::images::{Image, Images, ModularResult};
 use kardan_math::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
@@ -19,7 +19,7 @@ pub(super) struct InvariantRows {
 impl InvariantRows {
     /// For the certificate.
     pub fn into_fractions(self) -> Invariant {
-        Invariant { rows: fractions(&self.rows), action: fractions(&self.action) }
+        Invariant { rows: texts(&self.rows), action: texts(&self.action) }
     }
 }
 
