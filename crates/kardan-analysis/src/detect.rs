@@ -46,38 +46,30 @@ impl Transfer {
 
     /// The rank of what these faults do to these outputs, over the rational functions.
     pub fn rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
-        let most = outputs.len().min(faults.len());
-        let mut best = 0;
-        for point in &self.exact {
-            let matrix = Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
+        if self.exact.is_empty() {
+            return self.likely_rank(outputs, faults);
+        }
+        let ranks = self.exact.iter().map(|point| {
+            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
                 Fault::Input(j) => point[(outputs[i], j)].clone(),
                 Fault::Output(k) if k == outputs[i] => Rational::ONE,
                 Fault::Output(_) => Rational::ZERO,
-            });
-            best = best.max(exact_rank(&matrix));
-            if best == most {
-                return best;
-            }
-        }
-        if self.exact.is_empty() { self.likely_rank(outputs, faults) } else { best }
+            }))
+        });
+        largest_up_to(outputs.len().min(faults.len()), ranks)
     }
 
     /// The same modulo random primes: never larger, and smaller with a tiny probability.
     pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
-        let most = outputs.len().min(faults.len());
-        let mut best = 0;
-        for (field, point) in &self.modular {
+        let ranks = self.modular.iter().map(|(field, point)| {
             let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
                 Fault::Input(j) => point.row(outputs[i])[j],
                 Fault::Output(k) if k == outputs[i] => field.one(),
                 Fault::Output(_) => 0,
             });
-            best = best.max(matrix.echelon(field).1.len());
-            if best == most {
-                break;
-            }
-        }
-        best
+            matrix.echelon(field).1.len()
+        });
+        largest_up_to(outputs.len().min(faults.len()), ranks)
     }
 
     /// Whether these outputs show a fault at all, whatever the unknown inputs do.
@@ -114,6 +106,18 @@ impl Transfer {
         }
         (groups, silent)
     }
+}
+
+/// The largest rank, as far as the first one that is the most possible.
+fn largest_up_to(most: usize, ranks: impl Iterator<Item = usize>) -> usize {
+    let mut best = 0;
+    for rank in ranks {
+        best = best.max(rank);
+        if best == most {
+            break;
+        }
+    }
+    best
 }
 
 /// `C (sE − A)⁻¹ B + D`; `None` at a pole.

@@ -78,24 +78,17 @@ impl Rows {
     fn of(reduced: &Reduced) -> Self {
         let (first, r) = (reduced.equations.set_valued().count(), reduced.degrees_of_freedom());
         let mut motion = Motion::new(reduced);
-        let rows = motion.frictions[first..].to_vec();
-        let (zero, count) = (motion.graph.integer(0), rows.len());
+        let count = motion.frictions.len() - first;
         let (mut entries, mut slopes) = (Vec::new(), Vec::new());
-        for (k, row) in rows.iter().enumerate() {
-            entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
-            let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
-            let by_time = match reduced.equations.multiplier_constraints[k].law {
-                // An integral of the prescribed function, with any speed at the start.
-                MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
-                _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
-            };
-            let mut terms = vec![(by_time, Rational::ONE)];
+        for k in 0..count {
+            let row = row_entries(reduced, &mut motion, k);
+            let mut terms = vec![(row[r], Rational::ONE)];
             for i in 0..r {
                 let speed = motion.graph.of_symbol(motion.symbols[r + i]);
-                let product = speed.map(|speed| motion.graph.multiply(entries[k * (r + 1) + i], speed));
+                let product = speed.map(|speed| motion.graph.multiply(row[i], speed));
                 terms.extend(product.map(|product| (product, Rational::ONE)));
             }
-            entries.push(by_time);
+            entries.extend(row);
             let all = motion.graph.sum(Rational::ZERO, &terms);
             for i in 0..r {
                 slopes.push(motion.graph.derivative(all, motion.symbols[i]));
@@ -256,6 +249,21 @@ impl Rows {
             if columns.is_empty() { ModularMatrix::identity(&field.0, c) } else { tangent.null_space(&field.0) };
         Some(Found::new(&field.0, self.count, width, &own, &kernel, &entries))
     }
+}
+
+/// A row of a multiplier constraint: g over the reduced coordinates, then h.
+pub(super) fn row_entries(reduced: &Reduced, motion: &mut Motion, k: usize) -> Vec<Expr> {
+    let zero = motion.graph.integer(0);
+    let own = &motion.frictions[motion.frictions.len() - motion.multiplier_constraints.len() + k];
+    let on_coordinates = (0..reduced.degrees_of_freedom()).map(|i| own.get(&i).copied().unwrap_or(zero));
+    let mut row: Vec<Expr> = on_coordinates.collect();
+    let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
+    row.push(match reduced.equations.multiplier_constraints[k].law {
+        // An integral of the prescribed function, with any speed at the start.
+        MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
+        _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
+    });
+    row
 }
 
 /// Expressions of a model along a motion; none where a function is not known there.
@@ -422,20 +430,12 @@ pub(super) fn drawn_values(
     random: &mut Random,
     exprs: &[Expr],
 ) -> Option<Vec<Residue>> {
-    let mut at_one = |_| {
-        let mut trajectory = GenericTrajectory::new(field, Point::Drawn(random.next_u64()), r);
-        for _ in 0..MOST_SUBDIVISIONS {
-            if let Some(found) = values(motion, &mut trajectory, exprs) {
-                return found.into_iter().map(|series| series.first().copied()).collect();
-            }
-            if !trajectory.subdivided {
-                return None;
-            }
-            trajectory.begin_again();
-        }
-        None
+    let at_one = |_| {
+        let point = Point::Drawn(random.next_u64());
+        let (_, found) = at_subdivided(field, point, r, |trajectory| values(motion, trajectory, exprs))?;
+        found.into_iter().map(|series| series.first().copied()).collect()
     };
-    (0..MOST_DRAWN).find_map(&mut at_one)
+    (0..MOST_DRAWN).find_map(at_one)
 }
 
 /// The test at a point that is drawn, with the motion that it took.
@@ -463,10 +463,19 @@ impl DisplayPoints {
 
 /// The test at one point, with the motion that it took.
 fn at_point(rows: &Rows, field: PrimeField, point: Point) -> Option<(GenericTrajectory, Found)> {
-    let mut trajectory = GenericTrajectory::new(field, point, rows.r);
+    at_subdivided(field, point, rows.r, |trajectory| rows.last_derived(trajectory))
+}
+
+/// What is found along a motion from a point, whose angles are divided as often as it needs smaller parts of them.
+fn at_subdivided<T>(
+    field: PrimeField,
+    point: Point,
+    r: usize,
+    find: impl Fn(&mut GenericTrajectory) -> Option<T>,
+) -> Option<(GenericTrajectory, T)> {
+    let mut trajectory = GenericTrajectory::new(field, point, r);
     for _ in 0..MOST_SUBDIVISIONS {
-        let found = rows.last_derived(&mut trajectory);
-        if let Some(found) = found {
+        if let Some(found) = find(&mut trajectory) {
             return Some((trajectory, found));
         }
         if !trajectory.subdivided {

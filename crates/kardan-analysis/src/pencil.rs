@@ -1,9 +1,10 @@
 //! The pencil of a linear system with named outputs.
 
+use super::parts::{beside, reduced_form, stacked};
 use super::reduction::reduced_load;
 use super::system::minus_loads;
 use super::{ConstrainedSystem, LinearSystem};
-use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, echelon, project, sparse_rows, sum_of_outer};
+use kardan_math::num::{Matrix, Rational, Scalar, project, sparse_rows, sum_of_outer};
 use kardan_mechanics::equations::Measured;
 use kardan_results::signal_name::Quantity;
 
@@ -37,19 +38,19 @@ pub fn linear_system(
     let rows = sparse_rows(basis);
     let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
-    let [damping, stiffness] = with_loads(system, &rows, [damping, stiffness]);
+    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, &rows)).collect();
+    let damping = minus_loads(damping, &loads, |slopes| &slopes.on_rates);
+    let stiffness = minus_loads(stiffness, &loads, |slopes| &slopes.on_positions);
     let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
     for (k, input_term) in system.inputs.iter().enumerate() {
         project(&input_term.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
     }
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
-    let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
+    let b = stacked(&Matrix::zeros(r, m), &input);
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
     let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
-    let shaft = |name: &String| {
-        system.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
-    };
+    let shaft = |name: &String| system.shaft(name);
     for (i, output) in outputs.iter().enumerate() {
         match &output.measured {
             Measured::Angle(name) => c.row_mut(i)[..r].clone_from_slice(basis.row(shaft(name))),
@@ -108,19 +109,6 @@ pub fn linear_system(
     }
 }
 
-/// Damping and stiffness with those of the loads.
-fn with_loads(
-    system: &ConstrainedSystem,
-    basis: &[SparseRow],
-    [damping, stiffness]: [Matrix<Rational>; 2],
-) -> [Matrix<Rational>; 2] {
-    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, basis)).collect();
-    [
-        minus_loads(damping, &loads, |slopes| &slopes.on_rates),
-        minus_loads(stiffness, &loads, |slopes| &slopes.on_positions),
-    ]
-}
-
 fn minus(x: &Rational) -> Rational {
     Rational::ZERO.minus(x)
 }
@@ -175,9 +163,7 @@ fn constraint_torque(
 /// and moves no inertia of a single shaft.
 fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
-    let both =
-        Matrix::from_fn(matrix.rows(), n + 1, |i, j| if j < n { &matrix[(i, j)] } else { &right[(i, 0)] }.clone());
-    let e = echelon(&both, &(0..=n).collect::<Vec<_>>());
+    let e = reduced_form(&beside(matrix, right));
     assert!(!e.pivots.contains(&n), "the inertia is positive semidefinite");
     let mut out = Matrix::<Rational>::zeros(n, 1);
     for (row, &pivot) in e.pivots.iter().enumerate() {

@@ -41,10 +41,7 @@ pub fn properties(
     let is_unforced = has_no_ports(system, structure);
     let blocks = blocks(system, structure, realisations);
     let order = realisations.map(|found| found.minimal.a.rows()).or(is_unforced.then_some(system.states.len()));
-    let roots_of = |chosen: &[usize]| {
-        let blocks = blocks.as_ref()?;
-        Some(chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k])))
-    };
+    let roots_of = |chosen: &[usize]| Some(product_of(blocks.as_ref()?, chosen));
     let plane = if discrete { Plane::Discrete } else { Plane::Continuous };
     let stable = |chosen: &[usize]| Some(decided_stable(&roots_of(chosen)?, plane));
     let zeros = |chosen: &[usize]| roots_of(chosen).map(|polynomial| described(&polynomial));
@@ -75,8 +72,7 @@ pub fn stability_proofs(
 ) -> StabilityProofs {
     let blocks = blocks(system, structure, realisations);
     let proof = |chosen: &[usize]| {
-        let blocks = blocks.as_ref()?;
-        let polynomial = chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]));
+        let polynomial = product_of(blocks.as_ref()?, chosen);
         let transformed = if discrete { cayley(&polynomial) } else { polynomial.clone() };
         // Where the degree falls a root at z = −1 has gone to infinity.
         let column =
@@ -121,6 +117,10 @@ fn blocks(
         Some(found) => (0..4).map(|block| characteristic(&diagonal_block(&found.kalman, block))).collect(),
         None => has_no_ports(system, structure).then(whole).flatten(),
     }
+}
+
+fn product_of(blocks: &[Polynomial], chosen: &[usize]) -> Polynomial {
+    chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]))
 }
 
 /// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above double that.

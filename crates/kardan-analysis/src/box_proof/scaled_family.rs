@@ -18,8 +18,7 @@ fn occurs(parts: &Parts, power: usize, row: usize, column: usize) -> bool {
 
 /// Whether an entry depends on neither λ nor x.
 fn is_constant(parts: &Parts, row: usize, column: usize) -> bool {
-    let varies = |(part, power): (usize, usize)| !parts[part][power][(row, column)].is_zero();
-    (0..parts.len()).all(|part| (0..3).all(|power| (part, power) == (0, 0) || !varies((part, power))))
+    parts.iter().flatten().skip(1).all(|coefficient| coefficient[(row, column)].is_zero())
 }
 
 /// The degree of each column in λ.

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::fractions::{multiply_sparse, values};
 use super::limits::Limits;
-use crate::images::{Image, Images, ModularResult};
+use crate::images::{Image, Images};
 use kardan_math::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
 use kardan_results::Invariant;
 
@@ -61,10 +61,10 @@ pub(super) fn invariant_rows(
         match rows.rows.cmp(&count) {
             Ordering::Less => {
                 larger.set(true);
-                ModularResult::Impossible
+                None
             }
-            Ordering::Equal => all(image, rows).map_or(ModularResult::Nothing, ModularResult::Values),
-            Ordering::Greater => ModularResult::Nothing,
+            Ordering::Equal => Some(all(image, rows)),
+            Ordering::Greater => Some(None),
         }
     });
     if larger.get() {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::error::StructureError;
 use super::left_vectors::{InvariantRows, invariant_rows};
-use super::limits::Limits;
+use super::limits::{Limits, RANK_TRIALS};
 use crate::LinearSystem;
 use crate::images::{Image, Images};
 use kardan_math::num::{PrimeField, Primes, Span, exact_rank, reachable};
@@ -132,7 +132,7 @@ impl Ranks {
                 let (image, dual) = sample();
                 RankSample { image, dual, ..stated.clone() }
             } else {
-                RankSample::best(sample, limits.trials)
+                RankSample::best(sample, RANK_TRIALS)
             };
             while !stated.reaches(&found) {
                 stated = next_own();
