@@ -87,10 +87,7 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
     let found = with_bars(args, &origin, quiet, |bars| project.analyze(settings, bars));
-    let analysis = found.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
-        Failure { source: Some(source), diagnostics }
-    })?;
+    let analysis = found.map_err(|found| Failure::beside(source, found, &warnings))?;
     Ok((analysis, origin))
 }
 

@@ -6,7 +6,7 @@ use kardan::model::{BUILTIN, Builtin, json_schema};
 use kardan::results::BuiltinModel;
 
 use crate::args::ModelsArgs;
-use crate::exit::DONE;
+use crate::exit::{DONE, done};
 use crate::input::builtin_hint;
 use crate::output::{print, save, sweep_beside};
 use crate::render::{Failure, note};
@@ -32,12 +32,10 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     let Some(name) = &args.name else {
         if args.json {
             let all: Vec<BuiltinModel> = BUILTIN.iter().map(listed).collect();
-            print(&(export::models_json(&all) + "\n"))?;
-            return Ok(DONE);
+            return done(&(export::models_json(&all) + "\n"));
         }
         let width = BUILTIN.iter().map(|builtin| builtin.name.len()).max().unwrap_or(0);
-        print(&BUILTIN.iter().map(|builtin| entry(builtin, width)).collect::<String>())?;
-        return Ok(DONE);
+        return done(&BUILTIN.iter().map(|builtin| entry(builtin, width)).collect::<String>());
     };
     let builtin = BUILTIN.iter().find(|builtin| builtin.name == name).ok_or_else(|| {
         Diagnostic::error("model::unknown", format!("there is no built-in model `{name}`")).help(builtin_hint(name))

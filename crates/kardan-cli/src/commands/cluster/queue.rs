@@ -148,20 +148,13 @@ fn answer(command: &[&str]) -> Result<String, String> {
     let output =
         Command::new(command[0]).args(&command[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    match output.status.success() {
-        true => Ok(text(&output.stdout)),
-        false => match text(&output.stderr) {
-            stderr_text if stderr_text.is_empty() => Err(format!("it ends with {}", output.status)),
-            // The first lines explain the error; some programs add the location in their code.
-            stderr_text => Err(stderr_text
-                .lines()
-                .map(str::trim)
-                .filter(|line| !line.is_empty())
-                .take(4)
-                .collect::<Vec<_>>()
-                .join("; ")),
-        },
+    if output.status.success() {
+        return Ok(text(&output.stdout));
     }
+    let errors = text(&output.stderr);
+    // The first lines explain the error; some programs add the location in their code.
+    let lines: Vec<&str> = errors.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect();
+    Err(if lines.is_empty() { format!("it ends with {}", output.status) } else { lines.join("; ") })
 }
 
 /// Whether a program is on the PATH.
