@@ -63,6 +63,19 @@ impl Storage {
         })
     }
 
+    /// The number in a word of this size.
+    pub(crate) fn stored(self, word: u64) -> Stored {
+        match self {
+            Self::Unsigned(_) => Stored::Unsigned(word),
+            Self::Signed(size) => {
+                let shift = 64 - 8 * size as u32;
+                Stored::Signed((word << shift) as i64 >> shift)
+            }
+            Self::Single => Stored::Float(f64::from(f32::from_bits(word as u32))),
+            Self::Double => Stored::Float(f64::from_bits(word)),
+        }
+    }
+
     pub(crate) fn size(self) -> usize {
         match self {
             Self::Signed(size) | Self::Unsigned(size) => size,
@@ -79,7 +92,7 @@ pub enum Stored {
     Unsigned(u64),
     /// A whole number.
     Signed(i64),
-    /// A finite number.
+    /// A number of floating point.
     Float(f64),
 }
 
@@ -113,24 +126,11 @@ impl Numbers<&[u8]> {
     /// # Panics
     /// If there is no number `i`.
     pub fn value(&self, i: usize) -> Result<Stored, &'static str> {
-        let word = self.word(i);
-        let float = match self.storage {
-            Storage::Unsigned(_) => return Ok(Stored::Unsigned(word)),
-            Storage::Signed(size) => {
-                let shift = 64 - 8 * size as u32;
-                return Ok(Stored::Signed((word << shift) as i64 >> shift));
-            }
-            Storage::Single => f64::from(f32::from_bits(word as u32)),
-            Storage::Double => f64::from_bits(word),
-        };
-        if float.is_finite() {
-            Ok(Stored::Float(float))
-        } else if float.is_nan() {
-            Err("NaN")
-        } else if float > 0.0 {
-            Err("Inf")
-        } else {
-            Err("-Inf")
+        match self.storage.stored(self.word(i)) {
+            Stored::Float(x) if x.is_nan() => Err("NaN"),
+            Stored::Float(f64::INFINITY) => Err("Inf"),
+            Stored::Float(f64::NEG_INFINITY) => Err("-Inf"),
+            stored => Ok(stored),
         }
     }
 }
