@@ -62,9 +62,7 @@ pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction, plain_combination};
-pub use modes::{
-    exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
-};
+pub use modes::{exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes};
 pub use parity::{
     Broken, Fault, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations,
 };

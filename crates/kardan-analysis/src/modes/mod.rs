@@ -58,21 +58,8 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 ///
 /// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the factor has,
 /// repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
-/// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`]. `None` if these are
-/// needed and there are none.
-///
-/// # Panics
-/// If the reduction is not one of the system.
-pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &[Factor]) -> Option<Vec<Mode>> {
-    exact_modes_beside(system, reduction, factors, || modes(system, reduction))
-}
-
-/// Whether [`exact_modes`] most likely needs those of [`modes`]: some factor is too long to be written out.
-pub fn needs_modes(reduction: &Reduction) -> bool {
-    2 * reduction.degrees_of_freedom() > MOST_EXPANDED
-}
-
-/// The same as [`exact_modes`], where the caller may have those of [`modes`] already.
+/// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`], which `floating` gives. `None` if
+/// these are needed and there are none.
 ///
 /// # Panics
 /// If the reduction is not one of the system.
@@ -101,6 +88,11 @@ pub fn exact_modes_beside(
         vectors.unwrap_or_default().iter().map(|vector| mode(value, vector)).collect()
     };
     with_exact_values(2 * r, factors, at, floating)
+}
+
+/// Whether [`exact_modes_beside`] most likely needs those of [`modes`]: some factor is too long to be written out.
+pub fn needs_modes(reduction: &Reduction) -> bool {
+    2 * reduction.degrees_of_freedom() > MOST_EXPANDED
 }
 
 /// The mode of an eigenvalue and its vector over the reduced coordinates.

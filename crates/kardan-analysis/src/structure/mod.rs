@@ -142,8 +142,7 @@ fn decide_modulo(
     let table = facts.as_ref().map_or_else(|| relative_degrees(first), |facts| facts.relative_degrees.clone());
     let m = spectrum.invariant_factors.len();
     let common = spectrum.common.as_ref();
-    let kind = Kind::of(system);
-    let [on_forces, on_positions] = [true, false].map(|forces| kind.degrees_of_freedom.map(|r| (r, forces)));
+    let [on_forces, on_positions] = [true, false].map(|forces| system.degrees_of_freedom.map(|r| (r, forces)));
     let (inputs, outputs) = rayon::join(
         || count(&mut images, first, (&ranks.stated.image, &own), m, common, on_forces, proven),
         || count(&mut dual_images, dual_first, (&ranks.stated.dual, &own), m, common, on_positions, proven),
@@ -185,7 +184,7 @@ fn decide_modulo(
         invariant_factors: spectrum.invariant_factors,
         min_inputs: m,
         min_outputs: m,
-        kind: kind.name.into(),
+        kind: kind(system).into(),
         construction: None,
         certificate: certificate(system, statements, undecided, primes, [inputs, outputs], ranks),
     })
@@ -276,21 +275,13 @@ pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
 }
 
 /// Which theorem of chapter 5 applies.
-struct Kind {
-    name: &'static str,
-    degrees_of_freedom: Option<usize>,
-}
-
-impl Kind {
-    fn of(system: &LinearSystem) -> Self {
-        let Some(r) = system.degrees_of_freedom else { return Self { name: "state space", degrees_of_freedom: None } };
-        let block = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
-        let name = match (block(0), block(r)) {
-            (true, _) => "pure damping",
-            (false, true) => "no damping",
-            (false, false) => "general",
-        };
-        Self { name, degrees_of_freedom: Some(r) }
+fn kind(system: &LinearSystem) -> &'static str {
+    let Some(r) = system.degrees_of_freedom else { return "state space" };
+    let vanishes = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
+    match (vanishes(0), vanishes(r)) {
+        (true, _) => "pure damping",
+        (false, true) => "no damping",
+        (false, false) => "general",
     }
 }
 
