@@ -6,9 +6,9 @@ use faer::Mat;
 use kardan_rt::functions::exp2;
 
 use super::parts::{beside, stacked};
+use super::pencil::OutputRow;
 use super::{ConstrainedSystem, OutputSignal, Side};
 use kardan_math::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
-use kardan_mechanics::equations::Measured;
 
 /// A parameter with the interval that it may lie in.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,10 +64,8 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
     let below = Matrix::zeros(c + last, n + c);
     let mut pencil = sums.map(|sum| stacked(&beside(&sum, &Matrix::zeros(n, c)), &below));
     for k in 0..c {
-        for j in 0..n {
-            pencil[0][(n + k, j)] = rows[(k, j)].clone();
-            pencil[0][(j, n + k)] = rows[(k, j)].clone();
-        }
+        pencil[0].row_mut(n + k)[..n].clone_from_slice(rows.row(k));
+        (0..n).for_each(|j| pencil[0][(j, n + k)] = rows[(k, j)].clone());
     }
     if side == Side::Inputs {
         for k in 0..last {
@@ -75,38 +73,12 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
         }
         return pencil;
     }
-    let shaft = |name: &String| system.shaft(name);
     for (k, output) in outputs.iter().enumerate() {
-        let row = n + c + k;
-        match &output.measured {
-            Measured::Angle(name) => pencil[0][(row, shaft(name))] = Rational::ONE,
-            Measured::Speed(name) => pencil[1][(row, shaft(name))] = Rational::ONE,
-            Measured::SpringTorque(element) => {
-                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
-                    for (j, x) in &spring.row {
-                        pencil[0][(row, *j)] = pencil[0][(row, *j)].plus(&spring.value.times(x));
-                    }
-                }
-            }
-            Measured::ComplianceTorque(element, name) => {
-                for (order, laws) in [(0, &system.springs), (1, &system.dampers)] {
-                    for law in laws.iter().filter(|law| law.element == *element) {
-                        let Some((_, own)) = law.row.iter().find(|(k, _)| *k == shaft(name)) else { continue };
-                        for (j, x) in &law.row {
-                            let factor = law.value.times(x).times(own);
-                            pencil[order][(row, *j)] = pencil[order][(row, *j)].minus(&factor);
-                        }
-                    }
-                }
-            }
-            Measured::NetTorque(name) => pencil[2][(row, shaft(name))] = system.own_inertia(shaft(name)),
-            Measured::ConstraintTorque(element, name) => {
-                let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);
-                of_element.for_each(|i| pencil[0][(row, n + i)] = rows[(i, shaft(name))].clone());
-            }
-            // The mechanism does not determine a signal.
-            Measured::Signal(_) => {}
+        let OutputRow { motion, multipliers } = OutputRow::of(system, &output.measured);
+        for (coefficient, row) in pencil.iter_mut().zip(&motion) {
+            coefficient.row_mut(n + c + k)[..n].clone_from_slice(row.as_slice());
         }
+        pencil[0].row_mut(n + c + k)[n..].clone_from_slice(multipliers.as_slice());
     }
     pencil
 }

@@ -382,7 +382,9 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let mut random = Random::unforeseen(rows.entries.len() as u64);
     let (mut points, mut needed, mut sides) = (Vec::new(), POINTS, 1);
     while points.len() < needed {
-        let Some((trajectory, point)) = drawn_point(&rows, &mut random) else { break };
+        let field = drawn_field(&mut random);
+        let found = (0..MOST_DRAWN).find_map(|_| at_point(&rows, field, Point::Drawn(random.next_u64())));
+        let Some((trajectory, point)) = found else { break };
         sides = sides.max(trajectory.sides.values().product());
         needed = needed.max(if sides > 1 { sides.saturating_mul(POINTS_OF_SIDES) } else { POINTS });
         points.push((trajectory, point));
@@ -436,12 +438,6 @@ pub(super) fn drawn_values(
         found.into_iter().map(|series| series.first().copied()).collect()
     };
     (0..MOST_DRAWN).find_map(at_one)
-}
-
-/// The test at a point that is drawn, with the motion that it took.
-fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(GenericTrajectory, Found)> {
-    let field = drawn_field(random);
-    (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
 }
 
 /// Points that a message can show, on request.

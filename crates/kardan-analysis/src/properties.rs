@@ -43,7 +43,10 @@ pub fn properties(
     let order = realisations.map(|found| found.minimal.a.rows()).or(is_unforced.then_some(system.states.len()));
     let roots_of = |chosen: &[usize]| Some(product_of(blocks.as_ref()?, chosen));
     let plane = if discrete { Plane::Discrete } else { Plane::Continuous };
-    let stable = |chosen: &[usize]| Some(decided_stable(&roots_of(chosen)?, plane));
+    let stable = |chosen: &[usize]| {
+        let polynomial = roots_of(chosen)?;
+        Some(polynomial.degree() == 0 || stability_of_roots(&polynomial, plane).word == Stability::Stable)
+    };
     let zeros = |chosen: &[usize]| roots_of(chosen).map(|polynomial| described(&polynomial));
     SystemProperties {
         stability: system_stability(system, structure, plane),
@@ -139,11 +142,6 @@ fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
         reconstruction.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
     }
     Some(Polynomial::new(reconstruction.integers().into_iter().map(Rational::from).collect()).monic())
-}
-
-/// Whether all roots are inside the border of stability.
-fn decided_stable(polynomial: &Polynomial, plane: Plane) -> bool {
-    polynomial.degree() == 0 || stability_of_roots(polynomial, plane).word == Stability::Stable
 }
 
 /// Whether a system is stable: by the proven roots of its exact factors where these are written out, else by ranks of its exact matrix.

@@ -116,20 +116,15 @@ pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     })
 }
 
-/// `a, b, c` of the built-in models.
-pub fn builtin_names() -> String {
-    BUILTIN.iter().map(|builtin| builtin.name).collect::<Vec<_>>().join(", ")
-}
-
 /// A hint for a name that is not that of a built-in model.
 pub fn builtin_hint(name: &str) -> String {
-    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|builtin_name| builtin_name.starts_with(name));
-    if name.chars().count() > 1 && begin_so().next().is_some() {
-        let list = begin_so().collect::<Vec<_>>().join(", ");
-        return format!("built-in models that start with `{name}`: {list}");
+    let all: Vec<&str> = BUILTIN.iter().map(|builtin| builtin.name).collect();
+    let begin_so: Vec<&str> = all.iter().copied().filter(|builtin| builtin.starts_with(name)).collect();
+    if name.chars().count() > 1 && !begin_so.is_empty() {
+        return format!("built-in models that start with `{name}`: {}", begin_so.join(", "));
     }
-    let list = format!("built-in models: {}", builtin_names());
-    match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
+    let list = format!("built-in models: {}", all.join(", "));
+    match nearest(name, all) {
         Some(near) => format!("did you mean the built-in model `{near}`? ({list})"),
         None => list,
     }

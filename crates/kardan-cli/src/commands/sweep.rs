@@ -267,8 +267,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         variants: args.variants.clone(),
         run: run.clone(),
         most_steps: usize::try_from(args.max_steps).ok(),
-        goal: SweepGoal::Samples,
-        lanes: None,
+        ..SweepSettings::default()
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&options).map_err(refused)?;
