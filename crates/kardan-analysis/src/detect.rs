@@ -2,7 +2,7 @@
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
-use super::parts::{block, column_basis, kernel};
+use super::parts::{beside, block, column_basis, columns_of, kernel, stacked};
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
@@ -148,34 +148,27 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     if n > MOST_EXACT {
         return None;
     }
-    let acts = |i: usize| match fault {
+    let acts = Matrix::from_fn(n, 1, |i, _| match fault {
         Fault::Input(j) => system.b[(i, j)].clone(),
         Fault::Output(_) => Rational::ZERO,
-    };
-    let shows = |i: usize| match fault {
+    });
+    let shows = Matrix::from_fn(p, 1, |i, _| match fault {
         Fault::Input(j) => system.d[(i, j)].clone(),
         Fault::Output(k) if k == i => Rational::ONE,
         Fault::Output(_) => Rational::ZERO,
-    };
+    });
+    // Over the states, the fault and the unknown inputs.
+    let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
+    let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));
     // Over the states and the fault; columns span the space.
     let mut space: Matrix<Rational> = Matrix::identity(n + 1);
     loop {
         // E times what rates may be: of the fault it is zero.
-        let rates = system.e.multiply(&block(&space, 0..n, 0..space.columns()));
-        let still = |j: usize| space[(n, j)].clone();
-        let width = n + 1 + m + space.columns();
-        let matrix = Matrix::from_fn(n + 1 + p, width, |i, j| match (i, j) {
-            (i, j) if i < n && j < n => system.a[(i, j)].clone(),
-            (i, j) if i < n && j == n => acts(i),
-            (i, j) if i < n && j < n + 1 + m => system.b[(i, unknown[j - n - 1])].clone(),
-            (i, j) if i < n => Rational::ZERO.minus(&rates[(i, j - n - 1 - m)]),
-            (i, j) if i == n && j > n + m => still(j - n - 1 - m),
-            (i, _) if i == n => Rational::ZERO,
-            (i, j) if j < n => system.c[(i - n - 1, j)].clone(),
-            (i, j) if j == n => shows(i - n - 1),
-            (i, j) if j < n + 1 + m => system.d[(i - n - 1, unknown[j - n - 1])].clone(),
-            _ => Rational::ZERO,
-        });
+        let width = space.columns();
+        let rates = system.e.multiply(&block(&space, 0..n, 0..width)).scale(&Rational::NEG_ONE);
+        let of_fault = beside(&Matrix::zeros(1, n + 1 + m), &block(&space, n..n + 1, 0..width));
+        let equations = stacked(&beside(&on_rates, &rates), &of_fault);
+        let matrix = stacked(&equations, &beside(&on_outputs, &Matrix::zeros(p, width)));
         let solutions = kernel(&matrix);
         let next = column_basis(&block(&solutions, 0..n + 1, 0..solutions.columns()));
         if next.columns() == space.columns() {

@@ -88,11 +88,10 @@ fn participants(
     let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
     let (Some(r), Some(mechanics)) = (system.degrees_of_freedom, mechanics) else {
         // Left null vectors of [λE − A, B], right ones of [λE − A; C].
-        let matrix = Mat::from_fn(n + rows, n, |i, j| match (i < n, inputs) {
-            (true, true) => lambda * number(&system.e[(j, i)]) - number(&system.a[(j, i)]),
-            (true, false) => lambda * number(&system.e[(i, j)]) - number(&system.a[(i, j)]),
-            (false, true) => number(&system.b[(j, i - n)]),
-            (false, false) => number(&system.c[(i - n, j)]),
+        let observed = if inputs { &system.transpose() } else { system };
+        let matrix = Mat::from_fn(n + rows, n, |i, j| match i < n {
+            true => lambda * number(&observed.e[(i, j)]) - number(&observed.a[(i, j)]),
+            false => number(&observed.c[(i - n, j)]),
         });
         let moved = squares(&matrix, defect, n, |v, i| v[i]);
         let moved = system.states.iter().cloned().zip(moved.into_iter().map(f64::sqrt));

@@ -167,7 +167,7 @@ impl Rows {
         let mut random = trajectory.point.random("motion");
         for n in 1..terms {
             let values = self.at(trajectory, &self.entries)?;
-            let solved = self.solved(field, &values, own, pivots)?;
+            let [form, _] = self.solved(field, &values, own, pivots)?;
             for k in (0..=self.r).filter(|k| !pivots.contains(k)) {
                 let free = if k == self.r { u64::from(n == 1) } else { random.next_u64() };
                 trajectory.motion[k].push(field.0.element(free));
@@ -179,7 +179,7 @@ impl Rows {
                 let mut rate = 0;
                 for (i, x) in rates.iter().enumerate() {
                     let Some(x) = x else { continue };
-                    rate = field.0.minus(rate, field.product(&solved.form[a][i], x)[n - 1]);
+                    rate = field.0.minus(rate, field.product(&form[a][i], x)[n - 1]);
                 }
                 trajectory.motion[*pivot].push(field.0.times(rate, over));
             }
@@ -188,7 +188,13 @@ impl Rows {
     }
 
     /// Independent rows with their pivots alone, and what makes them from the rows.
-    fn solved(&self, field: SeriesField, values: &[Series], own: &[usize], pivots: &[usize]) -> Option<Solved> {
+    fn solved(
+        &self,
+        field: SeriesField,
+        values: &[Series],
+        own: &[usize],
+        pivots: &[usize],
+    ) -> Option<[Vec<Vec<Series>>; 2]> {
         let (width, count) = (self.r + 1, own.len());
         let terms = values[0].len();
         let unit = |k: usize, j: usize| field.number(if k == j { field.0.one() } else { 0 }, terms);
@@ -213,7 +219,7 @@ impl Rows {
         }
         let form = rows.iter().map(|row| row[..width].to_vec()).collect();
         let transform = rows.into_iter().map(|row| row[width..].to_vec()).collect();
-        Some(Solved { form, transform })
+        Some([form, transform])
     }
 
     /// A basis of the λ over the rows whose covectors stay in the system, at one point.
@@ -224,16 +230,16 @@ impl Rows {
         let field = trajectory.field;
         let entries = self.at(trajectory, &self.entries)?;
         let slopes = self.at(trajectory, &self.slopes)?;
-        let solved = self.solved(field, &entries, &own, &pivots)?;
+        let [form, transform] = self.solved(field, &entries, &own, &pivots)?;
         let rest = |k: usize, i: usize| {
             field.difference(&field.derivative(&entries[own[k] * width + i]), &slopes[own[k] * r + i])
         };
         let open: Vec<usize> = (0..r).filter(|i| !pivots.contains(i)).collect();
         // λ̇ᵀ = −λᵀ M, and λᵀ C = 0.
         let across: Vec<Vec<Series>> = (0..c).map(|k| pivots.iter().map(|i| rest(k, *i)).collect()).collect();
-        let m = multiply(field, &across, &solved.transform);
+        let m = multiply(field, &across, &transform);
         let open_form: Vec<Vec<Series>> =
-            solved.form.iter().map(|row| open.iter().map(|i| row[*i].clone()).collect()).collect();
+            form.iter().map(|row| open.iter().map(|i| row[*i].clone()).collect()).collect();
         let mut falls: Vec<Vec<Series>> = (0..c).map(|k| open.iter().map(|i| rest(k, *i)).collect()).collect();
         subtract(field, &mut falls, &multiply(field, &across, &open_form));
         let mut columns: Vec<Vec<Residue>> = Vec::new();
@@ -291,12 +297,6 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
     let found = lower(graph, exprs, trajectory, symbol);
     trajectory.loose |= used_rate.get();
     found.into_iter().map(|value| Some(value?.series)).collect()
-}
-
-/// The result of [`Rows::solved`].
-struct Solved {
-    form: Vec<Vec<Series>>,
-    transform: Vec<Vec<Series>>,
 }
 
 fn multiply(field: SeriesField, a: &[Vec<Series>], b: &[Vec<Series>]) -> Vec<Vec<Series>> {
@@ -397,7 +397,8 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let rank = points.iter().map(|(_, point)| point.rank).max().unwrap_or(0);
     points.retain(|(_, point)| point.rank == rank);
     let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
-    let mut display = DisplayPoints { field: drawn_field(&mut random), rank, points: None };
+    let display_field = drawn_field(&mut random);
+    let mut display_points = None;
     let mut of_row = |row: usize| -> Integrable {
         if closed[row] {
             return Integrable::Closed;
@@ -409,7 +410,14 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
                 Integrable::NotDecided("a function in it is not algebraic in coordinates, sines and cosines")
             }
             Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
-            Some(_) => Integrable::No(display.describe(&rows, row)),
+            Some(_) => {
+                let at = |number| at_point(&rows, display_field, Point::Display(number));
+                let points =
+                    display_points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect::<Vec<_>>());
+                let found = points.iter_mut().find(|(_, point)| point.rank == rank && !point.satisfied[row]);
+                let text = found.map(|(trajectory, _)| describe(&rows, trajectory));
+                Integrable::No(text.unwrap_or_else(|| "drawn modulo a prime".into()))
+            }
         }
     };
     let found: Vec<Integrable> = (0..rows.count).map(&mut of_row).collect();
@@ -438,23 +446,6 @@ pub(super) fn drawn_values(
         found.into_iter().map(|series| series.first().copied()).collect()
     };
     (0..MOST_DRAWN).find_map(at_one)
-}
-
-/// Points that a message can show, on request.
-struct DisplayPoints {
-    field: PrimeField,
-    rank: usize,
-    points: Option<Vec<(GenericTrajectory, Found)>>,
-}
-
-impl DisplayPoints {
-    /// Where a row does not vanish, as text.
-    fn describe(&mut self, rows: &Rows, row: usize) -> String {
-        let at = |number| at_point(rows, self.field, Point::Display(number));
-        let points = self.points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect());
-        let found = points.iter_mut().find(|(_, point)| point.rank == self.rank && !point.satisfied[row]);
-        found.map_or_else(|| "drawn modulo a prime".into(), |(trajectory, _)| describe(rows, trajectory))
-    }
 }
 
 /// The test at one point, with the motion that it took.
