@@ -112,9 +112,9 @@ pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Optio
 }
 
 /// Brings `H q̈ + D q̇ + S q = F u`, `y = C₀ q + C₁ q̇ + D₀ u` with singular H to a regular [`LinearSystem`] with the same
-/// transfer matrix, exactly.
+/// transfer matrix, exactly; `pencil` is that of [`linear_system`](super::linear_system).
 ///
-/// The states are original ones `q.phi`, `q.w` as far as possible; `inputs` and `outputs` are names.
+/// The states are original ones `q.phi`, `q.w` as far as possible.
 ///
 /// Method: the pencil sE − A of `x = [q; q̇]`, `E = diag(I, H)`, is split into its finite part V and its infinite part W
 /// (Wong sequences over the rationals, as in Berger, Ilchmann, Trenn 2012): `x = V z + W f`, where z moves by differential
@@ -125,45 +125,24 @@ pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Optio
 /// If the pencil is singular, an output needs derivatives of an input, or no state is left.
 ///
 /// # Panics
-/// If sizes differ: H, D, S square with a row per coordinate, F with a column per input, C₀ and C₁ with a row per output.
-#[allow(clippy::too_many_arguments)]
-pub fn eliminate_massless(
-    coordinates: &[String],
-    inputs: &[String],
-    outputs: &[String],
-    h: &Matrix<Rational>,
-    d: &Matrix<Rational>,
-    s: &Matrix<Rational>,
-    f: &Matrix<Rational>,
-    c_pos: &Matrix<Rational>,
-    c_vel: &Matrix<Rational>,
-    d_through: &Matrix<Rational>,
-) -> Result<Eliminated, MasslessError> {
-    let (r, m, p) = (coordinates.len(), inputs.len(), outputs.len());
-    let sized = |matrix: &Matrix<Rational>, rows, columns| matrix.rows() == rows && matrix.columns() == columns;
-    assert!(sized(h, r, r) && sized(d, r, r) && sized(s, r, r), "a matrix has not a row and a column per coordinate");
-    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of a different size");
-    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of a different size");
-
-    let n = 2 * r;
+/// If there are not two states for each coordinate.
+pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Result<Eliminated, MasslessError> {
+    let (r, n) = (coordinates.len(), 2 * coordinates.len());
+    assert_eq!(pencil.states.len(), n, "a pencil in angles and speeds");
+    let LinearSystem { inputs, outputs, e, a, b, c, d, .. } = pencil;
+    let (m, p) = (inputs.len(), outputs.len());
     let names: Vec<String> =
         [Quantity::Angle, Quantity::Speed].iter().flat_map(|k| coordinates.iter().map(|q| k.of(q))).collect();
-    let negative = Rational::NEG_ONE;
-    let (zero, one) = (Matrix::zeros(r, r), Matrix::identity(r));
-    let e = stacked(&beside(&one, &zero), &beside(&zero, h));
-    let a = stacked(&beside(&zero, &one), &beside(&s.scale(&negative), &d.scale(&negative)));
-    let b = stacked(&Matrix::zeros(r, m), f);
-    let c = beside(c_pos, c_vel);
 
     // Common kernel of H, D, S: named first because it is the most informative.
-    let free = kernel(&stacked(&stacked(h, d), s));
+    let free = kernel(&stacked(&block(e, r..n, r..n), &stacked(&block(a, r..n, r..n), &block(a, r..n, 0..r))));
     if free.columns() > 0 {
         return Err(MasslessError::Undetermined { direction: named(coordinates, column(&free, 0)) });
     }
     // The largest V with A V ⊂ E V, where the differential equations live, and the limit of W ← E⁻¹(A W) from zero, where the equations
     // are algebraic.
-    let finite = limit_space(&a, &e, Matrix::identity(n));
-    let infinite = limit_space(&e, &a, Matrix::zeros(n, 0));
+    let finite = limit_space(a, e, Matrix::identity(n));
+    let infinite = limit_space(e, a, Matrix::zeros(n, 0));
     let common = kernel(&beside(&finite, &infinite));
     if common.columns() > 0 {
         let part = block(&common, 0..finite.columns(), 0..1);
@@ -176,7 +155,7 @@ pub fn eliminate_massless(
     }
 
     let (k, width) = (finite.columns(), infinite.columns());
-    let follows = following(&e, &a, &b, &finite, &infinite);
+    let follows = following(e, a, b, &finite, &infinite);
     for (order, follow) in follows.iter().enumerate().skip(1).rev() {
         let output_map = c.multiply(follow);
         let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !output_map[*place].is_zero());
@@ -189,7 +168,7 @@ pub fn eliminate_massless(
             });
         }
     }
-    let through = d_through.plus(&c.multiply(&follows[0]).scale(&negative));
+    let through = d.plus(&c.multiply(&follows[0]).scale(&Rational::NEG_ONE));
 
     let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| beside(&all, follow));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
@@ -199,11 +178,11 @@ pub fn eliminate_massless(
     let removed = names.iter().filter(|name| !states.contains(name)).cloned().collect();
     let system = LinearSystem {
         states,
-        inputs: inputs.to_vec(),
-        outputs: outputs.to_vec(),
-        e: left.multiply(&e).multiply(&basis),
-        a: left.multiply(&a).multiply(&basis),
-        b: left.multiply(&b),
+        inputs: inputs.clone(),
+        outputs: outputs.clone(),
+        e: left.multiply(e).multiply(&basis),
+        a: left.multiply(a).multiply(&basis),
+        b: left.multiply(b),
         c: c.multiply(&basis),
         d: through,
         degrees_of_freedom: (width == 0).then_some(r),
