@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::integrable::{Integrable, Integrals, integrable};
 use super::massless::signed_sum;
 use kardan_expr::expr::{Expr, Rationals, lower};
-use kardan_math::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
+use kardan_math::num::{Definiteness, Rational, definiteness, rational_to_f64};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
 use kardan_mechanics::equations::{Domain, Formula, MultiplierLaw, UnilateralConstraint};

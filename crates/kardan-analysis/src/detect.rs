@@ -3,7 +3,7 @@
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
 use super::parts::{beside, block, column_basis, columns_of, kernel, stacked};
-use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, exact_rank};
+use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
 pub const MOST_EXACT: usize = 24;

@@ -20,8 +20,8 @@ impl SingularPencil {
     pub(super) fn of(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Self {
         let at = Rational::from(1_000_003) / Rational::from(7919);
         let dependent = left_kernel(&pencil_at(e, a, &at));
-        let rows_of = |i: usize| (0..e.rows()).filter(|&j| !dependent[(i, j)].is_zero()).collect::<Vec<usize>>();
-        let rows = (0..dependent.rows()).map(rows_of).min_by_key(Vec::len).unwrap_or_default();
+        let taken = |i: usize| (0..e.rows()).filter(|&j| !dependent[(i, j)].is_zero()).collect::<Vec<usize>>();
+        let rows = (0..dependent.rows()).map(taken).min_by_key(Vec::len).unwrap_or_default();
         let (e, a) = (rows_of(e, &rows), rows_of(a, &rows));
         let degrees = (0..rows.len()).take_while(|degree| (degree + 1) * rows.len() <= MOST_UNKNOWN);
         let factors = degrees.into_iter().find_map(|degree| combination(&e, &a, degree));

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use super::fractions::{multiply_sparse, values};
 use super::limits::Limits;
 use crate::images::{Image, Images};
+use crate::parts::texts;
 use kardan_math::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
 use kardan_results::Invariant;
 
