@@ -42,28 +42,26 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     })?;
     let file = args.write.as_ref().map(|path| path.display().to_string());
     let whole = BuiltinModel { source: Some(builtin.source.into()), file, ..listed(builtin) };
-    let print_model = |text: &str| if args.json { print(&(export::models_json(&[whole]) + "\n")) } else { print(text) };
-    match &args.write {
-        None => print_model(builtin.source)?,
-        Some(path) if path.symlink_metadata().is_ok() => {
-            let message = format!("`{}` exists already and is not touched", path.display());
-            return Err(Diagnostic::error("file::exists", message).help("choose another name or remove it").into());
-        }
-        Some(path) => {
-            sweep_beside(path);
-            save(path, builtin.source.as_bytes())?;
-            print_model("")?;
-            let schema = path.with_file_name(SCHEMA);
-            let beside = schema.symlink_metadata().is_err();
-            if beside {
-                save(&schema, (json_schema() + "\n").as_bytes())?;
-            }
-            if !quiet {
-                note(&format!("wrote {}", path.display()));
-                if beside {
-                    note(&format!("wrote {}, with which editors complete its keys and mark errors", schema.display()));
-                }
-            }
+    let json = || export::models_json(&[whole]) + "\n";
+    let Some(path) = &args.write else {
+        return if args.json { done(&json()) } else { done(builtin.source) };
+    };
+    if path.symlink_metadata().is_ok() {
+        let message = format!("`{}` exists already and is not touched", path.display());
+        return Err(Diagnostic::error("file::exists", message).help("choose another name or remove it").into());
+    }
+    sweep_beside(path);
+    save(path, builtin.source.as_bytes())?;
+    print(&if args.json { json() } else { String::new() })?;
+    let schema = path.with_file_name(SCHEMA);
+    let beside = schema.symlink_metadata().is_err();
+    if beside {
+        save(&schema, (json_schema() + "\n").as_bytes())?;
+    }
+    if !quiet {
+        note(&format!("wrote {}", path.display()));
+        if beside {
+            note(&format!("wrote {}, with which editors complete its keys and mark errors", schema.display()));
         }
     }
     Ok(DONE)

@@ -459,16 +459,17 @@ impl<I: Input> Reader<I> {
                 }
                 Content::Cell(cells)
             }
-            2 if count == 1 => {
-                let mut fields = Vec::new();
-                for field in self.fields(&name)? {
-                    fields.push((field, self.inner(depth, budget)?));
-                }
-                Content::Struct(fields)
-            }
             2 => {
                 let names = self.fields(&name)?;
-                self.structs(&names, count, depth, budget)?
+                let mut structs = Vec::new();
+                for _ in 0..if names.is_empty() && count != 1 { 0 } else { count } {
+                    let mut fields = Vec::new();
+                    for field in &names {
+                        fields.push((field.clone(), self.inner(depth, budget)?));
+                    }
+                    structs.push(fields);
+                }
+                if count == 1 { Content::Struct(structs.remove(0)) } else { Content::Structs(structs) }
             }
             3 => Content::Other("a MATLAB object"),
             4 => {
@@ -493,25 +494,6 @@ impl<I: Input> Reader<I> {
             _ => return damaged(format!("`{name}` is of the unknown class {class}")),
         };
         Ok(array(content))
-    }
-
-    /// A number of structures with fields of these names.
-    fn structs(
-        &mut self,
-        names: &[String],
-        count: usize,
-        depth: usize,
-        budget: &mut usize,
-    ) -> Result<Content<I::Run>, Broken> {
-        let mut structs = Vec::new();
-        for _ in 0..if names.is_empty() { 0 } else { count } {
-            let mut fields = Vec::new();
-            for field in names {
-                fields.push((field.clone(), self.inner(depth, budget)?));
-            }
-            structs.push(fields);
-        }
-        Ok(Content::Structs(structs))
     }
 
     fn sparse(&mut self, name: &str, dimensions: &[usize]) -> Result<Content<I::Run>, Broken> {
