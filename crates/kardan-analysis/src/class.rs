@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::integrable::{Integrable, Integrals, integrable};
+use super::massless::signed_sum;
 use kardan_expr::expr::{Expr, Rationals, lower};
-use kardan_math::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
+use kardan_math::num::{Definiteness, Rational, definiteness, rational_to_f64};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
 use kardan_mechanics::equations::{Domain, Formula, MultiplierLaw, UnilateralConstraint};
@@ -23,7 +24,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
     let equations = &reduced.equations;
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
-    let assumptions = vec![
+    let mut assumptions = vec![
         assumption(
             "the inertia matrix is constant, symmetric and positive definite (source, eq. 4.27)",
             massless(equations),
@@ -62,20 +63,17 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .collect(),
         ),
     ];
-    let mut assumptions = assumptions;
     let opens = |(_, unilateral): &(usize, &DirectionalTerm<UnilateralConstraint>)| {
         !matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) && !stuck.contains(&unilateral.element)
     };
-    let open = equations.unilaterals.iter().enumerate().filter(opens);
     let here: BTreeMap<usize, Contact> =
         contacts(reduced, position).into_iter().map(|one| (one.unilateral, one)).collect();
-    let open: BTreeMap<&str, String> = open
-        .map(|(number, unilateral)| {
-            (unilateral.element.as_str(), describe_contact_state(here.get(&number)).to_string())
-        })
+    let open = equations.unilaterals.iter().enumerate().filter(opens);
+    let open: BTreeMap<String, String> = open
+        .map(|(number, unilateral)| (unilateral.element.clone(), describe_contact_state(here.get(&number)).to_string()))
         .collect();
     if !open.is_empty() {
-        let open = open.into_iter().map(|(element, why)| (element.to_string(), why)).collect();
+        let open = open.into_iter().collect();
         assumptions.push(assumption("no constraint is unilateral or switched (source, Table 4.2)", open));
     }
     let bent = (0..equations.laws.len()).filter(|law| !is_linear_law(reduced, *law)).map(|law| &equations.laws[law]);
@@ -97,52 +95,37 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
 fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintClass> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
-    let linear = equations.constraints.iter().map(|c| ConstraintClass {
-        element: c.element.clone(),
-        equation: format!("{} = {}", format_row(&c.row, shafts, ""), equations.format_offset(c)),
+    let equality = |element: &str, equation: String| ConstraintClass {
+        element: element.into(),
+        equation,
         equality: true,
         holonomic: Some(true),
-        scleronomic: !equations.moving.contains_key(&c.element),
+        scleronomic: true,
         linear: true,
+        reason: None,
+    };
+    let linear = equations.constraints.iter().map(|c| ConstraintClass {
+        scleronomic: !equations.moving.contains_key(&c.element),
         reason: equations.moving.contains_key(&c.element).then(|| {
             "linear, its right-hand side depends on the time: a kinematic excitation (source, sec. 4.1.1); solved exactly, the matrices are \
              those of Theorem 4.1"
                 .to_string()
         }),
+        ..equality(&c.element, format!("{} = {}", format_row(&c.row, shafts, ""), equations.format_offset(c)))
     });
     let curves = equations.transmissions.iter().map(|t| ConstraintClass {
-        element: t.element.clone(),
-        equation: format!("{} = γ({})", shafts[t.driven], shafts[t.driving]),
-        equality: true,
-        holonomic: Some(true),
-        scleronomic: true,
         linear: false,
-        reason: None,
+        ..equality(&t.element, format!("{} = γ({})", shafts[t.driven], shafts[t.driving]))
     });
     let redundant = reduced.redundant.iter().map(|Redundant { constraint: c, shares }| {
         let independent: Vec<&str> =
             shares.iter().map(|(independent, _)| equations.constraints[*independent].element.as_str()).collect();
         let equation = format!("{} = {}", format_row(&c.row, shafts, ""), c.value.to_f64());
-        let equation = format!("{equation}, which follows from {}", independent.join(", "));
-        ConstraintClass {
-            element: c.element.clone(),
-            equation,
-            equality: true,
-            holonomic: Some(true),
-            scleronomic: true,
-            linear: true,
-            reason: None,
-        }
+        equality(&c.element, format!("{equation}, which follows from {}", independent.join(", ")))
     });
-    let sticking = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
-        element: f.element.clone(),
-        equation: format!("{} = 0 while it sticks", format_row(&f.row, shafts, "'")),
-        equality: true,
-        holonomic: Some(true),
-        scleronomic: true,
-        linear: true,
-        reason: None,
-    });
+    let stuck_frictions = equations.frictions.iter().filter(|f| stuck.contains(&f.element));
+    let sticking = stuck_frictions
+        .map(|f| equality(&f.element, format!("{} = 0 while it sticks", format_row(&f.row, shafts, "'"))));
     let unilaterals = equations
         .unilaterals
         .iter()
@@ -453,21 +436,8 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
 
 /// `wg - 51 cs + 50 fs`, each name followed by `mark`.
 fn format_row(row: &[(usize, Rational)], shafts: &[String], mark: &str) -> String {
-    let mut out = String::new();
-    for (shaft, x) in row {
-        let negative = *x < Rational::ZERO;
-        out += match (out.is_empty(), negative) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
-        let size = if negative { Rational::ZERO.minus(x) } else { x.clone() };
-        if size != Rational::ONE {
-            out += &format!("{} ", rational_to_f64(&size));
-        }
-        out += &shafts[*shaft];
-        out += mark;
-    }
-    out
+    signed_sum(row, "-", |shaft, size| match size {
+        None => format!("{}{mark}", shafts[*shaft]),
+        Some(size) => format!("{} {}{mark}", rational_to_f64(size), shafts[*shaft]),
+    })
 }

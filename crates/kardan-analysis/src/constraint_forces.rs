@@ -4,6 +4,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::bases::named;
+use super::family::to_mat;
 use super::reduction::columns;
 use super::{BasisError, ConstrainedSystem, reduction, sum_of_terms};
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness};
@@ -61,16 +62,10 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
         return Err(BasisError::InertiaNotDefinite { direction, energy });
     }
     let regular = "a definite matrix is regular";
-    let minus = Rational::ZERO.minus(&Rational::ONE);
     let moving = hk.multiply(&reduced.solve(&k.transpose()).expect(regular));
-    let p = Matrix::identity(system.coordinates.len()).plus(&moving.scale(&minus));
+    let p = Matrix::identity(system.coordinates.len()).plus(&moving.scale(&Rational::NEG_ONE));
     let multipliers = c.multiply(&c.transpose()).solve(&c.multiply(&p)).expect("the rows of C are independent");
-    Ok((rounded_entries(&p), rounded_entries(&multipliers)))
-}
-
-fn rounded_entries(m: &Matrix<Rational>) -> Mat<f64> {
-    let m = m.to_f64();
-    Mat::from_fn(m.rows(), m.columns(), |i, j| m[(i, j)])
+    Ok((to_mat(&p), to_mat(&multipliers)))
 }
 
 fn rounded(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError> {

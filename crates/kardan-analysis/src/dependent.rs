@@ -1,6 +1,7 @@
 //! Multiplier constraints that follow from other constraints at every position.
 
-use super::integrable::{drawn_field, drawn_values};
+use super::integrable::{drawn_field, drawn_values, row_entries};
+use kardan_expr::expr::Expr;
 use kardan_math::num::{ModularMatrix, PrimeField, Random, Residue};
 use kardan_mechanics::equations::MultiplierLaw;
 use kardan_mechanics::reduce::{Motion, Reduced};
@@ -53,32 +54,18 @@ fn at_point(
 ) -> Option<(Vec<usize>, Shares)> {
     let (r, count, n) =
         (reduced.degrees_of_freedom(), motion.multiplier_constraints.len(), reduced.equations.coordinates.len());
-    let first = motion.frictions.len() - count;
     let mut motion_of = motion.clone();
     let zero = motion_of.graph.integer(0);
-    let mut exprs = Vec::new();
-    for k in 0..count {
-        let carried = motion_of.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
-        exprs.push(match reduced.equations.multiplier_constraints[k].law {
-            MultiplierLaw::Acceleration(..) => motion_of.graph.integer(1),
-            _ => motion_of.graph.subtract(carried, motion_of.multiplier_constraints[k].rate),
-        });
-        exprs.extend((0..r).map(|i| motion_of.frictions[first + k].get(&i).copied().unwrap_or(zero)));
-    }
+    let mut exprs: Vec<Expr> = (0..count).flat_map(|k| row_entries(reduced, &mut motion_of, k)).collect();
     let reduced_count = exprs.len();
     for row in &motion_of.multiplier_constraints {
         exprs.extend((0..n).map(|i| row.row.iter().find(|(shaft, _)| *shaft == i).map_or(zero, |(_, entry)| *entry)));
     }
     let found = drawn_values(&motion_of, r, field, random, &exprs)?;
-    let number = |k: usize| found[k];
-    let rows = |k: usize| -> Vec<Residue> { (0..=r).map(|i| number(k * (r + 1) + i)).collect() };
-    let follows = |k: usize| {
-        let all: Vec<Vec<Residue>> = (0..=k).map(rows).collect();
-        let rank = |upto: usize| ModularMatrix::from_fn(upto, r + 1, |i, j| all[i][j]).echelon(&field).1.len();
-        rank(k + 1) == rank(k)
-    };
+    let rank = |upto: usize| ModularMatrix::from_fn(upto, r + 1, |k, i| found[k * (r + 1) + i]).echelon(&field).1.len();
+    let follows = |k: usize| rank(k + 1) == rank(k);
     let dependent: Vec<usize> = (0..count).filter(|k| follows(*k)).collect();
-    let whole = |k: usize| -> Vec<Residue> { (0..n).map(|i| number(reduced_count + k * n + i)).collect() };
+    let whole = |k: usize| -> Vec<Residue> { (0..n).map(|i| found[reduced_count + k * n + i]).collect() };
     let shares =
         dependent.iter().filter_map(|k| Some((*k, shares(reduced, &field, &dependent, *k, &whole)?))).collect();
     Some((dependent, shares))

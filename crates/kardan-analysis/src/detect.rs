@@ -2,7 +2,8 @@
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
-use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, Scalar, echelon, exact_rank};
+use super::parts::{beside, block, column_basis, columns_of, kernel, stacked};
+use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
 pub const MOST_EXACT: usize = 24;
@@ -45,38 +46,30 @@ impl Transfer {
 
     /// The rank of what these faults do to these outputs, over the rational functions.
     pub fn rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
-        let most = outputs.len().min(faults.len());
-        let mut best = 0;
-        for point in &self.exact {
-            let matrix = Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
+        if self.exact.is_empty() {
+            return self.likely_rank(outputs, faults);
+        }
+        let ranks = self.exact.iter().map(|point| {
+            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
                 Fault::Input(j) => point[(outputs[i], j)].clone(),
                 Fault::Output(k) if k == outputs[i] => Rational::ONE,
                 Fault::Output(_) => Rational::ZERO,
-            });
-            best = best.max(exact_rank(&matrix));
-            if best == most {
-                return best;
-            }
-        }
-        if self.exact.is_empty() { self.likely_rank(outputs, faults) } else { best }
+            }))
+        });
+        largest_up_to(outputs.len().min(faults.len()), ranks)
     }
 
     /// The same modulo random primes: never larger, and smaller with a tiny probability.
     pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
-        let most = outputs.len().min(faults.len());
-        let mut best = 0;
-        for (field, point) in &self.modular {
+        let ranks = self.modular.iter().map(|(field, point)| {
             let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
                 Fault::Input(j) => point.row(outputs[i])[j],
                 Fault::Output(k) if k == outputs[i] => field.one(),
                 Fault::Output(_) => 0,
             });
-            best = best.max(matrix.echelon(field).1.len());
-            if best == most {
-                break;
-            }
-        }
-        best
+            matrix.echelon(field).1.len()
+        });
+        largest_up_to(outputs.len().min(faults.len()), ranks)
     }
 
     /// Whether these outputs show a fault at all, whatever the unknown inputs do.
@@ -115,6 +108,18 @@ impl Transfer {
     }
 }
 
+/// The largest rank, as far as the first one that is the most possible.
+fn largest_up_to(most: usize, ranks: impl Iterator<Item = usize>) -> usize {
+    let mut best = 0;
+    for rank in ranks {
+        best = best.max(rank);
+        if best == most {
+            break;
+        }
+    }
+    best
+}
+
 /// `C (sE − A)⁻¹ B + D`; `None` at a pole.
 fn at(system: &LinearSystem, s: &Rational) -> Option<Matrix<Rational>> {
     let pencil = system.e.scale(s).plus(&system.a.scale(&Rational::NEG_ONE));
@@ -143,43 +148,29 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     if n > MOST_EXACT {
         return None;
     }
-    let acts = |i: usize| match fault {
+    let acts = Matrix::from_fn(n, 1, |i, _| match fault {
         Fault::Input(j) => system.b[(i, j)].clone(),
         Fault::Output(_) => Rational::ZERO,
-    };
-    let shows = |i: usize| match fault {
+    });
+    let shows = Matrix::from_fn(p, 1, |i, _| match fault {
         Fault::Input(j) => system.d[(i, j)].clone(),
         Fault::Output(k) if k == i => Rational::ONE,
         Fault::Output(_) => Rational::ZERO,
-    };
+    });
+    // Over the states, the fault and the unknown inputs.
+    let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
+    let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));
     // Over the states and the fault; columns span the space.
     let mut space: Matrix<Rational> = Matrix::identity(n + 1);
     loop {
         // E times what rates may be: of the fault it is zero.
-        let rates = system.e.multiply(&Matrix::from_fn(n, space.columns(), |i, j| space[(i, j)].clone()));
-        let still = |j: usize| space[(n, j)].clone();
-        let width = n + 1 + m + space.columns();
-        let matrix = Matrix::from_fn(n + 1 + p, width, |i, j| match (i, j) {
-            (i, j) if i < n && j < n => system.a[(i, j)].clone(),
-            (i, j) if i < n && j == n => acts(i),
-            (i, j) if i < n && j < n + 1 + m => system.b[(i, unknown[j - n - 1])].clone(),
-            (i, j) if i < n => Rational::ZERO.minus(&rates[(i, j - n - 1 - m)]),
-            (i, j) if i == n => {
-                if j > n + m {
-                    still(j - n - 1 - m)
-                } else {
-                    Rational::ZERO
-                }
-            }
-            (i, j) if j < n => system.c[(i - n - 1, j)].clone(),
-            (i, j) if j == n => shows(i - n - 1),
-            (i, j) if j < n + 1 + m => system.d[(i - n - 1, unknown[j - n - 1])].clone(),
-            _ => Rational::ZERO,
-        });
-        let kernel = echelon(&matrix, &(0..width).collect::<Vec<_>>()).kernel();
-        let states = Matrix::from_fn(kernel.columns(), n + 1, |i, j| kernel[(j, i)].clone());
-        let found = echelon(&states, &(0..=n).collect::<Vec<_>>());
-        let next = Matrix::from_fn(n + 1, found.rank(), |i, j| found.form[(j, i)].clone());
+        let width = space.columns();
+        let rates = system.e.multiply(&block(&space, 0..n, 0..width)).scale(&Rational::NEG_ONE);
+        let of_fault = beside(&Matrix::zeros(1, n + 1 + m), &block(&space, n..n + 1, 0..width));
+        let equations = stacked(&beside(&on_rates, &rates), &of_fault);
+        let matrix = stacked(&equations, &beside(&on_outputs, &Matrix::zeros(p, width)));
+        let solutions = kernel(&matrix);
+        let next = column_basis(&block(&solutions, 0..n + 1, 0..solutions.columns()));
         if next.columns() == space.columns() {
             return Some((0..next.columns()).all(|j| next[(n, j)].is_zero()));
         }

@@ -69,6 +69,9 @@ pub fn failing_modes(
     }
 }
 
+/// Smaller shares are left out.
+pub(super) const LEAST_SHARE: f64 = 1e-9;
+
 /// Largest first.
 type Shares = Vec<NamedShare>;
 
@@ -82,19 +85,18 @@ fn participants(
     let lambda = c64::new(eigenvalue.re, eigenvalue.im);
     let number = |x: &Rational| c64::new(rational_to_f64(x), 0.0);
     let n = system.states.len();
+    let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
     let (Some(r), Some(mechanics)) = (system.degrees_of_freedom, mechanics) else {
         // Left null vectors of [λE − A, B], right ones of [λE − A; C].
-        let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
-        let matrix = Mat::from_fn(n + rows, n, |i, j| match (i < n, inputs) {
-            (true, true) => lambda * number(&system.e[(j, i)]) - number(&system.a[(j, i)]),
-            (true, false) => lambda * number(&system.e[(i, j)]) - number(&system.a[(i, j)]),
-            (false, true) => number(&system.b[(j, i - n)]),
-            (false, false) => number(&system.c[(i - n, j)]),
+        let observed = if inputs { &system.transpose() } else { system };
+        let matrix = Mat::from_fn(n + rows, n, |i, j| match i < n {
+            true => lambda * number(&observed.e[(i, j)]) - number(&observed.a[(i, j)]),
+            false => number(&observed.c[(i - n, j)]),
         });
         let moved = squares(&matrix, defect, n, |v, i| v[i]);
-        return (shares(system.states.iter().cloned().zip(moved.into_iter().map(f64::sqrt))), Vec::new());
+        let moved = system.states.iter().cloned().zip(moved.into_iter().map(f64::sqrt));
+        return (relative_shares(moved, LEAST_SHARE), Vec::new());
     };
-    let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
     let matrix = Mat::from_fn(r + rows, r, |i, j| {
         if i < r {
             let (h, d, s) = (&system.e[(r + i, r + j)], &system.a[(r + i, r + j)], &system.a[(r + i, j)]);
@@ -130,9 +132,8 @@ fn participants(
     }
     let total: f64 = elements.iter().map(|one| one.share).sum();
     elements.iter_mut().for_each(|one| one.share /= total);
-    elements.retain(|one| one.share > 1e-9);
-    elements.sort_by(|a, b| b.share.total_cmp(&a.share));
-    (shares(shafts.iter().cloned().zip(moved.into_iter().map(f64::sqrt))), elements)
+    let shafts = relative_shares(shafts.iter().cloned().zip(moved.into_iter().map(f64::sqrt)), LEAST_SHARE);
+    (shafts, largest_first(elements, LEAST_SHARE))
 }
 
 /// `Σ |f(v, i)|²` over the null vectors v of a matrix whose rows are brought to one size.
@@ -151,11 +152,17 @@ fn squares(matrix: &Mat<c64>, defect: usize, count: usize, f: impl Fn(&[c64], us
     out
 }
 
-fn shares(all: impl Iterator<Item = (String, f64)>) -> Shares {
-    let mut all: Shares = all.map(|(name, share)| NamedShare { name, share }).collect();
+/// Sizes relative to the largest of them, largest first, without those up to `least`.
+pub(super) fn relative_shares(all: impl Iterator<Item = (String, f64)>, least: f64) -> Vec<NamedShare> {
+    let mut all: Vec<NamedShare> = all.map(|(name, share)| NamedShare { name, share }).collect();
     let largest = all.iter().map(|one| one.share).fold(f64::MIN_POSITIVE, f64::max);
     all.iter_mut().for_each(|one| one.share /= largest);
-    all.retain(|one| one.share > 1e-9);
+    largest_first(all, least)
+}
+
+/// Shares above `least`, largest first.
+fn largest_first(mut all: Vec<NamedShare>, least: f64) -> Vec<NamedShare> {
+    all.retain(|one| one.share > least);
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }

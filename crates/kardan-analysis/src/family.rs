@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use faer::Mat;
 use kardan_rt::functions::exp2;
 
+use super::parts::{beside, stacked};
+use super::pencil::OutputRow;
 use super::{ConstrainedSystem, OutputSignal, Side};
 use kardan_math::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
-use kardan_mechanics::equations::Measured;
 
 /// A parameter with the interval that it may lie in.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,22 +56,16 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
     let (n, c) = (system.coordinates.len(), system.constraints.len());
     let (rows, inputs) = (system.constraint_matrix(), system.input_matrix());
     let last = if side == Side::Inputs { inputs.columns() } else { outputs.len() };
-    let mut pencil = [0; 3].map(|_| Matrix::<Rational>::zeros(n + c + last, n + c));
     let mut sums = [system.stiffness_matrix(), system.damping_matrix(), system.inertia_matrix()];
     if side == Side::Inputs && !system.loads.is_empty() {
         // What inputs do not move is a left null vector.
         sums = sums.map(|sum| sum.transpose());
     }
-    for (coefficient, sum) in pencil.iter_mut().zip(&sums) {
-        for i in 0..n {
-            (0..n).for_each(|j| coefficient[(i, j)] = sum[(i, j)].clone());
-        }
-    }
+    let below = Matrix::zeros(c + last, n + c);
+    let mut pencil = sums.map(|sum| stacked(&beside(&sum, &Matrix::zeros(n, c)), &below));
     for k in 0..c {
-        for j in 0..n {
-            pencil[0][(n + k, j)] = rows[(k, j)].clone();
-            pencil[0][(j, n + k)] = rows[(k, j)].clone();
-        }
+        pencil[0].row_mut(n + k)[..n].clone_from_slice(rows.row(k));
+        (0..n).for_each(|j| pencil[0][(j, n + k)] = rows[(k, j)].clone());
     }
     if side == Side::Inputs {
         for k in 0..last {
@@ -78,40 +73,12 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
         }
         return pencil;
     }
-    let shaft = |name: &String| {
-        system.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
-    };
     for (k, output) in outputs.iter().enumerate() {
-        let row = n + c + k;
-        match &output.measured {
-            Measured::Angle(name) => pencil[0][(row, shaft(name))] = Rational::ONE,
-            Measured::Speed(name) => pencil[1][(row, shaft(name))] = Rational::ONE,
-            Measured::SpringTorque(element) => {
-                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
-                    for (j, x) in &spring.row {
-                        pencil[0][(row, *j)] = pencil[0][(row, *j)].plus(&spring.value.times(x));
-                    }
-                }
-            }
-            Measured::ComplianceTorque(element, name) => {
-                for (order, laws) in [(0, &system.springs), (1, &system.dampers)] {
-                    for law in laws.iter().filter(|law| law.element == *element) {
-                        let Some((_, own)) = law.row.iter().find(|(k, _)| *k == shaft(name)) else { continue };
-                        for (j, x) in &law.row {
-                            let factor = law.value.times(x).times(own);
-                            pencil[order][(row, *j)] = pencil[order][(row, *j)].minus(&factor);
-                        }
-                    }
-                }
-            }
-            Measured::NetTorque(name) => pencil[2][(row, shaft(name))] = system.own_inertia(shaft(name)),
-            Measured::ConstraintTorque(element, name) => {
-                let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);
-                of_element.for_each(|i| pencil[0][(row, n + i)] = rows[(i, shaft(name))].clone());
-            }
-            // The mechanism does not determine a signal.
-            Measured::Signal(_) => {}
+        let OutputRow { motion, multipliers } = OutputRow::of(system, &output.measured);
+        for (coefficient, row) in pencil.iter_mut().zip(&motion) {
+            coefficient.row_mut(n + c + k)[..n].clone_from_slice(row.as_slice());
         }
+        pencil[0].row_mut(n + c + k)[n..].clone_from_slice(multipliers.as_slice());
     }
     pencil
 }
@@ -150,8 +117,8 @@ impl<'a> Family<'a> {
         let nominal: Vec<Rational> = parameters.iter().map(|p| p.nominal.clone()).collect();
         let base = build(&nominal)?;
         let affine = slopes(parameters, &nominal, &base, &build);
-        let floating = [0, 1, 2].map(|k| to_mat(&base[k]));
-        let slopes = affine.iter().flatten().map(|slope| [0, 1, 2].map(|k| to_mat(&slope[k]))).collect();
+        let floating = base.each_ref().map(to_mat);
+        let slopes = affine.iter().flatten().map(|slope| slope.each_ref().map(to_mat)).collect();
         Some(Self { parameters, at, side, outputs, base, affine, floating, slopes })
     }
 
@@ -177,8 +144,7 @@ impl<'a> Family<'a> {
             let values: Option<Vec<Rational>> = self.parameters.iter().zip(y).map(|(p, &y)| value(p, y)).collect();
             let pencil = uncontrollability_pencil(&(self.at)(&values?)?, self.side, self.outputs);
             // A constraint that depends on others here and not there changes the size.
-            let same = pencil[0].rows() == self.base[0].rows() && pencil[0].columns() == self.base[0].columns();
-            return same.then(|| [0, 1, 2].map(|k| to_mat(&pencil[k])));
+            return are_equal_in_size(&pencil, &self.base).then(|| pencil.each_ref().map(to_mat));
         }
         let mut out = self.floating.clone();
         for (slope, &y) in self.slopes.iter().zip(y) {
@@ -226,6 +192,10 @@ pub(super) fn to_mat(m: &Matrix<Rational>) -> Mat<f64> {
     Mat::from_fn(m.rows(), m.columns(), |i, j| rational_to_f64(&m[(i, j)]))
 }
 
+fn are_equal_in_size(one: &Pencil, other: &Pencil) -> bool {
+    (one[0].rows(), one[0].columns()) == (other[0].rows(), other[0].columns())
+}
+
 /// Slopes for y if the pencil is affine.
 fn slopes(
     parameters: &[Parameter],
@@ -233,7 +203,7 @@ fn slopes(
     base: &Pencil,
     build: &impl Fn(&[Rational]) -> Option<Pencil>,
 ) -> Option<Vec<Pencil>> {
-    let same_size = |p: &Pencil| p[0].rows() == base[0].rows() && p[0].columns() == base[0].columns();
+    let same_size = |pencil: &Pencil| are_equal_in_size(pencil, base);
     let pencil_at = |i: usize, x: Rational| {
         let mut values = nominal.to_vec();
         values[i] = x;
@@ -242,14 +212,12 @@ fn slopes(
     let mut slopes = Vec::new();
     for (i, parameter) in parameters.iter().enumerate() {
         let two = Rational::from(2);
-        let ends = (
-            pencil_at(i, parameter.lower.clone())?,
-            pencil_at(i, parameter.middle())?,
-            pencil_at(i, parameter.upper.clone())?,
-        );
+        let low = pencil_at(i, parameter.lower.clone())?;
+        let middle = pencil_at(i, parameter.middle())?;
+        let high = pencil_at(i, parameter.upper.clone())?;
         let mut slope = [0; 3].map(|_| Matrix::<Rational>::zeros(base[0].rows(), base[0].columns()));
         for k in 0..3 {
-            let entries = ends.0[k].as_slice().iter().zip(ends.1[k].as_slice()).zip(ends.2[k].as_slice());
+            let entries = low[k].as_slice().iter().zip(middle[k].as_slice()).zip(high[k].as_slice());
             if entries.clone().any(|((low, middle), high)| low.plus(high) != middle.times(&two)) {
                 return None;
             }

@@ -62,16 +62,6 @@ pub(super) struct Images<'a> {
     source: Primes,
 }
 
-/// The verdict of an image on reconstructed numbers.
-pub(super) enum ModularResult {
-    /// Their images.
-    Values(Vec<u64>),
-    /// No verdict: the prime is left out.
-    Nothing,
-    /// That there are no such numbers.
-    Impossible,
-}
-
 /// A number that is the same for the same matrices (FNV-1a over their entries).
 pub(super) fn fingerprint(system: &LinearSystem) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
@@ -143,45 +133,36 @@ impl<'a> Images<'a> {
     /// Fractions whose images `compute` gives, confirmed modulo one further prime; primes for which it gives none are left
     /// out. `None` if `limit` primes are not enough.
     pub fn reconstruct(&mut self, limit: usize, compute: impl Fn(&Image) -> Option<Vec<u64>>) -> Option<Vec<Rational>> {
-        self.reconstruct_if(limit, |image| compute(image).map_or(ModularResult::Nothing, ModularResult::Values))
+        self.reconstruct_if(limit, |image| Some(compute(image)))
     }
 
-    /// The same; `None` at once where an image shows that there are no such numbers.
-    pub fn reconstruct_if(&mut self, limit: usize, compute: impl Fn(&Image) -> ModularResult) -> Option<Vec<Rational>> {
-        reconstruct(limit, |number| {
+    /// The same; `None` at once where `compute` gives `None`: where an image shows that there are no such numbers.
+    pub fn reconstruct_if(
+        &mut self,
+        limit: usize,
+        compute: impl Fn(&Image) -> Option<Option<Vec<u64>>>,
+    ) -> Option<Vec<Rational>> {
+        let mut all = Reconstruction::new();
+        let mut candidate: Option<Vec<Rational>> = None;
+        let (mut used, mut next_try) = (0, 1);
+        for number in 0..limit {
             let image = self.get(number)?;
-            match compute(&image) {
-                ModularResult::Values(values) => Some((image.field, Some(values))),
-                ModularResult::Nothing => Some((image.field, None)),
-                ModularResult::Impossible => None,
+            let Some(values) = compute(&image)? else { continue };
+            let field = image.field;
+            if let Some(found) = &candidate {
+                let agrees = |(x, &image): (&Rational, &u64)| field.rational(x).map(|x| field.value(x)) == Some(image);
+                if found.len() == values.len() && found.iter().zip(&values).all(agrees) {
+                    return candidate;
+                }
             }
-        })
-    }
-}
-
-fn reconstruct(
-    limit: usize,
-    mut images: impl FnMut(usize) -> Option<(PrimeField, Option<Vec<u64>>)>,
-) -> Option<Vec<Rational>> {
-    let mut all = Reconstruction::new();
-    let mut candidate: Option<Vec<Rational>> = None;
-    let (mut used, mut next_try) = (0, 1);
-    for number in 0..limit {
-        let (field, values) = images(number)?;
-        let Some(values) = values else { continue };
-        if let Some(found) = &candidate {
-            let agrees = |(x, &image): (&Rational, &u64)| field.rational(x).map(|x| field.value(x)) == Some(image);
-            if found.len() == values.len() && found.iter().zip(&values).all(agrees) {
-                return candidate;
+            all.add(field.prime(), &values);
+            used += 1;
+            candidate = None;
+            if used == next_try {
+                candidate = all.fractions();
+                next_try = used + 1 + used / 4;
             }
         }
-        all.add(field.prime(), &values);
-        used += 1;
-        candidate = None;
-        if used == next_try {
-            candidate = all.fractions();
-            next_try = used + 1 + used / 4;
-        }
+        None
     }
-    None
 }

@@ -78,24 +78,17 @@ impl Rows {
     fn of(reduced: &Reduced) -> Self {
         let (first, r) = (reduced.equations.set_valued().count(), reduced.degrees_of_freedom());
         let mut motion = Motion::new(reduced);
-        let rows = motion.frictions[first..].to_vec();
-        let (zero, count) = (motion.graph.integer(0), rows.len());
+        let count = motion.frictions.len() - first;
         let (mut entries, mut slopes) = (Vec::new(), Vec::new());
-        for (k, row) in rows.iter().enumerate() {
-            entries.extend((0..r).map(|i| row.get(&i).copied().unwrap_or(zero)));
-            let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
-            let by_time = match reduced.equations.multiplier_constraints[k].law {
-                // An integral of the prescribed function, with any speed at the start.
-                MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
-                _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
-            };
-            let mut terms = vec![(by_time, Rational::ONE)];
+        for k in 0..count {
+            let row = row_entries(reduced, &mut motion, k);
+            let mut terms = vec![(row[r], Rational::ONE)];
             for i in 0..r {
                 let speed = motion.graph.of_symbol(motion.symbols[r + i]);
-                let product = speed.map(|speed| motion.graph.multiply(entries[k * (r + 1) + i], speed));
+                let product = speed.map(|speed| motion.graph.multiply(row[i], speed));
                 terms.extend(product.map(|product| (product, Rational::ONE)));
             }
-            entries.push(by_time);
+            entries.extend(row);
             let all = motion.graph.sum(Rational::ZERO, &terms);
             for i in 0..r {
                 slopes.push(motion.graph.derivative(all, motion.symbols[i]));
@@ -174,7 +167,7 @@ impl Rows {
         let mut random = trajectory.point.random("motion");
         for n in 1..terms {
             let values = self.at(trajectory, &self.entries)?;
-            let solved = self.solved(field, &values, own, pivots)?;
+            let [form, _] = self.solved(field, &values, own, pivots)?;
             for k in (0..=self.r).filter(|k| !pivots.contains(k)) {
                 let free = if k == self.r { u64::from(n == 1) } else { random.next_u64() };
                 trajectory.motion[k].push(field.0.element(free));
@@ -186,7 +179,7 @@ impl Rows {
                 let mut rate = 0;
                 for (i, x) in rates.iter().enumerate() {
                     let Some(x) = x else { continue };
-                    rate = field.0.minus(rate, field.product(&solved.form[a][i], x)[n - 1]);
+                    rate = field.0.minus(rate, field.product(&form[a][i], x)[n - 1]);
                 }
                 trajectory.motion[*pivot].push(field.0.times(rate, over));
             }
@@ -195,7 +188,13 @@ impl Rows {
     }
 
     /// Independent rows with their pivots alone, and what makes them from the rows.
-    fn solved(&self, field: SeriesField, values: &[Series], own: &[usize], pivots: &[usize]) -> Option<Solved> {
+    fn solved(
+        &self,
+        field: SeriesField,
+        values: &[Series],
+        own: &[usize],
+        pivots: &[usize],
+    ) -> Option<[Vec<Vec<Series>>; 2]> {
         let (width, count) = (self.r + 1, own.len());
         let terms = values[0].len();
         let unit = |k: usize, j: usize| field.number(if k == j { field.0.one() } else { 0 }, terms);
@@ -220,7 +219,7 @@ impl Rows {
         }
         let form = rows.iter().map(|row| row[..width].to_vec()).collect();
         let transform = rows.into_iter().map(|row| row[width..].to_vec()).collect();
-        Some(Solved { form, transform })
+        Some([form, transform])
     }
 
     /// A basis of the λ over the rows whose covectors stay in the system, at one point.
@@ -231,16 +230,16 @@ impl Rows {
         let field = trajectory.field;
         let entries = self.at(trajectory, &self.entries)?;
         let slopes = self.at(trajectory, &self.slopes)?;
-        let solved = self.solved(field, &entries, &own, &pivots)?;
+        let [form, transform] = self.solved(field, &entries, &own, &pivots)?;
         let rest = |k: usize, i: usize| {
             field.difference(&field.derivative(&entries[own[k] * width + i]), &slopes[own[k] * r + i])
         };
         let open: Vec<usize> = (0..r).filter(|i| !pivots.contains(i)).collect();
         // λ̇ᵀ = −λᵀ M, and λᵀ C = 0.
         let across: Vec<Vec<Series>> = (0..c).map(|k| pivots.iter().map(|i| rest(k, *i)).collect()).collect();
-        let m = multiply(field, &across, &solved.transform);
+        let m = multiply(field, &across, &transform);
         let open_form: Vec<Vec<Series>> =
-            solved.form.iter().map(|row| open.iter().map(|i| row[*i].clone()).collect()).collect();
+            form.iter().map(|row| open.iter().map(|i| row[*i].clone()).collect()).collect();
         let mut falls: Vec<Vec<Series>> = (0..c).map(|k| open.iter().map(|i| rest(k, *i)).collect()).collect();
         subtract(field, &mut falls, &multiply(field, &across, &open_form));
         let mut columns: Vec<Vec<Residue>> = Vec::new();
@@ -256,6 +255,21 @@ impl Rows {
             if columns.is_empty() { ModularMatrix::identity(&field.0, c) } else { tangent.null_space(&field.0) };
         Some(Found::new(&field.0, self.count, width, &own, &kernel, &entries))
     }
+}
+
+/// A row of a multiplier constraint: g over the reduced coordinates, then h.
+pub(super) fn row_entries(reduced: &Reduced, motion: &mut Motion, k: usize) -> Vec<Expr> {
+    let zero = motion.graph.integer(0);
+    let own = &motion.frictions[motion.frictions.len() - motion.multiplier_constraints.len() + k];
+    let on_coordinates = (0..reduced.degrees_of_freedom()).map(|i| own.get(&i).copied().unwrap_or(zero));
+    let mut row: Vec<Expr> = on_coordinates.collect();
+    let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
+    row.push(match reduced.equations.multiplier_constraints[k].law {
+        // An integral of the prescribed function, with any speed at the start.
+        MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
+        _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
+    });
+    row
 }
 
 /// Expressions of a model along a motion; none where a function is not known there.
@@ -283,12 +297,6 @@ fn values(motion: &Motion, trajectory: &mut GenericTrajectory, exprs: &[Expr]) -
     let found = lower(graph, exprs, trajectory, symbol);
     trajectory.loose |= used_rate.get();
     found.into_iter().map(|value| Some(value?.series)).collect()
-}
-
-/// The result of [`Rows::solved`].
-struct Solved {
-    form: Vec<Vec<Series>>,
-    transform: Vec<Vec<Series>>,
 }
 
 fn multiply(field: SeriesField, a: &[Vec<Series>], b: &[Vec<Series>]) -> Vec<Vec<Series>> {
@@ -374,7 +382,9 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let mut random = Random::unforeseen(rows.entries.len() as u64);
     let (mut points, mut needed, mut sides) = (Vec::new(), POINTS, 1);
     while points.len() < needed {
-        let Some((trajectory, point)) = drawn_point(&rows, &mut random) else { break };
+        let field = drawn_field(&mut random);
+        let found = (0..MOST_DRAWN).find_map(|_| at_point(&rows, field, Point::Drawn(random.next_u64())));
+        let Some((trajectory, point)) = found else { break };
         sides = sides.max(trajectory.sides.values().product());
         needed = needed.max(if sides > 1 { sides.saturating_mul(POINTS_OF_SIDES) } else { POINTS });
         points.push((trajectory, point));
@@ -387,7 +397,8 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
     let rank = points.iter().map(|(_, point)| point.rank).max().unwrap_or(0);
     points.retain(|(_, point)| point.rank == rank);
     let accident = if complete { rows.accident(points.len(), sides as f64) } else { 1.0 };
-    let mut display = DisplayPoints { field: drawn_field(&mut random), rank, points: None };
+    let display_field = drawn_field(&mut random);
+    let mut display_points = None;
     let mut of_row = |row: usize| -> Integrable {
         if closed[row] {
             return Integrable::Closed;
@@ -399,7 +410,14 @@ pub(super) fn integrable(reduced: &Reduced) -> Integrals {
                 Integrable::NotDecided("a function in it is not algebraic in coordinates, sines and cosines")
             }
             Some(_) if rows.rounded => Integrable::NotDecided("a number in it is rounded to 16 digits"),
-            Some(_) => Integrable::No(display.describe(&rows, row)),
+            Some(_) => {
+                let at = |number| at_point(&rows, display_field, Point::Display(number));
+                let points =
+                    display_points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect::<Vec<_>>());
+                let found = points.iter_mut().find(|(_, point)| point.rank == rank && !point.satisfied[row]);
+                let text = found.map(|(trajectory, _)| describe(&rows, trajectory));
+                Integrable::No(text.unwrap_or_else(|| "drawn modulo a prime".into()))
+            }
         }
     };
     let found: Vec<Integrable> = (0..rows.count).map(&mut of_row).collect();
@@ -422,51 +440,29 @@ pub(super) fn drawn_values(
     random: &mut Random,
     exprs: &[Expr],
 ) -> Option<Vec<Residue>> {
-    let mut at_one = |_| {
-        let mut trajectory = GenericTrajectory::new(field, Point::Drawn(random.next_u64()), r);
-        for _ in 0..MOST_SUBDIVISIONS {
-            if let Some(found) = values(motion, &mut trajectory, exprs) {
-                return found.into_iter().map(|series| series.first().copied()).collect();
-            }
-            if !trajectory.subdivided {
-                return None;
-            }
-            trajectory.begin_again();
-        }
-        None
+    let at_one = |_| {
+        let point = Point::Drawn(random.next_u64());
+        let (_, found) = at_subdivided(field, point, r, |trajectory| values(motion, trajectory, exprs))?;
+        found.into_iter().map(|series| series.first().copied()).collect()
     };
-    (0..MOST_DRAWN).find_map(&mut at_one)
-}
-
-/// The test at a point that is drawn, with the motion that it took.
-fn drawn_point(rows: &Rows, random: &mut Random) -> Option<(GenericTrajectory, Found)> {
-    let field = drawn_field(random);
-    (0..MOST_DRAWN).find_map(|_| at_point(rows, field, Point::Drawn(random.next_u64())))
-}
-
-/// Points that a message can show, on request.
-struct DisplayPoints {
-    field: PrimeField,
-    rank: usize,
-    points: Option<Vec<(GenericTrajectory, Found)>>,
-}
-
-impl DisplayPoints {
-    /// Where a row does not vanish, as text.
-    fn describe(&mut self, rows: &Rows, row: usize) -> String {
-        let at = |number| at_point(rows, self.field, Point::Display(number));
-        let points = self.points.get_or_insert_with(|| (0..DISPLAY_POINTS).filter_map(at).collect());
-        let found = points.iter_mut().find(|(_, point)| point.rank == self.rank && !point.satisfied[row]);
-        found.map_or_else(|| "drawn modulo a prime".into(), |(trajectory, _)| describe(rows, trajectory))
-    }
+    (0..MOST_DRAWN).find_map(at_one)
 }
 
 /// The test at one point, with the motion that it took.
 fn at_point(rows: &Rows, field: PrimeField, point: Point) -> Option<(GenericTrajectory, Found)> {
-    let mut trajectory = GenericTrajectory::new(field, point, rows.r);
+    at_subdivided(field, point, rows.r, |trajectory| rows.last_derived(trajectory))
+}
+
+/// What is found along a motion from a point, whose angles are divided as often as it needs smaller parts of them.
+fn at_subdivided<T>(
+    field: PrimeField,
+    point: Point,
+    r: usize,
+    find: impl Fn(&mut GenericTrajectory) -> Option<T>,
+) -> Option<(GenericTrajectory, T)> {
+    let mut trajectory = GenericTrajectory::new(field, point, r);
     for _ in 0..MOST_SUBDIVISIONS {
-        let found = rows.last_derived(&mut trajectory);
-        if let Some(found) = found {
+        if let Some(found) = find(&mut trajectory) {
             return Some((trajectory, found));
         }
         if !trajectory.subdivided {

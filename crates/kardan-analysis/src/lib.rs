@@ -35,6 +35,7 @@ mod integrable;
 mod massless;
 mod modes;
 mod parity;
+mod parts;
 mod pencil;
 mod placement;
 mod properties;
@@ -61,9 +62,7 @@ pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction, plain_combination};
-pub use modes::{
-    exact_modes, exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes,
-};
+pub use modes::{exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes};
 pub use parity::{
     Broken, Fault, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations,
 };

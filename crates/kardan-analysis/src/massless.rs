@@ -1,9 +1,10 @@
 //! Motions without inertia: found, and eliminated exactly.
 
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
 use super::LinearSystem;
+use super::parts::{beside, block, column_basis, kernel, reduced_form, rows_of, stacked};
 
 /// Names with factors: a direction, or a combination of quantities.
 type Combination = Vec<(String, Rational)>;
@@ -55,37 +56,37 @@ pub enum MasslessError {
 
 /// `` `a` − 2·`b` `` for a message.
 pub fn combination(terms: &[(String, Rational)]) -> String {
-    let mut out = String::new();
-    for (i, (name, factor)) in terms.iter().enumerate() {
-        let negative = *factor < Rational::ZERO;
-        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        out += match (i, negative) {
-            (0, false) => "",
-            (0, true) => "−",
-            (_, false) => " + ",
-            (_, true) => " − ",
-        };
-        if size != Rational::ONE {
-            out += &format!("{size}·");
-        }
-        out += &format!("`{name}`");
-    }
-    out
+    signed_sum(terms, "−", |name, size| match size {
+        None => format!("`{name}`"),
+        Some(size) => format!("{size}·`{name}`"),
+    })
 }
 
 /// `a - 2 b` for a text.
 pub fn plain_combination(terms: &[(String, Rational)]) -> String {
+    signed_sum(terms, "-", |name, size| match size {
+        None => name.clone(),
+        Some(size) => format!("{size} {name}"),
+    })
+}
+
+/// Terms joined by their signs; `text` gives a term with the size of its factor, `None` for one.
+pub(super) fn signed_sum<T>(
+    terms: &[(T, Rational)],
+    minus: &str,
+    text: impl Fn(&T, Option<&Rational>) -> String,
+) -> String {
     let mut out = String::new();
-    for (name, factor) in terms {
+    for (term, factor) in terms {
         let negative = *factor < Rational::ZERO;
         let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        out += match (out.is_empty(), negative) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
-        out += &if size == Rational::ONE { name.clone() } else { format!("{size} {name}") };
+        match (out.is_empty(), negative) {
+            (true, true) => out += minus,
+            (true, false) => {}
+            (false, true) => out += &format!(" {minus} "),
+            (false, false) => out += " + ",
+        }
+        out += &text(term, Some(&size).filter(|size| **size != Rational::ONE));
     }
     out
 }
@@ -105,15 +106,15 @@ fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combi
 /// If `h` is not square with a row per coordinate.
 pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Option<Combination> {
     assert!(h.rows() == coordinates.len() && h.columns() == coordinates.len(), "inertia matrix of a different size");
-    let kernel = null_space(h);
-    let directions = (0..kernel.columns()).map(|j| named(coordinates, column(&kernel, j)));
+    let still = kernel(h);
+    let directions = (0..still.columns()).map(|j| named(coordinates, column(&still, j)));
     directions.min_by_key(Vec::len)
 }
 
 /// Brings `H q̈ + D q̇ + S q = F u`, `y = C₀ q + C₁ q̇ + D₀ u` with singular H to a regular [`LinearSystem`] with the same
-/// transfer matrix, exactly.
+/// transfer matrix, exactly; `pencil` is that of [`linear_system`](super::linear_system).
 ///
-/// The states are original ones `q.phi`, `q.w` as far as possible; `inputs` and `outputs` are names.
+/// The states are original ones `q.phi`, `q.w` as far as possible.
 ///
 /// Method: the pencil sE − A of `x = [q; q̇]`, `E = diag(I, H)`, is split into its finite part V and its infinite part W
 /// (Wong sequences over the rationals, as in Berger, Ilchmann, Trenn 2012): `x = V z + W f`, where z moves by differential
@@ -124,45 +125,27 @@ pub fn massless_direction(coordinates: &[String], h: &Matrix<Rational>) -> Optio
 /// If the pencil is singular, an output needs derivatives of an input, or no state is left.
 ///
 /// # Panics
-/// If sizes differ: H, D, S square with a row per coordinate, F with a column per input, C₀ and C₁ with a row per output.
-#[allow(clippy::too_many_arguments)]
-pub fn eliminate_massless(
-    coordinates: &[String],
-    inputs: &[String],
-    outputs: &[String],
-    h: &Matrix<Rational>,
-    d: &Matrix<Rational>,
-    s: &Matrix<Rational>,
-    f: &Matrix<Rational>,
-    c_pos: &Matrix<Rational>,
-    c_vel: &Matrix<Rational>,
-    d_through: &Matrix<Rational>,
-) -> Result<Eliminated, MasslessError> {
-    let (r, m, p) = (coordinates.len(), inputs.len(), outputs.len());
-    let sized = |matrix: &Matrix<Rational>, rows, columns| matrix.rows() == rows && matrix.columns() == columns;
-    assert!(sized(h, r, r) && sized(d, r, r) && sized(s, r, r), "a matrix has not a row and a column per coordinate");
-    assert!(sized(f, r, m) && sized(d_through, p, m), "input or feedthrough matrix of a different size");
-    assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of a different size");
-
-    let n = 2 * r;
+/// If there are not two states for each coordinate.
+pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Result<Eliminated, MasslessError> {
+    let (r, n) = (coordinates.len(), 2 * coordinates.len());
+    assert_eq!(pencil.states.len(), n, "a pencil in angles and speeds");
+    let LinearSystem { inputs, outputs, e, a, b, c, d, .. } = pencil;
+    let (m, p) = (inputs.len(), outputs.len());
     let names: Vec<String> =
         [Quantity::Angle, Quantity::Speed].iter().flat_map(|k| coordinates.iter().map(|q| k.of(q))).collect();
-    let negative = Rational::ZERO.minus(&Rational::ONE);
-    let e = blocks(&Matrix::identity(r), &Matrix::zeros(r, r), &Matrix::zeros(r, r), h);
-    let a = blocks(&Matrix::zeros(r, r), &Matrix::identity(r), &s.scale(&negative), &d.scale(&negative));
-    let b = Matrix::from_fn(n, m, |i, j| if i < r { Rational::ZERO } else { f[(i - r, j)].clone() });
-    let c = beside(c_pos, c_vel);
 
     // Common kernel of H, D, S: named first because it is the most informative.
-    let all = beside(&beside(&h.transpose(), &d.transpose()), &s.transpose()).transpose();
-    let free = null_space(&all);
+    let free = kernel(&stacked(&block(e, r..n, r..n), &stacked(&block(a, r..n, r..n), &block(a, r..n, 0..r))));
     if free.columns() > 0 {
         return Err(MasslessError::Undetermined { direction: named(coordinates, column(&free, 0)) });
     }
-    let (finite, infinite) = (finite_part(&e, &a), infinite_part(&e, &a));
-    let common = null_space(&beside(&finite, &infinite));
+    // The largest V with A V ⊂ E V, where the differential equations live, and the limit of W ← E⁻¹(A W) from zero, where the equations
+    // are algebraic.
+    let finite = limit_space(a, e, Matrix::identity(n));
+    let infinite = limit_space(e, a, Matrix::zeros(n, 0));
+    let common = kernel(&beside(&finite, &infinite));
     if common.columns() > 0 {
-        let part = Matrix::from_fn(finite.columns(), 1, |i, _| common[(i, 0)].clone());
+        let part = block(&common, 0..finite.columns(), 0..1);
         return Err(MasslessError::Undetermined {
             direction: quantity(coordinates, &names, &finite.multiply(&part), 0),
         });
@@ -172,7 +155,7 @@ pub fn eliminate_massless(
     }
 
     let (k, width) = (finite.columns(), infinite.columns());
-    let follows = following(&e, &a, &b, &finite, &infinite);
+    let follows = following(e, a, b, &finite, &infinite);
     for (order, follow) in follows.iter().enumerate().skip(1).rev() {
         let output_map = c.multiply(follow);
         let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !output_map[*place].is_zero());
@@ -185,21 +168,21 @@ pub fn eliminate_massless(
             });
         }
     }
-    let through = d_through.plus(&c.multiply(&follows[0]).scale(&negative));
+    let through = d.plus(&c.multiply(&follows[0]).scale(&Rational::NEG_ONE));
 
     let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| beside(&all, follow));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
     // V with M V = 1.
     let basis = finite.multiply(&chosen.multiply(&finite).solve(&Matrix::identity(k)).expect("independent by choice"));
-    let left = null_space(&a.multiply(&infinite).transpose()).transpose();
+    let left = kernel(&a.multiply(&infinite).transpose()).transpose();
     let removed = names.iter().filter(|name| !states.contains(name)).cloned().collect();
     let system = LinearSystem {
         states,
-        inputs: inputs.to_vec(),
-        outputs: outputs.to_vec(),
-        e: left.multiply(&e).multiply(&basis),
-        a: left.multiply(&a).multiply(&basis),
-        b: left.multiply(&b),
+        inputs: inputs.clone(),
+        outputs: outputs.clone(),
+        e: left.multiply(e).multiply(&basis),
+        a: left.multiply(a).multiply(&basis),
+        b: left.multiply(b),
         c: c.multiply(&basis),
         d: through,
         degrees_of_freedom: (width == 0).then_some(r),
@@ -218,8 +201,8 @@ fn following(
     let (k, width) = (finite.columns(), infinite.columns());
     let split = beside(&e.multiply(finite), &a.multiply(infinite));
     let solved = split.solve(&beside(&e.multiply(infinite), b)).expect("regular: the pencil is");
-    let nilpotent = Matrix::from_fn(width, width, |i, j| solved[(k + i, j)].clone());
-    let mut power = Matrix::from_fn(width, b.columns(), |i, j| solved[(k + i, width + j)].clone());
+    let nilpotent = block(&solved, k..k + width, 0..width);
+    let mut power = block(&solved, k..k + width, width..solved.columns());
     let mut out = vec![infinite.multiply(&power)];
     for _ in 1..=width {
         power = nilpotent.multiply(&power);
@@ -236,14 +219,14 @@ fn choose_states(
 ) -> (Vec<String>, Vec<(String, Combination)>, Matrix<Rational>) {
     let (n, k) = (names.len(), finite.columns());
     let unit = |i: usize| Matrix::from_fn(1, n, |_, j| if i == j { Rational::ONE } else { Rational::ZERO });
-    let still = null_space(&reached.transpose()).transpose();
+    let still = kernel(&reached.transpose()).transpose();
     let originals = (0..n).filter(|i| reached.row(*i).iter().all(|x| x.is_zero())).map(|i| (Some(i), unit(i)));
-    let combinations = (0..still.rows()).map(|i| (None, Matrix::from_fn(1, n, |_, j| still[(i, j)].clone())));
+    let combinations = (0..still.rows()).map(|i| (None, rows_of(&still, &[i])));
     let candidates: Vec<(Option<usize>, Matrix<Rational>)> = originals.chain(combinations).collect();
     let rows = Matrix::from_fn(candidates.len(), n, |i, j| candidates[i].1[(0, j)].clone());
     // Pivot columns of the transpose are the first independent rows.
     let images = rows.multiply(finite).transpose();
-    let retained = echelon(&images, &(0..candidates.len()).collect::<Vec<_>>()).pivots;
+    let retained = reduced_form(&images).pivots;
     assert_eq!(retained.len(), k, "z is determined by what inputs do not move at once");
     let (mut states, mut definitions) = (Vec::new(), Vec::new());
     let mut chosen = Matrix::<Rational>::zeros(k, n);
@@ -274,58 +257,19 @@ fn quantity(coordinates: &[String], names: &[String], x: &Matrix<Rational>, j: u
     if angles.is_empty() { named(names, column(x, j)) } else { angles }
 }
 
-/// The largest V with A V ⊂ E V: where the differential equations live.
-fn finite_part(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Matrix<Rational> {
-    let mut space = Matrix::identity(e.columns());
-    loop {
-        let next = preimage(a, &e.multiply(&space));
-        if next.columns() == space.columns() {
-            return next;
-        }
-        space = next;
-    }
-}
-
-/// The limit of W ← E⁻¹(A W) from zero: where the equations are algebraic.
-fn infinite_part(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Matrix<Rational> {
-    let mut space = Matrix::zeros(e.columns(), 0);
-    loop {
-        let next = preimage(e, &a.multiply(&space));
-        if next.columns() == space.columns() {
-            return next;
-        }
-        space = next;
-    }
-}
-
-/// A basis of all x with `matrix · x` in the span of `image`.
-fn preimage(matrix: &Matrix<Rational>, image: &Matrix<Rational>) -> Matrix<Rational> {
-    let combined = null_space(&beside(matrix, image));
+/// The spaces of all x with `matrix · x` in the span of `image · space`, each from the one before it, until they keep their dimension.
+fn limit_space(matrix: &Matrix<Rational>, image: &Matrix<Rational>, mut space: Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
-    let parts = Matrix::from_fn(combined.columns(), n, |i, j| combined[(j, i)].clone());
-    let e = echelon(&parts, &(0..n).collect::<Vec<_>>());
-    Matrix::from_fn(n, e.rank(), |i, j| e.form[(j, i)].clone())
-}
-
-/// A basis of the kernel, one column per free column of the matrix.
-fn null_space(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
+    loop {
+        let combined = kernel(&beside(matrix, &image.multiply(&space)));
+        let next = column_basis(&block(&combined, 0..n, 0..combined.columns()));
+        if next.columns() == space.columns() {
+            return next;
+        }
+        space = next;
+    }
 }
 
 fn column(matrix: &Matrix<Rational>, j: usize) -> Vec<Rational> {
     (0..matrix.rows()).map(|i| matrix[(i, j)].clone()).collect()
-}
-
-fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
-    let split = left.columns();
-    Matrix::from_fn(left.rows(), split + right.columns(), |i, j| {
-        if j < split { left[(i, j)].clone() } else { right[(i, j - split)].clone() }
-    })
-}
-
-fn blocks(a: &Matrix<Rational>, b: &Matrix<Rational>, c: &Matrix<Rational>, d: &Matrix<Rational>) -> Matrix<Rational> {
-    let (top, bottom) = (beside(a, b), beside(c, d));
-    Matrix::from_fn(top.rows() + bottom.rows(), top.columns(), |i, j| {
-        if i < top.rows() { top[(i, j)].clone() } else { bottom[(i - top.rows(), j)].clone() }
-    })
 }

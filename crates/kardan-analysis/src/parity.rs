@@ -1,6 +1,7 @@
 //! Relations between sensor readings that are true for every motion of the model.
 
 use super::LinearSystem;
+use super::parts::{beside, block, reduced_form, stacked};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
 /// A signal of a relation: a sensor reading or a command.
@@ -59,15 +60,15 @@ pub fn static_relations(system: &LinearSystem, commanded: &[usize]) -> StaticRel
         .map(ParitySignal::Output)
         .chain(commanded.iter().map(|&j| ParitySignal::Input(j)))
         .collect();
-    let rows = stack(&signals.iter().map(|signal| row_of(system, *signal)).collect::<Vec<_>>(), &rateless(system));
-    let found = left_null(&rows);
-    let over_signals = Matrix::from_fn(found.rows(), signals.len(), |i, j| found[(i, j)].clone());
+    let rows: Vec<Vec<Rational>> = signals.iter().map(|signal| row_of(system, *signal)).collect();
+    let found = left_null(&stack(&rows, &rateless(system)));
+    let over_signals = block(&found, 0..found.rows(), 0..signals.len());
     let (circuits, all) = circuits(&over_signals);
     let relation = |row: Vec<Rational>| {
         let terms = signals.iter().zip(row).filter(|(_, x)| !x.is_zero()).map(|(signal, x)| (*signal, 0, x));
         Relation { terms: terms.collect() }.normalised()
     };
-    let independent = echelon(&over_signals, &(0..signals.len()).collect::<Vec<_>>()).rank();
+    let independent = exact_rank(&over_signals);
     StaticRelations { relations: circuits.into_iter().map(relation).collect(), all, independent }
 }
 
@@ -98,35 +99,31 @@ fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
 /// The algebraic equations of states and inputs: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
 fn rateless(system: &LinearSystem) -> Matrix<Rational> {
     let free = left_null(&system.e);
-    let (a, b) = (free.multiply(&system.a), free.multiply(&system.b));
-    let n = a.columns();
-    Matrix::from_fn(free.rows(), n + b.columns(), |i, j| if j < n { &a[(i, j)] } else { &b[(i, j - n)] }.clone())
+    beside(&free.multiply(&system.a), &free.multiply(&system.b))
 }
 
 /// Rows, and below them those of a matrix.
 fn stack(rows: &[Vec<Rational>], below: &Matrix<Rational>) -> Matrix<Rational> {
-    let count = rows.len();
-    let entry = |i: usize, j: usize| if i < count { &rows[i][j] } else { &below[(i - count, j)] }.clone();
-    Matrix::from_fn(count + below.rows(), below.columns(), entry)
+    stacked(&Matrix::from_fn(rows.len(), below.columns(), |i, j| rows[i][j].clone()), below)
 }
 
 /// Independent rows w with `wᵀM = 0` that span all of them.
 fn left_null(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let found = echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>());
-    let rank = found.rank();
-    Matrix::from_fn(matrix.rows() - rank, matrix.rows(), |i, j| found.transform[(rank + i, j)].clone())
+    let found = reduced_form(matrix);
+    block(&found.transform, found.rank()..matrix.rows(), 0..matrix.rows())
 }
 
 /// The rows of least support in the span of the rows, each once up to a factor; whether these are all of them.
 fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
-    let order: Vec<usize> = (0..span.columns()).collect();
-    let basis = echelon(span, &order);
+    let basis = reduced_form(span);
     let d = basis.rank();
     if d == 0 {
         return (Vec::new(), true);
     }
     let row = |i: usize| basis.form.row(i).to_vec();
-    let taking: Vec<usize> = order.into_iter().filter(|&j| (0..d).any(|i| !basis.form[(i, j)].is_zero())).collect();
+    let is_taken = |j: &usize| (0..d).any(|i| !basis.form[(i, *j)].is_zero());
+    let taking: Vec<usize> = (0..span.columns()).filter(is_taken).collect();
+    let independent = block(&basis.form, 0..d, 0..span.columns());
     // In echelon form each row has a pivot that no other has: it is of least support.
     if choices(taking.len(), d - 1).is_none_or(|count| count > MOST_SETS) {
         return ((0..d).map(row).collect(), false);
@@ -134,14 +131,11 @@ fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
     let mut found: Vec<Vec<Rational>> = Vec::new();
     for zeros in subsets(taking.len(), d - 1) {
         let at = Matrix::from_fn(zeros.len(), d, |k, i| basis.form[(i, taking[zeros[k]])].clone());
-        let solved = echelon(&at, &(0..d).collect::<Vec<_>>());
+        let solved = reduced_form(&at);
         if solved.rank() < d - 1 {
             continue;
         }
-        let weights = solved.kernel();
-        let combined =
-            weights.transpose().multiply(&Matrix::from_fn(d, span.columns(), |i, j| basis.form[(i, j)].clone()));
-        let circuit = combined.row(0).to_vec();
+        let circuit = solved.kernel().transpose().multiply(&independent).row(0).to_vec();
         let same = |candidate: &Vec<Rational>| candidate.iter().zip(&circuit).all(|(a, b)| a.is_zero() == b.is_zero());
         if !found.iter().any(same) {
             found.push(circuit);
@@ -273,16 +267,10 @@ impl Stacked<'_> {
         let driven: Vec<Vec<Rational>> =
             (0..levels).rev().flat_map(|k| commanded.iter().map(move |&u| self.input(u, k))).collect();
         let width = self.outputs() + driven.len();
-        let signal_rows = Matrix::from_fn(null.rows(), width + null.columns(), |i, j| {
-            let dot = |column: &[Rational]| {
-                let products = null.row(i).iter().zip(column).filter(|(w, x)| !w.is_zero() && !x.is_zero());
-                products.fold(Rational::ZERO, |sum, (w, x)| sum.plus(&w.times(x)))
-            };
-            match j.checked_sub(width) {
-                Some(j) => null[(i, j)].clone(),
-                None if j < self.outputs() => null[(i, self.outputs() - 1 - j)].clone(),
-                None => dot(&driven[j - self.outputs()]),
-            }
+        let signal_rows = Matrix::from_fn(null.rows(), width + null.columns(), |i, j| match j.checked_sub(width) {
+            Some(j) => null[(i, j)].clone(),
+            None if j < self.outputs() => null[(i, self.outputs() - 1 - j)].clone(),
+            None => dot(null.row(i), &driven[j - self.outputs()]),
         });
         let simple = echelon(&signal_rows, &(0..width).collect::<Vec<_>>());
         (0..simple.rank()).map(|i| simple.form.row(i)[width..].to_vec()).collect()
@@ -292,24 +280,23 @@ impl Stacked<'_> {
         let p = self.system.outputs.len();
         match fault {
             Fault::Output(k) => (0..=self.order).any(|level| !row[level * p + k].is_zero()),
-            Fault::Input(j) => (0..=self.order).any(|level| !self.dot(row, &self.input(j, level)).is_zero()),
+            Fault::Input(j) => (0..=self.order).any(|level| !dot(row, &self.input(j, level)).is_zero()),
         }
-    }
-
-    fn dot(&self, row: &[Rational], column: &[Rational]) -> Rational {
-        let products = row.iter().zip(column).filter(|(w, x)| !w.is_zero() && !x.is_zero());
-        products.fold(Rational::ZERO, |sum, (w, x)| sum.plus(&w.times(x)))
     }
 
     fn relation(&self, row: &[Rational], commanded: &[usize]) -> Relation {
         let p = self.system.outputs.len();
         let read = (0..self.outputs()).map(|i| (ParitySignal::Output(i % p), i / p, row[i].clone()));
         let driven = commanded.iter().flat_map(|&j| (0..=self.order).map(move |level| (j, level)));
-        let driven = driven.map(|(j, level)| {
-            (ParitySignal::Input(j), level, Rational::ZERO.minus(&self.dot(row, &self.input(j, level))))
-        });
+        let driven = driven
+            .map(|(j, level)| (ParitySignal::Input(j), level, Rational::ZERO.minus(&dot(row, &self.input(j, level)))));
         Relation { terms: read.chain(driven).filter(|(_, _, x)| !x.is_zero()).collect() }.normalised()
     }
+}
+
+fn dot(row: &[Rational], column: &[Rational]) -> Rational {
+    let products = row.iter().zip(column).filter(|(w, x)| !w.is_zero() && !x.is_zero());
+    products.fold(Rational::ZERO, |sum, (w, x)| sum.plus(&w.times(x)))
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! The pencil of a linear system with named outputs.
 
+use super::parts::{beside, reduced_form, stacked};
 use super::reduction::reduced_load;
 use super::system::minus_loads;
 use super::{ConstrainedSystem, LinearSystem};
-use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, echelon, project, sparse_rows, sum_of_outer};
+use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, dense_rows, project, sparse_rows, sum_of_outer};
 use kardan_mechanics::equations::Measured;
 use kardan_results::signal_name::Quantity;
 
@@ -37,62 +38,24 @@ pub fn linear_system(
     let rows = sparse_rows(basis);
     let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
         .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
-    let [damping, stiffness] = with_loads(system, &rows, [damping, stiffness]);
+    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, &rows)).collect();
+    let damping = minus_loads(damping, &loads, |slopes| &slopes.on_rates);
+    let stiffness = minus_loads(stiffness, &loads, |slopes| &slopes.on_positions);
     let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
     for (k, input_term) in system.inputs.iter().enumerate() {
         project(&input_term.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
     }
     let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
-    let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
+    let b = stacked(&Matrix::zeros(r, m), &input);
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
     let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
-    let shaft = |name: &String| {
-        system.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
-    };
     for (i, output) in outputs.iter().enumerate() {
-        match &output.measured {
-            Measured::Angle(name) => c.row_mut(i)[..r].clone_from_slice(basis.row(shaft(name))),
-            Measured::Speed(name) => c.row_mut(i)[r..].clone_from_slice(basis.row(shaft(name))),
-            Measured::SpringTorque(element) => {
-                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
-                    for (shaft, x) in &spring.row {
-                        let factor = spring.value.times(x);
-                        (0..r).for_each(|j| c[(i, j)] = c[(i, j)].plus(&factor.times(&basis[(*shaft, j)])));
-                    }
-                }
-            }
-            Measured::NetTorque(name) => {
-                // J aᵀ q̈_r with q̈_r = H⁻¹ (F u − D q̇ − S q).
-                let (shaft, own) = (shaft(name), system.own_inertia(shaft(name)));
-                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft, j)].times(&own));
-                let per_torque = any_solution(&inertia, &row.transpose()).transpose();
-                let [on_angles, on_speeds, on_inputs] =
-                    [&stiffness, &damping, &input].map(|matrix| per_torque.multiply(matrix));
-                (0..r).for_each(|j| c[(i, j)] = minus(&on_angles[(0, j)]));
-                (0..r).for_each(|j| c[(i, r + j)] = minus(&on_speeds[(0, j)]));
-                (0..m).for_each(|j| d[(i, j)] = on_inputs[(0, j)].clone());
-            }
-            Measured::ComplianceTorque(element, name) => {
-                // −(s aᵀq + d aᵀq̇) on the shaft's entry of a.
-                let laws = system.springs.iter().map(|spring| (spring, 0));
-                for (law, first) in laws.chain(system.dampers.iter().map(|damper| (damper, r))) {
-                    let own = law.row.iter().find(|(k, _)| law.element == *element && *k == shaft(name));
-                    let Some((_, own)) = own else { continue };
-                    for (k, x) in &law.row {
-                        let factor = minus(&law.value.times(x).times(own));
-                        (0..r).for_each(|j| c[(i, first + j)] = c[(i, first + j)].plus(&factor.times(&basis[(*k, j)])));
-                    }
-                }
-            }
-            Measured::ConstraintTorque(element, name) => {
-                let (on_states, on_inputs) =
-                    constraint_torque(system, basis, [&inertia, &damping, &stiffness, &input], element, shaft(name));
-                (0..2 * r).for_each(|j| c[(i, j)] = on_states[j].clone());
-                (0..m).for_each(|j| d[(i, j)] = on_inputs[j].clone());
-            }
-            Measured::Signal(_) => {} // The mechanism does not determine it.
-        }
+        let row = OutputRow::of(system, &output.measured);
+        let [on_positions, on_speeds, on_inputs] =
+            row.over_states(system, &rows, [&stiffness, &damping, &inertia, &input]);
+        c.row_mut(i).clone_from_slice(beside(&on_positions, &on_speeds).as_slice());
+        d.row_mut(i).clone_from_slice(on_inputs.as_slice());
     }
     let names = coordinates.iter().map(|&shaft| &system.coordinates[shaft]);
     LinearSystem {
@@ -106,19 +69,6 @@ pub fn linear_system(
         d,
         degrees_of_freedom: Some(r),
     }
-}
-
-/// Damping and stiffness with those of the loads.
-fn with_loads(
-    system: &ConstrainedSystem,
-    basis: &[SparseRow],
-    [damping, stiffness]: [Matrix<Rational>; 2],
-) -> [Matrix<Rational>; 2] {
-    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, basis)).collect();
-    [
-        minus_loads(damping, &loads, |slopes| &slopes.on_rates),
-        minus_loads(stiffness, &loads, |slopes| &slopes.on_positions),
-    ]
 }
 
 fn minus(x: &Rational) -> Rational {
@@ -143,41 +93,96 @@ fn first_order(
     (e, a)
 }
 
-/// Torque of an element's constraints on a shaft, over the states and the inputs.
-fn constraint_torque(
-    system: &ConstrainedSystem,
-    basis: &Matrix<Rational>,
-    [inertia, damping, stiffness, input]: [&Matrix<Rational>; 4],
-    element: &str,
-    shaft: usize,
-) -> (Vec<Rational>, Vec<Rational>) {
-    let rows = system.constraint_matrix();
-    let weights = Matrix::from_fn(1, rows.rows(), |_, k| {
-        if system.constraints[k].element == element { rows[(k, shaft)].clone() } else { Rational::ZERO }
-    });
-    // weightsᵀ λ with λ = (CCᵀ)⁻¹ C (Hq̈ + Dq̇ + Sq − Fτ)
-    let gram = rows.multiply(&rows.transpose());
-    let multiplier = gram.solve(&rows).expect("the constraints are independent");
-    let direction = weights.multiply(&multiplier);
-    let on = |m: &Matrix<Rational>| direction.multiply(m).multiply(basis);
-    let acceleration = on(&system.inertia_matrix());
-    let per_inertia = any_solution(&inertia.transpose(), &acceleration.transpose());
-    let through = |m: &Matrix<Rational>| per_inertia.transpose().multiply(m);
-    let difference = |a: Matrix<Rational>, b: Matrix<Rational>| {
-        (0..a.columns()).map(|j| a[(0, j)].minus(&b[(0, j)])).collect::<Vec<_>>()
-    };
-    let mut on_states = difference(on(&system.stiffness_matrix()), through(stiffness));
-    on_states.extend(difference(on(&system.damping_matrix()), through(damping)));
-    (on_states, difference(through(input), direction.multiply(&system.input_matrix())))
+/// An output of a system before reduction, as rows.
+pub(super) struct OutputRow {
+    /// Over positions, speeds and accelerations of the coordinates.
+    pub motion: [Matrix<Rational>; 3],
+    /// Over the multipliers of the constraints.
+    pub multipliers: Matrix<Rational>,
+}
+
+impl OutputRow {
+    pub fn of(system: &ConstrainedSystem, measured: &Measured) -> Self {
+        let mut motion = [0; 3].map(|_| Matrix::<Rational>::zeros(1, system.coordinates.len()));
+        let mut multipliers = Matrix::<Rational>::zeros(1, system.constraints.len());
+        let mut add = |order: usize, coordinate: usize, x: &Rational| {
+            let entry = &mut motion[order][(0, coordinate)];
+            *entry = entry.plus(x);
+        };
+        match measured {
+            Measured::Angle(name) => add(0, system.shaft(name), &Rational::ONE),
+            Measured::Speed(name) => add(1, system.shaft(name), &Rational::ONE),
+            Measured::SpringTorque(element) => {
+                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
+                    spring.row.iter().for_each(|(k, x)| add(0, *k, &spring.value.times(x)));
+                }
+            }
+            Measured::NetTorque(name) => add(2, system.shaft(name), &system.own_inertia(system.shaft(name))),
+            Measured::ComplianceTorque(element, name) => {
+                // −(s aᵀq + d aᵀq̇) on the shaft's entry of a.
+                for (order, laws) in [(0, &system.springs), (1, &system.dampers)] {
+                    for law in laws.iter().filter(|law| law.element == *element) {
+                        let Some((_, own)) = law.row.iter().find(|(k, _)| *k == system.shaft(name)) else { continue };
+                        let factor = minus(&law.value.times(own));
+                        law.row.iter().for_each(|(k, x)| add(order, *k, &factor.times(x)));
+                    }
+                }
+            }
+            Measured::ConstraintTorque(element, name) => {
+                let shaft = system.shaft(name);
+                for (k, constraint) in system.constraints.iter().enumerate().filter(|(_, c)| c.element == *element) {
+                    let own = constraint.row.iter().find(|(candidate, _)| *candidate == shaft);
+                    own.into_iter().for_each(|(_, x)| multipliers[(0, k)] = x.clone());
+                }
+            }
+            Measured::Signal(_) => {} // The mechanism does not determine it.
+        }
+        Self { motion, multipliers }
+    }
+
+    /// The rows over positions and speeds of the reduced coordinates, and over inputs; `basis` has a row for each coordinate, and the
+    /// matrices are those of the reduced system.
+    fn over_states(
+        self,
+        system: &ConstrainedSystem,
+        basis: &[SparseRow],
+        [stiffness, damping, inertia, input]: [&Matrix<Rational>; 4],
+    ) -> [Matrix<Rational>; 3] {
+        let is_zero = |row: &Matrix<Rational>| row.as_slice().iter().all(Scalar::is_zero);
+        let less = |row: &Matrix<Rational>, other: &Matrix<Rational>| row.plus(&other.scale(&Rational::NEG_ONE));
+        let Self { mut motion, multipliers } = self;
+        let mut on_inputs = Matrix::<Rational>::zeros(1, input.columns());
+        if !is_zero(&multipliers) {
+            // λ = (CCᵀ)⁻¹ C (Hq̈ + Dq̇ + Sq − Fτ)
+            let rows = system.constraint_matrix();
+            let gram = rows.multiply(&rows.transpose());
+            let direction = multipliers.multiply(&gram.solve(&rows).expect("the constraints are independent"));
+            let matrices = [system.stiffness_matrix(), system.damping_matrix(), system.inertia_matrix()];
+            for (row, matrix) in motion.iter_mut().zip(&matrices) {
+                *row = row.plus(&direction.multiply(matrix));
+            }
+            on_inputs = less(&on_inputs, &direction.multiply(&system.input_matrix()));
+        }
+        let reduced = |row: Matrix<Rational>| dense_rows(&[project(&sparse_rows(&row)[0], basis)], inertia.rows());
+        let [on_positions, on_speeds, on_accelerations] = motion.map(reduced);
+        if is_zero(&on_accelerations) {
+            return [on_positions, on_speeds, on_inputs];
+        }
+        // q̈_r = H⁻¹ (F u − D q̇ − S q)
+        let per_torque = any_solution(&inertia.transpose(), &on_accelerations.transpose()).transpose();
+        [
+            less(&on_positions, &per_torque.multiply(stiffness)),
+            less(&on_speeds, &per_torque.multiply(damping)),
+            on_inputs.plus(&per_torque.multiply(input)),
+        ]
+    }
 }
 
 /// One solution of M x = y. There is one: a motion v without inertia (`H_r v = 0`) has `H K v = 0`, hence takes no torque,
 /// and moves no inertia of a single shaft.
 fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
-    let both =
-        Matrix::from_fn(matrix.rows(), n + 1, |i, j| if j < n { &matrix[(i, j)] } else { &right[(i, 0)] }.clone());
-    let e = echelon(&both, &(0..=n).collect::<Vec<_>>());
+    let e = reduced_form(&beside(matrix, right));
     assert!(!e.pivots.contains(&n), "the inertia is positive semidefinite");
     let mut out = Matrix::<Rational>::zeros(n, 1);
     for (row, &pivot) in e.pivots.iter().enumerate() {

@@ -5,6 +5,7 @@ use faer::linalg::solvers::Solve;
 
 use super::family::to_mat;
 use super::images::{Image, Images};
+use super::parity::{choices, subsets};
 use super::{Gramian, LinearSystem, Side, gramian, smallest_eigenvalue, transfer_energy};
 use kardan_math::num::{Matrix, ModularMatrix, Rational, rational_to_f64, reachable};
 use kardan_results::{Place, PlacedSet, PlacementSearch};
@@ -132,33 +133,24 @@ fn smallest_sets(
     rank: &impl Fn(&[usize]) -> usize,
     out: &mut PlacementSearch,
 ) -> Vec<Vec<usize>> {
-    let mut found: Vec<Vec<usize>> = Vec::new();
     for size in least.max(1)..=places.len() {
-        if binomial(places.len(), size) > MOST_SETS {
+        let Some(count) = choices(places.len(), size).filter(|count| *count <= MOST_SETS) else {
             out.exhaustive = false;
             return vec![greedy(places, n, rank, &mut out.tried)];
-        }
-        let mut set: Vec<usize> = (0..size).collect();
-        loop {
-            out.tried += 1;
-            if rank(&set) == n {
-                found.push(set.clone());
-            }
-            if !next_set(&mut set, places.len()) {
-                break;
-            }
-        }
+        };
+        out.tried += count;
+        let found: Vec<Vec<usize>> = subsets(places.len(), size).filter(|set| rank(set) == n).collect();
         if !found.is_empty() {
-            out.method = exhausted(found.len(), size, places.len());
-            break;
+            out.method = exhausted(found.len(), size, places.len(), count);
+            return found;
         }
     }
-    found
+    Vec::new()
 }
 
 /// The result of a search through all sets.
-fn exhausted(found: usize, size: usize, places: usize) -> String {
-    let (all, enough) = (binomial(places, size), if found == 1 { "is" } else { "are" });
+fn exhausted(found: usize, size: usize, places: usize, all: usize) -> String {
+    let enough = if found == 1 { "is" } else { "are" };
     match size {
         1 if places == 1 => "the only place is enough".into(),
         1 if found == all => format!("any one of the {places} places is enough (each was tried alone)"),
@@ -230,21 +222,6 @@ fn greedy(all: &[usize], n: usize, rank: &impl Fn(&[usize]) -> usize, tried: &mu
     }
     set.sort_unstable();
     set
-}
-
-fn binomial(n: usize, k: usize) -> usize {
-    (0..k).try_fold(1usize, |all, i| Some(all.checked_mul(n - i)? / (i + 1))).unwrap_or(usize::MAX)
-}
-
-/// The next set of the same size in lexical order.
-fn next_set(set: &mut [usize], n: usize) -> bool {
-    let k = set.len();
-    let Some(i) = (0..k).rev().find(|&i| set[i] < n - k + i) else { return false };
-    set[i] += 1;
-    for j in i + 1..k {
-        set[j] = set[j - 1] + 1;
-    }
-    true
 }
 
 #[cfg(test)]

@@ -41,12 +41,12 @@ pub fn properties(
     let is_unforced = has_no_ports(system, structure);
     let blocks = blocks(system, structure, realisations);
     let order = realisations.map(|found| found.minimal.a.rows()).or(is_unforced.then_some(system.states.len()));
-    let roots_of = |chosen: &[usize]| {
-        let blocks = blocks.as_ref()?;
-        Some(chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k])))
-    };
+    let roots_of = |chosen: &[usize]| Some(product_of(blocks.as_ref()?, chosen));
     let plane = if discrete { Plane::Discrete } else { Plane::Continuous };
-    let stable = |chosen: &[usize]| Some(decided_stable(&roots_of(chosen)?, plane));
+    let stable = |chosen: &[usize]| {
+        let polynomial = roots_of(chosen)?;
+        Some(polynomial.degree() == 0 || stability_of_roots(&polynomial, plane).word == Stability::Stable)
+    };
     let zeros = |chosen: &[usize]| roots_of(chosen).map(|polynomial| described(&polynomial));
     SystemProperties {
         stability: system_stability(system, structure, plane),
@@ -75,8 +75,7 @@ pub fn stability_proofs(
 ) -> StabilityProofs {
     let blocks = blocks(system, structure, realisations);
     let proof = |chosen: &[usize]| {
-        let blocks = blocks.as_ref()?;
-        let polynomial = chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]));
+        let polynomial = product_of(blocks.as_ref()?, chosen);
         let transformed = if discrete { cayley(&polynomial) } else { polynomial.clone() };
         // Where the degree falls a root at z = −1 has gone to infinity.
         let column =
@@ -123,6 +122,10 @@ fn blocks(
     }
 }
 
+fn product_of(blocks: &[Polynomial], chosen: &[usize]) -> Polynomial {
+    chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k]))
+}
+
 /// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above double that.
 fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
     let n = a.rows();
@@ -139,11 +142,6 @@ fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
         reconstruction.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
     }
     Some(Polynomial::new(reconstruction.integers().into_iter().map(Rational::from).collect()).monic())
-}
-
-/// Whether all roots are inside the border of stability.
-fn decided_stable(polynomial: &Polynomial, plane: Plane) -> bool {
-    polynomial.degree() == 0 || stability_of_roots(polynomial, plane).word == Stability::Stable
 }
 
 /// Whether a system is stable: by the proven roots of its exact factors where these are written out, else by ranks of its exact matrix.

@@ -3,7 +3,8 @@
 use dashu_int::ops::BitTest;
 
 use super::LinearSystem;
-use kardan_math::num::{Matrix, Rational, echelon};
+use super::parts::{beside, block, columns_of, kernel, reduced_form};
+use kardan_math::num::{Matrix, Rational};
 use kardan_results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
 
 /// More states are not transformed.
@@ -37,7 +38,7 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
         (certificate.controllability_minor.as_ref()?, certificate.observability_minor.as_ref()?);
     let (rank, observable_rank) = (reached.columns.len(), observable.columns.len());
     let unreached = rows(certificate.uncontrollable_invariant.as_ref(), n - rank, n)?.multiply(&system.e);
-    let reachable = echelon(&unreached, &(0..n).collect::<Vec<_>>()).kernel();
+    let reachable = kernel(&unreached);
     let hidden = rows(certificate.unobservable_invariant.as_ref(), n - observable_rank, n)?.transpose();
     let parts = kalman_basis(&reachable, &hidden);
     let names = [
@@ -69,40 +70,35 @@ fn rows(invariant: Option<&Invariant>, count: usize, n: usize) -> Option<Matrix<
     Some(Matrix::from_fn(count, n, |i, j| values[i][j].clone()))
 }
 
-/// Horizontal concatenation of matrices.
-fn beside(parts: &[&Matrix<Rational>], n: usize) -> Matrix<Rational> {
-    let columns: Vec<(usize, usize)> =
-        parts.iter().enumerate().flat_map(|(k, part)| (0..part.columns()).map(move |j| (k, j))).collect();
-    Matrix::from_fn(n, columns.len(), |i, j| parts[columns[j].0][(i, columns[j].1)].clone())
+/// Matrices beside each other.
+fn all_beside(parts: &[Matrix<Rational>], n: usize) -> Matrix<Rational> {
+    parts.iter().fold(Matrix::zeros(n, 0), |all, part| beside(&all, part))
 }
 
 /// The columns of `more` that do not depend on those of `basis` and on each other.
 fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Rational> {
-    let (n, first) = (more.rows(), basis.columns());
-    let both = beside(&[basis, more], n);
-    let pivots = echelon(&both, &(0..both.columns()).collect::<Vec<_>>()).pivots;
-    let new: Vec<usize> = pivots.into_iter().filter(|&j| j >= first).collect();
-    Matrix::from_fn(n, new.len(), |i, j| both[(i, new[j])].clone())
+    let first = basis.columns();
+    let both = beside(basis, more);
+    let new: Vec<usize> = reduced_form(&both).pivots.into_iter().filter(|&j| j >= first).collect();
+    columns_of(&both, &new)
 }
 
 /// Bases of: R ∩ N, the rest of R, the rest of N, the rest.
 fn kalman_basis(reachable: &Matrix<Rational>, hidden: &Matrix<Rational>) -> [Matrix<Rational>; 4] {
     let (n, r) = (reachable.rows(), reachable.columns());
     // R x + N y = 0: the vectors R x lie in both.
-    let both = beside(&[reachable, hidden], n);
-    let kernel = echelon(&both, &(0..both.columns()).collect::<Vec<_>>()).kernel();
-    let weights = Matrix::from_fn(r, kernel.columns(), |i, j| kernel[(i, j)].clone());
-    let common = reachable.multiply(&weights);
+    let both = kernel(&beside(reachable, hidden));
+    let common = reachable.multiply(&block(&both, 0..r, 0..both.columns()));
     let common = completing(&Matrix::zeros(n, 0), &common);
     let observable = completing(&common, reachable);
     let neither = completing(&common, hidden);
-    let rest = completing(&beside(&[&common, &observable, &neither], n), &Matrix::identity(n));
+    let rest = completing(&beside(&beside(&common, &observable), &neither), &Matrix::identity(n));
     [common, observable, neither, rest]
 }
 
 /// The system in the coordinates z of `x = T z`.
 fn transformed(system: &LinearSystem, parts: &[Matrix<Rational>], names: Vec<String>) -> Option<TransformedSystem> {
-    let t = beside(&parts.iter().collect::<Vec<_>>(), system.states.len());
+    let t = all_beside(parts, system.states.len());
     let blocks = names.into_iter().zip(parts).map(|(name, part)| Block { name, states: part.columns() });
     Some(TransformedSystem {
         blocks: blocks.collect(),
@@ -117,9 +113,8 @@ fn transformed(system: &LinearSystem, parts: &[Matrix<Rational>], names: Vec<Str
 /// The controllable and observable block.
 fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> TransformedSystem {
     let cut = |m: &Matrix<Rational>, rows: bool, columns: bool| {
-        let (i0, height) = if rows { (first, count) } else { (0, m.rows()) };
-        let (j0, width) = if columns { (first, count) } else { (0, m.columns()) };
-        Matrix::from_fn(height, width, |i, j| m[(i0 + i, j0 + j)].clone())
+        let of = |own: bool, all: usize| if own { first..first + count } else { 0..all };
+        block(m, of(rows, m.rows()), of(columns, m.columns()))
     };
     TransformedSystem {
         blocks: vec![Block { name: "controllable and observable".into(), states: count }],
@@ -143,10 +138,10 @@ fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)
         if chosen.is_empty() {
             break;
         }
-        blocks.push(Matrix::from_fn(n, chosen.len(), |i, j| power_of_b[(i, chosen[j])].clone()));
+        blocks.push(columns_of(&power_of_b, &chosen));
         power_of_b = system.a.multiply(&power_of_b);
     }
-    let reached = beside(&blocks.iter().collect::<Vec<_>>(), n);
+    let reached = all_beside(&blocks, n);
     let mut names: Vec<String> = (0..blocks.len()).map(|k| format!("reached after {} integrations", k + 1)).collect();
     blocks.push(completing(&reached, &Matrix::identity(n)));
     names.push("not reached".into());
@@ -154,8 +149,8 @@ fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)
 }
 
 /// The part of A whose rows and columns are the states of a block.
-pub(super) fn diagonal_block(system: &TransformedSystem, block: usize) -> Matrix<Rational> {
-    let first: usize = system.blocks[..block].iter().map(|block| block.states).sum();
-    let count = system.blocks[block].states;
-    Matrix::from_fn(count, count, |i, j| system.a[(first + i, first + j)].clone())
+pub(super) fn diagonal_block(system: &TransformedSystem, number: usize) -> Matrix<Rational> {
+    let first: usize = system.blocks[..number].iter().map(|block| block.states).sum();
+    let own = first..first + system.blocks[number].states;
+    block(&system.a, own.clone(), own)
 }

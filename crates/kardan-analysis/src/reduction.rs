@@ -4,7 +4,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::{ConstrainedSystem, LoadSlopes};
-use kardan_math::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon};
+use kardan_math::num::{Rational, SparseRow, project, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
 
 /// A system in chosen coordinates, exact and sparse: `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` \[diss. (4.37)\].
@@ -82,20 +82,7 @@ impl Reduction {
 /// # Panics
 /// If `preferred` or a term names a shaft that does not exist, or `preferred` has a duplicate.
 pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
-    let n = system.coordinates.len();
-    let mut is_preferred = vec![false; n];
-    for &shaft in preferred {
-        assert!(!is_preferred[shaft], "shaft {shaft} is preferred twice");
-        is_preferred[shaft] = true;
-    }
-    // Columns late in the order stay free.
-    let mut order: Vec<usize> = (0..n).rev().filter(|&shaft| !is_preferred[shaft]).collect();
-    order.extend(preferred.iter().rev());
-    let eliminated = sparse_echelon(system.constraints.iter().map(|c| &c.row), &order);
-    let free = |shaft: &usize| !eliminated.rows.contains_key(shaft);
-    let mut coordinates: Vec<usize> = preferred.iter().copied().filter(free).collect();
-    coordinates.extend((0..n).filter(|shaft| free(shaft) && !is_preferred[*shaft]));
-    let basis = eliminated.kernel(n, &coordinates);
+    let (coordinates, basis) = system.sparse_basis(preferred);
     let terms = |terms: &[DirectionalTerm<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
     let reduced_system = ConstrainedSystem {
         coordinates: coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect(),

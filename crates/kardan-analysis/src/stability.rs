@@ -16,30 +16,23 @@ pub enum Plane {
     Discrete,
 }
 
-/// Poles of an exact system relative to the stability boundary.
-struct Sides {
-    outside: usize,
-    /// Square-free polynomials of those on the border, and how often each root is one; empty where some are outside.
-    on_border: Vec<(Polynomial, usize)>,
-}
-
-impl Sides {
-    fn of(polynomial: &Polynomial, plane: Plane) -> Self {
-        if plane == Plane::Continuous {
-            let found = root_sides(polynomial);
-            return Self { outside: found.right, on_border: found.on_border };
-        }
-        let transformed = cayley(polynomial);
-        // Roots at −1 have gone to infinity.
-        let at_minus_one = polynomial.degree() - transformed.degree();
-        let found = root_sides(&transformed);
-        let mut on_border: Vec<(Polynomial, usize)> =
-            found.on_border.iter().map(|(part, times)| (from_cayley(part), *times)).collect();
-        if at_minus_one > 0 && found.right == 0 {
-            on_border.push((Polynomial::from_roots(&[Rational::NEG_ONE]), at_minus_one));
-        }
-        Self { outside: found.right, on_border }
+/// Whether roots are outside the border, and square-free polynomials of those on it with how often each root is one; none where some are
+/// outside.
+fn sides(polynomial: &Polynomial, plane: Plane) -> (bool, Vec<(Polynomial, usize)>) {
+    if plane == Plane::Continuous {
+        let found = root_sides(polynomial);
+        return (found.right > 0, found.on_border);
     }
+    let transformed = cayley(polynomial);
+    // Roots at −1 have gone to infinity.
+    let at_minus_one = polynomial.degree() - transformed.degree();
+    let found = root_sides(&transformed);
+    let mut on_border: Vec<(Polynomial, usize)> =
+        found.on_border.iter().map(|(part, times)| (from_cayley(part), *times)).collect();
+    if at_minus_one > 0 && found.right == 0 {
+        on_border.push((Polynomial::from_roots(&[Rational::NEG_ONE]), at_minus_one));
+    }
+    (found.right > 0, on_border)
 }
 
 /// The frequency of the motion of a root, rad/s (per sample of a discrete system).
@@ -95,7 +88,7 @@ fn motions(
 pub fn stability_of(a: &Matrix<Rational>, plane: Plane) -> StabilityVerdict {
     let n = a.rows();
     assert_eq!(n, a.columns(), "stability of a matrix that is not square");
-    let found = Sides::of(&characteristic_polynomial(a), plane);
+    let (outside, on_border) = sides(&characteristic_polynomial(a), plane);
     let growth = |factor: &Polynomial, times: usize| {
         let once = value_at(factor, a);
         let (mut power, mut length) = (once.clone(), 1);
@@ -105,8 +98,7 @@ pub fn stability_of(a: &Matrix<Rational>, plane: Plane) -> StabilityVerdict {
         }
         length - 1
     };
-    let border = motions(&found.on_border, plane, growth);
-    StabilityVerdict::exact(found.outside > 0, border)
+    StabilityVerdict::exact(outside, motions(&on_border, plane, growth))
 }
 
 /// The polynomial of a matrix (Horner).
@@ -136,13 +128,13 @@ fn value_at(polynomial: &Polynomial, a: &Matrix<Rational>) -> Matrix<Rational> {
 /// # Panics
 /// If the polynomial is zero.
 pub fn stability_of_roots(polynomial: &Polynomial, plane: Plane) -> StabilityVerdict {
-    let found = Sides::of(polynomial, plane);
-    let border = motions(&found.on_border, plane, |_, _| 0);
-    if found.outside == 0 && found.on_border.iter().any(|(_, times)| *times > 1) {
+    let (outside, on_border) = sides(polynomial, plane);
+    let border = motions(&on_border, plane, |_, _| 0);
+    if !outside && on_border.iter().any(|(_, times)| *times > 1) {
         let why = "a root on the stability boundary is repeated, and the number of its motions is unknown";
         return StabilityVerdict { border, ..StabilityVerdict::undecided(why) };
     }
-    StabilityVerdict::exact(found.outside > 0, border)
+    StabilityVerdict::exact(outside, border)
 }
 
 /// The verdict on numbers some of which are rounded: the one of the numbers as they are if it is the same, with the same motions on the

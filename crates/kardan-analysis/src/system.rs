@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, echelon, sparse_echelon, sum_of_outer};
+use super::parts::{columns_of, reduced_form, rows_of};
+use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, dense_rows, sparse_echelon, sum_of_outer};
+use kardan_math::units::Exact;
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::UnilateralConstraint;
 use kardan_mechanics::reduce::{
@@ -66,11 +68,7 @@ impl ConstrainedSystem {
             for (list, value) in [(&mut self.springs, stiffness), (&mut self.dampers, damping)] {
                 let value = value.to_rational();
                 if !value.is_zero() {
-                    list.push(DirectionalTerm {
-                        element: unilateral.element.clone(),
-                        row: unilateral.row.clone(),
-                        value,
-                    });
+                    list.push(along(unilateral, value));
                 }
             }
         }
@@ -83,46 +81,31 @@ impl ConstrainedSystem {
     pub fn at_point(reduced: &Reduced, point: &OperatingPoint, stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
         let position = point.position.as_slice();
         let equations = &reduced.equations;
-        let constant = |term: &DirectionalTerm<kardan_math::units::Exact>| DirectionalTerm {
-            element: term.element.clone(),
-            row: term.row.clone(),
-            value: term.value.to_rational(),
-        };
-        let row = |element: &str, row: &[(usize, Rational)]| DirectionalTerm {
-            element: element.into(),
-            row: row.to_vec(),
-            value: (),
-        };
-        let mut constraints: Vec<DirectionalTerm<()>> =
-            equations.constraints.iter().map(|c| row(&c.element, &c.row)).collect();
+        let constant = |term: &DirectionalTerm<Exact>| along(term, term.value.to_rational());
+        let mut constraints: Vec<DirectionalTerm<()>> = equations.constraints.iter().map(|c| along(c, ())).collect();
         constraints.extend(equations.transmissions.iter().zip(slopes(reduced, position)).map(|(t, slope)| {
             let mut entries = vec![(t.driven, Rational::ONE), (t.driving, Rational::ZERO.minus(&slope.value))];
             entries.sort_by_key(|(shaft, _)| *shaft);
             DirectionalTerm { element: t.element.clone(), row: entries, value: () }
         }));
         let at_point = equations.set_valued().filter(|(element, _)| stuck.contains(*element));
-        constraints.extend(at_point.map(|(element, own)| row(element, own)));
+        constraints.extend(at_point.map(|(element, own)| DirectionalTerm {
+            element: element.into(),
+            row: own.to_vec(),
+            value: (),
+        }));
         let mut out = Self {
             coordinates: equations.coordinates.clone(),
             inertias: equations.inertias.iter().map(constant).collect(),
             dampers: equations.dampers.iter().map(constant).collect(),
-            springs: equations
-                .springs
-                .iter()
-                .map(|s| DirectionalTerm {
-                    element: s.element.clone(),
-                    row: s.row.clone(),
-                    value: s.value.stiffness.to_rational(),
-                })
-                .collect(),
+            springs: equations.springs.iter().map(|s| along(s, s.value.stiffness.to_rational())).collect(),
             loads: Vec::new(),
             constraints,
             inputs: inputs
                 .iter()
                 .map(|name| {
                     let input = equations.inputs.iter().find(|i| i.element == *name);
-                    let input = input.unwrap_or_else(|| panic!("no input `{name}`"));
-                    row(name, &input.row)
+                    along(input.unwrap_or_else(|| panic!("no input `{name}`")), ())
                 })
                 .collect(),
         };
@@ -175,6 +158,14 @@ impl ConstrainedSystem {
         own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
     }
 
+    /// The number of a coordinate.
+    ///
+    /// # Panics
+    /// If there is none of that name.
+    pub(super) fn shaft(&self, name: &str) -> usize {
+        self.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+    }
+
     /// Retains the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();
@@ -182,23 +173,18 @@ impl ConstrainedSystem {
         if sparse_echelon(self.constraints.iter().map(|c| &c.row), &order).rank() == rows {
             return;
         }
-        let columns = self.constraint_matrix().transpose();
-        let retained: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
-        let mut number = 0;
-        self.constraints.retain(|_| {
-            number += 1;
-            retained.contains(&(number - 1))
-        });
+        let retained = reduced_form(&self.constraint_matrix().transpose()).pivots;
+        self.constraints = retained.iter().map(|&row| self.constraints[row].clone()).collect();
     }
 
     /// C, one row per constraint.
     pub fn constraint_matrix(&self) -> Matrix<Rational> {
-        dense(&self.constraints, self.coordinates.len())
+        dense_rows(&self.constraints, self.coordinates.len())
     }
 
     /// F, one column per input.
     pub fn input_matrix(&self) -> Matrix<Rational> {
-        dense(&self.inputs, self.coordinates.len()).transpose()
+        dense_rows(&self.inputs, self.coordinates.len()).transpose()
     }
 
     /// `Σ J a aᵀ`.
@@ -221,32 +207,34 @@ impl ConstrainedSystem {
     /// Chosen coordinates and K with `CK = 0`, identity on them (4.34): as many of `preferred` as are independent, then
     /// others by number.
     pub fn explicit_basis(&self, preferred: &[usize]) -> (Vec<usize>, Matrix<Rational>) {
+        let (coordinates, rows) = self.sparse_basis(preferred);
+        let basis = dense_rows(&rows, coordinates.len());
+        (coordinates, basis)
+    }
+
+    /// The same with K as sparse rows, one for each coordinate.
+    pub(super) fn sparse_basis(&self, preferred: &[usize]) -> (Vec<usize>, Vec<SparseRow>) {
         let n = self.coordinates.len();
-        // Columns late in the order stay free.
-        let mut order: Vec<usize> = (0..n).rev().filter(|shaft| !preferred.contains(shaft)).collect();
-        order.extend(preferred.iter().rev());
-        let e = echelon(&self.constraint_matrix(), &order);
-        let mut coordinates: Vec<usize> = preferred.iter().copied().filter(|s| !e.pivots.contains(s)).collect();
-        coordinates.extend((0..n).filter(|s| !e.pivots.contains(s) && !preferred.contains(s)));
-        let mut basis = Matrix::<Rational>::zeros(n, coordinates.len());
-        for (column, &shaft) in coordinates.iter().enumerate() {
-            basis[(shaft, column)] = Rational::ONE;
-            for (row, &pivot) in e.pivots.iter().enumerate() {
-                basis[(pivot, column)] = Rational::ZERO.minus(&e.form[(row, shaft)]);
-            }
+        let mut is_preferred = vec![false; n];
+        for &shaft in preferred {
+            assert!(!is_preferred[shaft], "shaft {shaft} is preferred twice");
+            is_preferred[shaft] = true;
         }
+        // Columns late in the order stay free.
+        let mut order: Vec<usize> = (0..n).rev().filter(|&shaft| !is_preferred[shaft]).collect();
+        order.extend(preferred.iter().rev());
+        let eliminated = sparse_echelon(self.constraints.iter().map(|c| &c.row), &order);
+        let free = |shaft: &usize| !eliminated.rows.contains_key(shaft);
+        let mut coordinates: Vec<usize> = preferred.iter().copied().filter(free).collect();
+        coordinates.extend((0..n).filter(|shaft| free(shaft) && !is_preferred[*shaft]));
+        let basis = eliminated.kernel(n, &coordinates);
         (coordinates, basis)
     }
 }
 
-fn dense(rows: &[DirectionalTerm<()>], shafts: usize) -> Matrix<Rational> {
-    let mut out = Matrix::<Rational>::zeros(rows.len(), shafts);
-    for (i, directional) in rows.iter().enumerate() {
-        for (j, x) in &directional.row {
-            out[(i, *j)] = x.clone();
-        }
-    }
-    out
+/// Another value along the direction of a term.
+fn along<T, V>(term: &DirectionalTerm<T>, value: V) -> DirectionalTerm<V> {
+    DirectionalTerm { element: term.element.clone(), row: term.row.clone(), value }
 }
 
 fn sum(terms: &[DirectionalTerm<Rational>], shafts: usize) -> Matrix<Rational> {
@@ -330,28 +318,22 @@ impl LinearSystem {
     /// of A give from these and the inputs. `None` if they do not.
     pub fn over(&self, retained: &[usize]) -> Option<Self> {
         let eliminated: Vec<usize> = (0..self.states.len()).filter(|k| !retained.contains(k)).collect();
-        let rows = |m: &Matrix<Rational>, rows: &[usize]| {
-            Matrix::from_fn(rows.len(), m.columns(), |i, j| m[(rows[i], j)].clone())
-        };
-        let columns = |m: &Matrix<Rational>, columns: &[usize]| {
-            Matrix::from_fn(m.rows(), columns.len(), |i, j| m[(i, columns[j])].clone())
-        };
-        let own = rows(&self.a, &eliminated);
+        let own = rows_of(&self.a, &eliminated);
         // −x of the others, over the retained ones and the inputs.
-        let square = columns(&own, &eliminated);
+        let square = columns_of(&own, &eliminated);
         let (on_retained, on_inputs) =
-            (square.solve(&columns(&own, retained))?, square.solve(&rows(&self.b, &eliminated))?);
+            (square.solve(&columns_of(&own, retained))?, square.solve(&rows_of(&self.b, &eliminated))?);
         let less = |m: Matrix<Rational>, through: &Matrix<Rational>, found: &Matrix<Rational>| {
             m.plus(&through.multiply(found).scale(&Rational::NEG_ONE))
         };
-        let (upper, output_columns) = (rows(&self.a, retained), columns(&self.c, &eliminated));
-        let through = columns(&upper, &eliminated);
+        let (upper, output_columns) = (rows_of(&self.a, retained), columns_of(&self.c, &eliminated));
+        let through = columns_of(&upper, &eliminated);
         Some(Self {
             states: retained.iter().map(|k| self.states[*k].clone()).collect(),
-            e: columns(&rows(&self.e, retained), retained),
-            a: less(columns(&upper, retained), &through, &on_retained),
-            b: less(rows(&self.b, retained), &through, &on_inputs),
-            c: less(columns(&self.c, retained), &output_columns, &on_retained),
+            e: columns_of(&rows_of(&self.e, retained), retained),
+            a: less(columns_of(&upper, retained), &through, &on_retained),
+            b: less(rows_of(&self.b, retained), &through, &on_inputs),
+            c: less(columns_of(&self.c, retained), &output_columns, &on_retained),
             d: less(self.d.clone(), &output_columns, &on_inputs),
             degrees_of_freedom: None,
             ..self.clone()

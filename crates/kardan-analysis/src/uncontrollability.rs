@@ -6,8 +6,9 @@ use kardan_rt::functions::{exp2, hypot, log2};
 use rayon::prelude::*;
 
 use super::Family;
+use super::failing::relative_shares;
 use kardan_math::num::{Random, Rational, rational_to_f64};
-use kardan_results::{Complex, NamedShare, ParameterPoint, Pole, UncontrollablePoint};
+use kardan_results::{Complex, ParameterPoint, Pole, UncontrollablePoint};
 
 /// The range of the search, in tolerances.
 pub const FARTHEST: f64 = 10.0;
@@ -89,7 +90,7 @@ pub fn distance_to_uncontrollability(
         },
         // Zero is reserved for what is decided exactly.
         residual: found.residual.max(f64::EPSILON),
-        shafts: shares(shafts, &found.v),
+        shafts: relative_shares(shafts.iter().cloned().zip(found.v.iter().map(|x| x.norm())), 1e-6),
     })
 }
 
@@ -119,15 +120,6 @@ fn tidied(family: &Family<'_>, limits: &Limits, mut found: Candidate) -> Candida
         }
     }
     found
-}
-
-/// The size of each shaft's motion relative to the largest.
-fn shares(shafts: &[String], v: &[c64]) -> Vec<NamedShare> {
-    let largest = v.iter().take(shafts.len()).map(|x| x.norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let share = |(name, x): (&String, &c64)| NamedShare { name: name.clone(), share: x.norm() / largest };
-    let mut out: Vec<NamedShare> = shafts.iter().zip(v).map(share).filter(|one| one.share > 1e-6).collect();
-    out.sort_by(|a, b| b.share.total_cmp(&a.share));
-    out
 }
 
 /// A point with a null vector.

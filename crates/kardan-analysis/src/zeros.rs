@@ -75,13 +75,7 @@ impl Quad {
 
     fn transpose(self) -> Self {
         let (n, outputs) = (self.states.len(), self.outputs.len());
-        let state = |j: usize| {
-            let column = self.states[j];
-            let of_states = self.states.iter().map(|&i| self.equations[i][column]);
-            of_states.chain(self.outputs.iter().map(|row| row[column])).collect()
-        };
-        let input = |j: usize| {
-            let column = self.total + j;
+        let transposed = |column: usize| {
             let of_states = self.states.iter().map(|&i| self.equations[i][column]);
             of_states.chain(self.outputs.iter().map(|row| row[column])).collect()
         };
@@ -89,8 +83,8 @@ impl Quad {
             total: n,
             inputs: outputs,
             states: (0..n).collect(),
-            equations: (0..n).map(state).collect(),
-            outputs: (0..self.inputs).map(input).collect(),
+            equations: self.states.iter().map(|&column| transposed(column)).collect(),
+            outputs: (self.total..self.total + self.inputs).map(transposed).collect(),
         }
     }
 

@@ -13,6 +13,12 @@ pub const REQUIREMENT_FAILED: u8 = 1;
 /// Exit code: bad input, a file that cannot be read or written, a run that failed or whose energy balance does not close, or a command that a limit or a signal ended early.
 pub const ERROR: u8 = 2;
 
+/// Prints what a command is about, all of it.
+pub fn done(text: &str) -> Result<u8, Failure> {
+    print(text)?;
+    Ok(DONE)
+}
+
 /// The exit code; reports the error, and the reason if the command had to end early.
 pub fn exit_code(done: Result<u8, Failure>, json: bool) -> u8 {
     done.unwrap_or_else(|mut failure| {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use kardan::diagnostics::{Diagnostic, nearest};
+use kardan::diagnostics::{Diagnostic, Severity, nearest};
 use kardan::model::BUILTIN;
-use kardan::study::Project;
+use kardan::study::{self, Project};
 
 use crate::args::Changes;
 use crate::files;
@@ -44,6 +44,25 @@ pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source,
     Ok(opened)
 }
 
+/// The same of a model without errors, but for those that `force` overrules; shows the warnings, and returns them.
+pub fn checked(
+    model: &Path,
+    changes: &Changes,
+    force: bool,
+    quiet: bool,
+) -> Result<(Source, Project, Vec<Diagnostic>), Failure> {
+    let (source, project) = prepared(model, changes, quiet)?;
+    let mut diagnostics = project.diagnostics().to_vec();
+    if force {
+        study::overrule(&mut diagnostics);
+    }
+    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics });
+    }
+    render::show(Some(&source), &diagnostics);
+    Ok((source, project, diagnostics))
+}
+
 /// Reads the model that the user named.
 pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     if model.as_os_str() == "-" {
@@ -71,17 +90,15 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
 
 /// Reads plain matrices, and returns their name.
 pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
-    let (name, bytes) = if path.as_os_str() == "-" {
-        let name = "standard input".to_owned();
-        let bytes = files::read_stdin(&name, MATRICES_LIMIT)?;
-        (name, bytes)
-    } else {
-        let name = path.display().to_string();
-        let bytes = files::read_limited(path, &name, MATRICES_LIMIT, &|name| {
-            Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
-                .help("name a JSON or MAT file with the matrices, or `-` for standard input")
-        })?;
-        (name, bytes)
+    let is_stdin = path.as_os_str() == "-";
+    let name = if is_stdin { "standard input".to_owned() } else { path.display().to_string() };
+    let missing = |name: &str| {
+        Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
+            .help("name a JSON or MAT file with the matrices, or `-` for standard input")
+    };
+    let bytes = match is_stdin {
+        true => files::read_stdin(&name, MATRICES_LIMIT)?,
+        false => files::read_limited(path, &name, MATRICES_LIMIT, &missing)?,
     };
     if bytes.is_empty() {
         return Err(
@@ -99,20 +116,15 @@ pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     })
 }
 
-/// `a, b, c` of the built-in models.
-pub fn builtin_names() -> String {
-    BUILTIN.iter().map(|builtin| builtin.name).collect::<Vec<_>>().join(", ")
-}
-
 /// A hint for a name that is not that of a built-in model.
 pub fn builtin_hint(name: &str) -> String {
-    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|builtin_name| builtin_name.starts_with(name));
-    if name.chars().count() > 1 && begin_so().next().is_some() {
-        let list = begin_so().collect::<Vec<_>>().join(", ");
-        return format!("built-in models that start with `{name}`: {list}");
+    let all: Vec<&str> = BUILTIN.iter().map(|builtin| builtin.name).collect();
+    let begin_so: Vec<&str> = all.iter().copied().filter(|builtin| builtin.starts_with(name)).collect();
+    if name.chars().count() > 1 && !begin_so.is_empty() {
+        return format!("built-in models that start with `{name}`: {}", begin_so.join(", "));
     }
-    let list = format!("built-in models: {}", builtin_names());
-    match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
+    let list = format!("built-in models: {}", all.join(", "));
+    match nearest(name, all) {
         Some(near) => format!("did you mean the built-in model `{near}`? ({list})"),
         None => list,
     }

@@ -7,7 +7,7 @@ use kardan::diagnostics::Diagnostic;
 use kardan::study::Shard;
 
 use crate::fault;
-use crate::files::reason;
+use crate::files::{name_in_folder, paths_in, reason};
 use crate::output::stays;
 
 /// The lock: exclusive for a sweep, shared for a shard.
@@ -40,11 +40,9 @@ impl Lock {
 
     /// Removes the lock files, those of shards too; no other process has locked them.
     pub fn remove(self) {
-        let entries = fs::read_dir(&self.folder).into_iter().flatten().filter_map(Result::ok);
-        let own = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(LOCK));
-        own.for_each(|entry| {
-            let _ = fs::remove_file(entry.path());
-        });
+        for path in paths_in(&self.folder).filter(|path| name_in_folder(path).starts_with(LOCK)) {
+            let _ = fs::remove_file(path);
+        }
     }
 }
 

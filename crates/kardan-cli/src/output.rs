@@ -329,15 +329,9 @@ fn replace(target: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Syncs the name of a new file to the disk; some file systems do not support this.
 #[cfg(unix)]
 fn sync_folder(folder: &Path) -> io::Result<()> {
+    const UNSUPPORTED: [ErrorKind; 3] = [ErrorKind::InvalidInput, ErrorKind::Unsupported, ErrorKind::PermissionDenied];
     match File::open(folder).and_then(|folder| folder.sync_all()) {
-        Err(error)
-            if matches!(
-                error.kind(),
-                ErrorKind::InvalidInput | ErrorKind::Unsupported | ErrorKind::PermissionDenied
-            ) =>
-        {
-            Ok(())
-        }
+        Err(error) if UNSUPPORTED.contains(&error.kind()) => Ok(()),
         result => result,
     }
 }

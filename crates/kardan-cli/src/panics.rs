@@ -7,7 +7,6 @@ use kardan::diagnostics::Diagnostic;
 use kardan::tables::read as log;
 
 use crate::exit::exit_code;
-use crate::render::Failure;
 
 /// Handles panics of foreign decoders from now on; other panics are handled as before.
 pub fn answer(json: bool) {
@@ -19,7 +18,7 @@ pub fn answer(json: bool) {
         Some(why) => {
             let diagnostic = Diagnostic::error("log::damaged", why.to_string())
                 .help("this build of kardan cannot continue after such an error; one with `panic = \"unwind\"` uses the rows before it");
-            let code = exit_code(Err(Failure { source: None, diagnostics: vec![diagnostic] }), json);
+            let code = exit_code(Err(diagnostic.into()), json);
             std::process::exit(code.into());
         }
         None => usual(panic),

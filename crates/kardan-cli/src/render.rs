@@ -30,6 +30,12 @@ impl From<Diagnostic> for Failure {
 }
 
 impl Failure {
+    /// Of a model whose diagnostics `shown` the user has seen: errors, and warnings that are new.
+    pub fn beside(source: Source, mut diagnostics: Vec<Diagnostic>, shown: &[Diagnostic]) -> Self {
+        diagnostics.retain(|d| d.severity == Severity::Error || !shown.contains(d));
+        Self { source: Some(source), diagnostics }
+    }
+
     /// The text that the places of the diagnostics refer to.
     pub fn text(&self) -> &str {
         self.source.as_ref().map_or("", |source| &source.text)
@@ -58,7 +64,7 @@ pub fn show(source: Option<&Source>, diagnostics: &[Diagnostic]) {
     }
     let mut text = String::new();
     let handler = handler();
-    let shared = source.map(|source| Shown::new(&source.name, &source.text));
+    let shared = source.map(|source| Arc::new(Shown::new(&source.name, &source.text)));
     for diagnostic in diagnostics {
         render(&mut text, &handler, diagnostic, shared.as_ref());
     }
@@ -130,11 +136,8 @@ fn count(diagnostics: &[Diagnostic], source: &Source) -> String {
 }
 
 /// A source text as the reader sees it, with an index of its lines: the cost of a diagnostic depends only on its shown lines, not on its position.
-#[derive(Debug, Clone)]
-struct Shown(Arc<Text>);
-
 #[derive(Debug)]
-struct Text {
+struct Shown {
     name: String,
     text: String,
     lines: Lines,
@@ -143,7 +146,7 @@ struct Text {
 impl Shown {
     fn new(name: &str, text: &str) -> Self {
         let text = aligned(text);
-        Self(Arc::new(Text { name: visible(name), lines: Lines::new(&text), text }))
+        Self { name: visible(name), lines: Lines::new(&text), text }
     }
 }
 
@@ -155,7 +158,7 @@ impl SourceCode for Shown {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let Text { name, text, lines } = &*self.0;
+        let Self { name, text, lines } = self;
         // A line more on either side, so that the window ends where the text would go on.
         let first = lines.line(span.offset()).saturating_sub(before + 1);
         let (from, to) = (lines.start(first), lines.start(lines.line(span.offset() + span.len()) + after + 2));
@@ -170,7 +173,7 @@ impl SourceCode for Shown {
     }
 }
 
-fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagnostic, source: Option<&Shown>) {
+fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagnostic, source: Option<&Arc<Shown>>) {
     let severity = match diagnostic.severity {
         Severity::Error => miette::Severity::Error,
         Severity::Warning => miette::Severity::Warning,
@@ -188,7 +191,7 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
     }
     let report = match source {
         Some(shown_source) if !in_source.is_empty() => {
-            let Text { name, text, lines } = &*shown_source.0;
+            let Shown { name, text, lines } = &**shown_source;
             let labels: Vec<LabeledSpan> = in_source
                 .iter()
                 .map(|label| {
@@ -201,7 +204,7 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
                 shown.message = format!("{name}:{line}:{column}: {}", shown.message);
                 miette::Report::new(shown)
             } else {
-                miette::Report::new(shown.with_labels(labels)).with_source_code(shown_source.clone())
+                miette::Report::new(shown.with_labels(labels)).with_source_code(Arc::clone(shown_source))
             }
         }
         _ => miette::Report::new(shown),

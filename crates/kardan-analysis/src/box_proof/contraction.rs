@@ -12,13 +12,8 @@ impl Cells {
     pub(super) fn is_contraction(&mut self) -> bool {
         let n = self.n;
         if self.positive_solution() {
+            self.apply_to_right();
             let d = &self.right;
-            self.work.fill(0.0);
-            for j in 0..n {
-                for i in 0..n {
-                    self.work[i] += self.bound[j * n + i] * d[j];
-                }
-            }
             let contracts = (0..n).all(|i| d[i] >= 0.5 && d[i] <= 1e15 && self.work[i] * (1.0 + self.slack) < d[i]);
             if contracts {
                 return true;
@@ -34,15 +29,18 @@ impl Cells {
                 }
             }
             normalise(&mut self.left, &self.work);
-            self.work.fill(0.0);
-            for j in 0..n {
-                for i in 0..n {
-                    self.work[i] += self.bound[j * n + i] * self.right[j];
-                }
-            }
+            self.apply_to_right();
             normalise(&mut self.right, &self.work);
         }
         false
+    }
+
+    /// G times `right`, into `work`.
+    fn apply_to_right(&mut self) {
+        self.work.fill(0.0);
+        for (column, x) in self.bound.chunks_exact(self.n).zip(&self.right) {
+            self.work.iter_mut().zip(column).for_each(|(sum, g)| *sum += g * x);
+        }
     }
 
     /// Solves `(I − G) d = 1` into `right` without pivoting; whether all pivots are positive, as for a spectral radius below one.

@@ -5,6 +5,7 @@ use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 use kardan_rt::functions::exp2;
 
+use crate::parts::{columns_of, rows_of};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 
 /// Coefficients at the centre of the box, then those of each parameter.
@@ -17,8 +18,7 @@ fn occurs(parts: &Parts, power: usize, row: usize, column: usize) -> bool {
 
 /// Whether an entry depends on neither λ nor x.
 fn is_constant(parts: &Parts, row: usize, column: usize) -> bool {
-    let varies = |(part, power): (usize, usize)| !parts[part][power][(row, column)].is_zero();
-    (0..parts.len()).all(|part| (0..3).all(|power| (part, power) == (0, 0) || !varies((part, power))))
+    parts.iter().flatten().skip(1).all(|coefficient| coefficient[(row, column)].is_zero())
 }
 
 /// The degree of each column in λ.
@@ -38,12 +38,6 @@ fn row_degrees(parts: &Parts, columns: &[usize]) -> Vec<isize> {
         .collect()
 }
 
-/// Columns that span the kernel of a matrix; entries early in `order` are expressed by later ones where possible.
-fn kernel(matrix: &Matrix<Rational>, order: &[usize]) -> (Matrix<Rational>, usize) {
-    let e = echelon(matrix, order);
-    (e.kernel(), e.rank())
-}
-
 /// The family on the kernel of its constant rows: null vectors correspond one to one.
 ///
 /// Columns of low degree are expressed by those of high degree, so that degrees do not grow.
@@ -53,10 +47,8 @@ pub(super) fn without_constant_rows(parts: Parts) -> Parts {
     let degrees = column_degrees(&parts);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|&j| degrees[j]);
-    let (basis, _) = kernel(&Matrix::from_fn(fixed.len(), n, |i, j| parts[0][0][(fixed[i], j)].clone()), &order);
-    let project = |matrix: &Matrix<Rational>| {
-        Matrix::from_fn(retained.len(), n, |i, j| matrix[(retained[i], j)].clone()).multiply(&basis)
-    };
+    let basis = echelon(&rows_of(&parts[0][0], &fixed), &order).kernel();
+    let project = |matrix: &Matrix<Rational>| rows_of(matrix, &retained).multiply(&basis);
     parts.iter().map(|part| part.each_ref().map(project)).collect()
 }
 
@@ -69,14 +61,12 @@ pub(super) fn without_constant_columns(parts: Parts) -> Option<Parts> {
     let degrees = row_degrees(&parts, &column_degrees(&parts));
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by_key(|&i| degrees[i]);
-    let (basis, rank) = kernel(&Matrix::from_fn(fixed.len(), m, |j, i| parts[0][0][(i, fixed[j])].clone()), &order);
-    if rank < fixed.len() {
+    let found = echelon(&columns_of(&parts[0][0], &fixed).transpose(), &order);
+    if found.rank() < fixed.len() {
         return None;
     }
-    let basis = basis.transpose();
-    let project = |matrix: &Matrix<Rational>| {
-        basis.multiply(&Matrix::from_fn(m, retained.len(), |i, j| matrix[(i, retained[j])].clone()))
-    };
+    let basis = found.kernel().transpose();
+    let project = |matrix: &Matrix<Rational>| basis.multiply(&columns_of(matrix, &retained));
     Some(parts.iter().map(|part| part.each_ref().map(project)).collect())
 }
 

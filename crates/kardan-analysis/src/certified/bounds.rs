@@ -44,14 +44,13 @@ pub(super) fn pencil_of(action: &Matrix<Rational>) -> LinearSystem {
     whole(&LinearSystem::state_space(action.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)))
 }
 
-/// The square of the size of a whole number.
-fn square(x: &Rational) -> UBig {
-    let size = x.numerator().clone().into_parts().1;
+fn square(x: &IBig) -> UBig {
+    let size = x.clone().into_parts().1;
     &size * &size
 }
 
 fn squares(matrix: &Matrix<Rational>, row: usize) -> UBig {
-    matrix.row(row).iter().map(square).fold(UBig::ZERO, |sum, x| sum + x)
+    matrix.row(row).iter().fold(UBig::ZERO, |sum, x| sum + square(x.numerator()))
 }
 
 /// Two times log₂ of a norm given its square, rounded up.
@@ -92,12 +91,8 @@ fn common_denominator<'a>(entries: impl Iterator<Item = &'a Rational>) -> UBig {
 pub(super) fn nullity_bits(system: &LinearSystem, f: &Polynomial) -> u64 {
     let coefficients = f.whole_coefficients();
     let degree = f.degree() as u64;
-    let size = |c: &IBig| {
-        let size = c.clone().into_parts().1;
-        &size * &size
-    };
-    let leading = size(&coefficients[f.degree()]);
-    let lower = coefficients[..f.degree()].iter().map(size).fold(UBig::ZERO, |sum, x| sum + x);
+    let leading = square(&coefficients[f.degree()]);
+    let lower = coefficients[..f.degree()].iter().map(square).fold(UBig::ZERO, |sum, x| sum + x);
     let mut halves = 0;
     for i in 0..system.e.rows() {
         let (e, a) = (squares(&system.e, i), squares(&system.a, i) + squares(&system.b, i));

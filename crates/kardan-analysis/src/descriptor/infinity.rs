@@ -1,6 +1,7 @@
 //! Controllable and observable modes at infinity.
 
-use super::separation::{Separation, beside, kernel};
+use super::separation::Separation;
+use crate::parts::{beside, kernel};
 use crate::system::LinearSystem;
 pub(super) use crate::system::Side;
 use kardan_math::num::{Matrix, Rational, exact_rank};

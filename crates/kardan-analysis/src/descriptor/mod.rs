@@ -12,6 +12,7 @@ mod singular;
 pub use singular::SingularPencil;
 
 use super::massless::plain_combination;
+use super::parts::{beside, rows_of, stacked, texts};
 use super::properties::{described_zeros, orders_at_infinity};
 use super::structure::{pencil, structure};
 use super::system::LinearSystem;
@@ -103,24 +104,17 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
         orders_at_infinity: at_infinity(&slow, derivatives),
         proof: SeparatedPencil { pencil: pencil(system), left: texts(&apart.left), right: texts(&apart.right) },
     };
-    let chosen = |matrix: &Matrix<Rational>| {
-        Matrix::from_fn(proper.len(), matrix.columns(), |i, j| matrix[(proper[i], j)].clone())
-    };
     let outputs = proper.iter().map(|&i| system.outputs[i].clone()).collect();
-    let equivalent = LinearSystem { c: chosen(&slow.c), d: chosen(&slow.d), outputs, ..slow };
+    let equivalent = LinearSystem { c: rows_of(&slow.c, &proper), d: rows_of(&slow.d, &proper), outputs, ..slow };
     Ok(DecomposedDescriptor { found, equivalent })
-}
-
-fn texts(matrix: &Matrix<Rational>) -> Vec<Vec<String>> {
-    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(ToString::to_string).collect()).collect()
 }
 
 /// A state that is one of the variables has its name, another is defined by them: `z = L x`.
 fn named(reading: &Matrix<Rational>, variables: &[String]) -> (Vec<String>, Vec<Definition>) {
     let mut definitions = Vec::new();
     let name = |k: usize| {
-        let terms: Vec<(String, Rational)> = variables.iter().cloned().zip(reading.row(k).iter().cloned()).collect();
-        let terms: Vec<(String, Rational)> = terms.into_iter().filter(|(_, x)| !x.is_zero()).collect();
+        let terms = variables.iter().cloned().zip(reading.row(k).iter().cloned());
+        let terms: Vec<(String, Rational)> = terms.filter(|(_, x)| !x.is_zero()).collect();
         match terms.as_slice() {
             [(name, factor)] if *factor == Rational::ONE => name.clone(),
             _ => {
@@ -171,40 +165,22 @@ fn at_infinity(slow: &LinearSystem, derivatives: &[Matrix<Rational>]) -> Option<
     let highest = derivatives.iter().rposition(|matrix| matrix.as_slice().iter().any(|x| !x.is_zero()));
     let k = highest.map_or(0, |last| last + 1);
     let (n, m) = (slow.states.len(), slow.inputs.len());
-    let all = n + k * m;
-    if all == 0 || m == 0 || slow.outputs.is_empty() {
+    if n + k * m == 0 || m == 0 || slow.outputs.is_empty() {
         return Some(Vec::new());
     }
     let power = |i: usize| if i == 0 { &slow.d } else { &derivatives[i - 1] };
-    // The j-th integrals of the inputs are the states n + (j − 1) m, ….
-    let integral = |j: usize| if j == 0 { None } else { Some(n + (j - 1) * m) };
-    let mut a = Matrix::<Rational>::zeros(all, all);
-    let mut b = Matrix::<Rational>::zeros(all, m);
-    let mut c = Matrix::<Rational>::zeros(slow.outputs.len(), all);
-    let put = |into: &mut Matrix<Rational>, from: &Matrix<Rational>, column: usize| {
-        for i in 0..from.rows() {
-            for j in 0..from.columns() {
-                into[(i, column + j)] = from[(i, j)].clone();
-            }
+    let chain = match k.checked_sub(1) {
+        None => slow.clone(),
+        Some(before) => {
+            // The j-th integrals of the inputs are the states n + (j − 1) m, …; of them the last ones enter the system.
+            let shift = Matrix::from_fn(k * m, k * m, |i, j| if i == j + m { Rational::ONE } else { Rational::ZERO });
+            let entry = beside(&Matrix::zeros(n, before * m), &slow.b);
+            let a = stacked(&beside(&slow.a, &entry), &beside(&Matrix::zeros(k * m, n), &shift));
+            let b = stacked(&stacked(&Matrix::zeros(n, m), &Matrix::identity(m)), &Matrix::zeros(before * m, m));
+            let c = (0..k).rev().fold(slow.c.clone(), |all, i| beside(&all, power(i)));
+            LinearSystem { d: power(k).clone(), ..LinearSystem::state_space(a, b, c) }
         }
     };
-    put(&mut a, &slow.a, 0);
-    put(&mut c, &slow.c, 0);
-    let last = integral(k);
-    put(if last.is_some() { &mut a } else { &mut b }, &slow.b, last.unwrap_or(0));
-    for i in 0..k {
-        put(&mut c, power(i), n + (k - i - 1) * m);
-    }
-    for j in 1..=k {
-        for input in 0..m {
-            let row = n + (j - 1) * m + input;
-            match integral(j - 1) {
-                None => b[(row, input)] = Rational::ONE,
-                Some(before) => a[(row, before + input)] = Rational::ONE,
-            }
-        }
-    }
-    let chain = LinearSystem { d: power(k).clone(), ..LinearSystem::state_space(a, b, c) };
     let orders = orders_at_infinity(&chain, true)?;
     let shifted = orders.into_iter().map(|order| i64::try_from(order).unwrap_or(i64::MAX) - k as i64);
     Some(shifted.filter(|order| *order != 0).collect())

@@ -2,6 +2,7 @@
 
 use dashu_int::ops::BitTest;
 
+use crate::parts::{beside, block, column_basis, kernel, reduced_form, stacked};
 use crate::system::LinearSystem;
 use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
 
@@ -69,9 +70,7 @@ impl Separation {
         let right = beside(&slow_basis, &fast_basis);
         let left = beside(&e.multiply(&slow_basis), &a.multiply(&fast_basis)).solve(&Matrix::identity(n))?;
         let on = |matrix: &Matrix<Rational>, basis: &Matrix<Rational>| left.multiply(&matrix.multiply(basis));
-        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| {
-            Matrix::from_fn(to - from, matrix.columns(), |i, j| matrix[(from + i, j)].clone())
-        };
+        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| block(matrix, from..to, 0..matrix.columns());
         let inputs = left.multiply(&system.b);
         let slow = [part(&on(a, &slow_basis), 0, finite), part(&inputs, 0, finite), system.c.multiply(&slow_basis)];
         let fast = [part(&on(e, &fast_basis), finite, n), part(&inputs, finite, n), system.c.multiply(&fast_basis)];
@@ -138,7 +137,7 @@ fn polynomial([nilpotent, b, c]: &[Matrix<Rational>; 3], d: &Matrix<Rational>, i
 /// that E leaves out and whose further outputs are the equations without derivatives.
 pub(super) fn split_by_e(system: &LinearSystem) -> (usize, LinearSystem) {
     let n = system.states.len();
-    let form = echelon(&system.e, &(0..n).collect::<Vec<_>>());
+    let form = reduced_form(&system.e);
     let rank = form.rank();
     let kernel = form.kernel();
     let q = Matrix::from_fn(n, n, |i, j| match j < rank {
@@ -149,46 +148,19 @@ pub(super) fn split_by_e(system: &LinearSystem) -> (usize, LinearSystem) {
     let a = form.transform.multiply(&system.a).multiply(&q);
     let b = form.transform.multiply(&system.b);
     let c = system.c.multiply(&q);
-    let rest = n - rank;
-    let (m, p) = (system.inputs.len(), system.outputs.len());
-    let of_a = Matrix::from_fn(rank, rank, |i, j| a[(i, j)].clone());
-    let inputs = |i: usize, j: usize| if j < rest { a[(i, rank + j)].clone() } else { b[(i, j - rest)].clone() };
-    let of_b = Matrix::from_fn(rank, rest + m, inputs);
-    let of_c = Matrix::from_fn(rest + p, rank, |i, j| match i < rest {
-        true => a[(rank + i, j)].clone(),
-        false => c[(i - rest, j)].clone(),
-    });
-    let of_d = Matrix::from_fn(rest + p, rest + m, |i, j| match (i < rest, j < rest) {
-        (true, _) => inputs(rank + i, j),
-        (false, true) => c[(i - rest, rank + j)].clone(),
-        (false, false) => system.d[(i - rest, j - rest)].clone(),
-    });
+    let p = system.outputs.len();
+    let of_a = block(&a, 0..rank, 0..rank);
+    // Of all equations over the variables that E leaves out and the inputs.
+    let inputs = beside(&block(&a, 0..n, rank..n), &b);
+    let of_b = block(&inputs, 0..rank, 0..inputs.columns());
+    let of_c = stacked(&block(&a, rank..n, 0..rank), &block(&c, 0..p, 0..rank));
+    let through = beside(&block(&c, 0..p, rank..n), &system.d);
+    let of_d = stacked(&block(&inputs, rank..n, 0..inputs.columns()), &through);
     (rank, LinearSystem { d: of_d, ..LinearSystem::state_space(of_a, of_b, of_c) })
-}
-
-/// A basis of the kernel, one column each.
-pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
 }
 
 /// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.
 pub(super) fn left_kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let order: Vec<usize> = (0..matrix.rows()).rev().collect();
     echelon(&matrix.transpose(), &order).kernel().transpose()
-}
-
-/// A basis of the columns.
-fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let rows = matrix.transpose();
-    let form = echelon(&rows, &(0..rows.columns()).collect::<Vec<_>>());
-    Matrix::from_fn(rows.columns(), form.rank(), |i, j| form.form[(j, i)].clone())
-}
-
-/// Horizontal concatenation of matrices.
-pub(super) fn beside(first: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
-    let width = first.columns();
-    Matrix::from_fn(first.rows(), width + other.columns(), |i, j| match j.checked_sub(width) {
-        None => first[(i, j)].clone(),
-        Some(j) => other[(i, j)].clone(),
-    })
 }

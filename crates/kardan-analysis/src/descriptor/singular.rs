@@ -1,6 +1,7 @@
 //! Why a pencil is singular: dependent equations.
 
 use super::separation::{left_kernel, pencil_at};
+use crate::parts::rows_of;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
 /// Most numbers of an unknown combination in the search.
@@ -19,12 +20,9 @@ impl SingularPencil {
     pub(super) fn of(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Self {
         let at = Rational::from(1_000_003) / Rational::from(7919);
         let dependent = left_kernel(&pencil_at(e, a, &at));
-        let rows_of = |i: usize| (0..e.rows()).filter(|&j| !dependent[(i, j)].is_zero()).collect::<Vec<usize>>();
-        let rows = (0..dependent.rows()).map(rows_of).min_by_key(Vec::len).unwrap_or_default();
-        let pick = |matrix: &Matrix<Rational>| {
-            Matrix::from_fn(rows.len(), matrix.columns(), |i, j| matrix[(rows[i], j)].clone())
-        };
-        let (e, a) = (pick(e), pick(a));
+        let taken = |i: usize| (0..e.rows()).filter(|&j| !dependent[(i, j)].is_zero()).collect::<Vec<usize>>();
+        let rows = (0..dependent.rows()).map(taken).min_by_key(Vec::len).unwrap_or_default();
+        let (e, a) = (rows_of(e, &rows), rows_of(a, &rows));
         let degrees = (0..rows.len()).take_while(|degree| (degree + 1) * rows.len() <= MOST_UNKNOWN);
         let factors = degrees.into_iter().find_map(|degree| combination(&e, &a, degree));
         let factor_of = |i: usize| factors.as_ref().map(|all| all[i].clone());

@@ -20,11 +20,13 @@ use faer::c64;
 use kardan_rt::functions::powi;
 
 use super::LinearSystem;
+use super::failing::{LEAST_SHARE, relative_shares};
+use super::parts::{beside, texts};
 use super::system::Side;
 use kardan_math::num::{
     Matrix, Rational, Scalar, above, below, eigenvalues, power_of_two, rational_from_f64, rational_to_f64, root_above,
 };
-use kardan_results::{Complex, Invariant, MatrixDistance, NamedShare};
+use kardan_results::{Complex, Invariant, MatrixDistance};
 pub use smallest::MOST_FROM_BELOW;
 use smallest::{ScaledPair, Smallest, left_eigenvectors, smallest};
 
@@ -152,10 +154,7 @@ impl Change {
         let action = on_a.multiply(&rows.transpose()).multiply(&gram);
         let projected = action.multiply(&rows);
         let on_b = rows.multiply(&pair.exact[1]);
-        let miss = Matrix::from_fn(exact.len(), n + on_b.columns(), |i, j| match j < n {
-            true => on_a[(i, j)].minus(&projected[(i, j)]),
-            false => on_b[(i, j - n)].clone(),
-        });
+        let miss = beside(&on_a.plus(&projected.scale(&Rational::NEG_ONE)), &on_b);
         // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
         let scaled = gram.multiply(&miss);
         let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));
@@ -173,22 +172,11 @@ impl Change {
             (0..n).map(|i| (from..to).map(|j| 0.0 - both[(i, j)]).collect()).collect()
         };
         let size = |j: usize| (0..self.rows.rows()).map(|i| powi(rational_to_f64(&self.rows[(i, j)]), 2)).sum::<f64>();
-        let sizes: Vec<f64> = (0..n).map(|j| size(j).sqrt()).collect();
-        let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let mut shares: Vec<NamedShare> = states
-            .iter()
-            .zip(sizes)
-            .map(|(name, size)| NamedShare { name: name.clone(), share: size / largest })
-            .filter(|one| one.share > 1e-9)
-            .collect();
-        shares.sort_by(|one, other| other.share.total_cmp(&one.share));
-        let texts =
-            |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).iter().map(ToString::to_string).collect()).collect();
         MatrixDistance {
             lower: below(&(lower * &back)),
             upper: above(&(self.size * &back)),
             eigenvalue: eigenvalue(&self.action, &back),
-            states: shares,
+            states: relative_shares(states.iter().cloned().zip((0..n).map(|j| size(j).sqrt())), LEAST_SHARE),
             change_of_a: change(0, n),
             change_of_b: change(n, n + pair.b.columns()),
             proof: Invariant { rows: texts(&self.rows), action: texts(&action) },

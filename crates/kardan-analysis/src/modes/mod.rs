@@ -49,16 +49,8 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     }
     let rigid = rigid_motions(&reduction.system);
     let pairs = quadratic_pairs(&h, &d, &s, &rigid)?;
-    let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
-    let elements = Elements::new(&reduction.system);
-    let mode = |pair: &Pair| {
-        let all: Vec<c64> = basis.iter().map(|row| row_dot(row, &pair.vector)).collect();
-        let scale = largest(&all);
-        let vector: Vec<c64> = pair.vector.iter().map(|x| x / scale).collect();
-        let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
-        elements.mode(pair.value, &vector, shape)
-    };
-    Some(sorted(pairs.iter().map(mode).collect()))
+    let mode = mode_of_vector(system, reduction);
+    Some(sorted(pairs.iter().map(|pair| mode(pair.value, &pair.vector)).collect()))
 }
 
 /// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · degrees_of_freedom roots
@@ -66,21 +58,8 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 ///
 /// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the factor has,
 /// repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
-/// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`]. `None` if these are
-/// needed and there are none.
-///
-/// # Panics
-/// If the reduction is not one of the system.
-pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &[Factor]) -> Option<Vec<Mode>> {
-    exact_modes_beside(system, reduction, factors, || modes(system, reduction))
-}
-
-/// Whether [`exact_modes`] most likely needs those of [`modes`]: some factor is too long to be written out.
-pub fn needs_modes(reduction: &Reduction) -> bool {
-    2 * reduction.degrees_of_freedom() > MOST_EXPANDED
-}
-
-/// The same as [`exact_modes`], where the caller may have those of [`modes`] already.
+/// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`], which `floating` gives. `None` if
+/// these are needed and there are none.
 ///
 /// # Panics
 /// If the reduction is not one of the system.
@@ -99,23 +78,34 @@ pub fn exact_modes_beside(
     let band = bandwidth(original);
     let Rigid { free, damped } = rigid_motions(&reduction.system);
     let rigid: Vec<Vec<c64>> = free.iter().chain(&damped).map(|motion| dense(motion, r)).collect();
-    let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
-    let elements = Elements::new(&reduction.system);
+    let mode = mode_of_vector(system, reduction);
     let at = |pole: Pole, count: usize| {
+        let value = c64::new(pole.re, pole.im);
         let vectors = match pole == Complex::default() && rigid.len() == count {
             true => Some(rigid.clone()),
-            false => quadratic_null_vectors(original, band, c64::new(pole.re, pole.im), count),
+            false => quadratic_null_vectors(original, band, value, count),
         };
-        let mode = |vector: &Vec<c64>| {
-            let all: Vec<c64> = basis.iter().map(|row| row_dot(row, vector)).collect();
-            let scale = largest(&all);
-            let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
-            let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
-            elements.mode(c64::new(pole.re, pole.im), &vector, shape)
-        };
-        vectors.unwrap_or_default().iter().map(mode).collect()
+        vectors.unwrap_or_default().iter().map(|vector| mode(value, vector)).collect()
     };
     with_exact_values(2 * r, factors, at, floating)
+}
+
+/// Whether [`exact_modes_beside`] most likely needs those of [`modes`]: some factor is too long to be written out.
+pub fn needs_modes(reduction: &Reduction) -> bool {
+    2 * reduction.degrees_of_freedom() > MOST_EXPANDED
+}
+
+/// The mode of an eigenvalue and its vector over the reduced coordinates.
+fn mode_of_vector(system: &ConstrainedSystem, reduction: &Reduction) -> impl Fn(c64, &[c64]) -> Mode {
+    let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
+    let elements = Elements::new(&reduction.system);
+    move |value: c64, vector: &[c64]| {
+        let all: Vec<c64> = basis.iter().map(|row| row_dot(row, vector)).collect();
+        let scale = largest(&all);
+        let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
+        let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
+        elements.mode(value, &vector, shape)
+    }
 }
 
 /// The modes of `E ẋ = A x` with the eigenvalues of the exact factors, each as often as it is one: n roots altogether.

@@ -1,4 +1,4 @@
-//! Matrices of fractions: products, images modulo a prime, text.
+//! Matrices of fractions: products, images modulo a prime.
 
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Rational, Scalar};
 
@@ -18,9 +18,4 @@ pub(super) fn multiply_sparse(left: &Matrix<Rational>, right: &Matrix<Rational>)
 /// The values of all entries, row by row.
 pub(super) fn values(field: &PrimeField, matrix: &ModularMatrix) -> Vec<u64> {
     (0..matrix.rows).flat_map(|i| matrix.row(i).iter().map(|&x| field.value(x))).collect()
-}
-
-/// The entries as text.
-pub(super) fn fractions(matrix: &Matrix<Rational>) -> Vec<Vec<String>> {
-    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(ToString::to_string).collect()).collect()
 }

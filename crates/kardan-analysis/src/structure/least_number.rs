@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::fractions::{fractions, multiply_sparse, values};
+use super::fractions::{multiply_sparse, values};
 use super::limits::{MOST_NUMBERS, most_primes};
 use super::ranks::minor;
 use crate::images::{Image, Images};
+use crate::parts::texts;
 use kardan_math::num::{Matrix, ModularMatrix, Polynomial, Primes, Random, Rational, Residue, Scalar, Span, reachable};
 use kardan_results::{Count, Minor};
 
@@ -34,7 +35,7 @@ pub(super) fn count(
     let common_factor = common.coefficients().iter().map(ToString::to_string).collect();
     let rows = companion_rows(images, first, m, common);
     (proven || rows.is_some()).then(|| {
-        let rows = rows.map_or_else(Vec::new, |rows| fractions(&rows));
+        let rows = rows.map_or_else(Vec::new, |rows| texts(&rows));
         Count { number: m, witness, minor, common_factor, rows }
     })
 }

@@ -2,9 +2,10 @@
 
 use std::cmp::Ordering;
 
-use super::fractions::{fractions, multiply_sparse, values};
+use super::fractions::{multiply_sparse, values};
 use super::limits::Limits;
-use crate::images::{Image, Images, ModularResult};
+use crate::images::{Image, Images};
+use crate::parts::texts;
 use kardan_math::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
 use kardan_results::Invariant;
 
@@ -19,7 +20,7 @@ pub(super) struct InvariantRows {
 impl InvariantRows {
     /// For the certificate.
     pub fn into_fractions(self) -> Invariant {
-        Invariant { rows: fractions(&self.rows), action: fractions(&self.action) }
+        Invariant { rows: texts(&self.rows), action: texts(&self.action) }
     }
 }
 
@@ -61,10 +62,10 @@ pub(super) fn invariant_rows(
         match rows.rows.cmp(&count) {
             Ordering::Less => {
                 larger.set(true);
-                ModularResult::Impossible
+                None
             }
-            Ordering::Equal => all(image, rows).map_or(ModularResult::Nothing, ModularResult::Values),
-            Ordering::Greater => ModularResult::Nothing,
+            Ordering::Equal => Some(all(image, rows)),
+            Ordering::Greater => Some(None),
         }
     });
     if larger.get() {

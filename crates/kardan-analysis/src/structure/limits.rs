@@ -23,17 +23,15 @@ pub(super) struct Limits {
     pub primes: usize,
     /// Most numbers in exact rows.
     pub numbers: usize,
-    /// How many images are tried where inputs do not reach all.
-    pub trials: usize,
 }
 
 impl Limits {
     /// For a system with n states.
     pub fn new(n: usize, certify: bool) -> Self {
         if certify {
-            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, trials: RANK_TRIALS };
+            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX };
         }
-        Self { primes: most_primes(n), numbers: MOST_NUMBERS, trials: RANK_TRIALS }
+        Self { primes: most_primes(n), numbers: MOST_NUMBERS }
     }
 }
 

@@ -24,7 +24,7 @@ use least_number::count;
 use left_vectors::InvariantRows;
 use limits::{Limits, RANK_TRIALS};
 use modulo_primes::{spectrum, zeros};
-use ranks::{RankSample, Ranks};
+use ranks::Ranks;
 use relative_degrees::vanish_exactly;
 use statements::Statements;
 
@@ -126,7 +126,8 @@ fn decide_modulo(
     let dual = OnceLock::new();
     let mut dual_images = Images::of_dual(system, &dual, drawn);
     let ranks = Ranks::decide(system, [&mut images, &mut dual_images], &mut own, limits)?;
-    let RankSample { image: first, dual: dual_first, reached, observable } = &ranks.found;
+    let [reached, observable] = &ranks.found;
+    let first = &reached.image;
     let mut statements = Statements::new(system);
     let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);
     describe_ranks(&ranks, undecided, limits, &mut statements);
@@ -135,18 +136,17 @@ fn decide_modulo(
     // Unproven results come from random primes.
     let from_facts = facts.as_ref().and_then(certified::Facts::spectrum);
     let proven = from_facts.is_some();
-    let spectrum = from_facts.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, observable, limits));
+    let spectrum = from_facts.unwrap_or_else(|| spectrum(&mut images, &ranks.found, limits));
     let from_facts = facts.as_ref().and_then(certified::Facts::zeros);
     let zeros_proven = from_facts.is_some();
     let zeros = from_facts.unwrap_or_else(|| zeros(&mut images, first, limits));
     let table = facts.as_ref().map_or_else(|| relative_degrees(first), |facts| facts.relative_degrees.clone());
     let m = spectrum.invariant_factors.len();
     let common = spectrum.common.as_ref();
-    let kind = Kind::of(system);
-    let [on_forces, on_positions] = [true, false].map(|forces| kind.degrees_of_freedom.map(|r| (r, forces)));
+    let [on_forces, on_positions] = [true, false].map(|forces| system.degrees_of_freedom.map(|r| (r, forces)));
     let (inputs, outputs) = rayon::join(
-        || count(&mut images, first, (&ranks.stated.image, &own), m, common, on_forces, proven),
-        || count(&mut dual_images, dual_first, (&ranks.stated.dual, &own), m, common, on_positions, proven),
+        || count(&mut images, first, (&ranks.stated[0].image, &own), m, common, on_forces, proven),
+        || count(&mut dual_images, &observable.image, (&ranks.stated[1].image, &own), m, common, on_positions, proven),
     );
     if let Some(facts) = &facts {
         statements.list.extend(facts.statements.iter().cloned());
@@ -185,16 +185,15 @@ fn decide_modulo(
         invariant_factors: spectrum.invariant_factors,
         min_inputs: m,
         min_outputs: m,
-        kind: kind.name.into(),
+        kind: kind(system).into(),
         construction: None,
         certificate: certificate(system, statements, undecided, primes, [inputs, outputs], ranks),
     })
 }
 
 fn describe_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statements: &mut Statements) {
-    let RankSample { image, reached, observable, .. } = &ranks.found;
-    let n = image.g.rows;
-    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", observable.rank, 1)] {
+    for (k, what) in ["controllability", "observability"].into_iter().enumerate() {
+        let (rank, n) = (ranks.found[k].rank, ranks.found[k].image.g.rows);
         if undecided[k] {
             statements.undecided(what, rank, n, limits.primes);
         } else {
@@ -215,7 +214,7 @@ fn prove_all(
         statements.list.push("no proof of the rest: it needs the exact left vectors".into());
         return None;
     }
-    let actions = [&ranks.unreached, &ranks.unobservable].map(|rows| rows.as_ref().map(|rows| &rows.action));
+    let actions = ranks.rows.each_ref().map(|rows| rows.as_ref().map(|rows| &rows.action));
     let facts = certified::prove(system, actions, &mut || own.next().expect("primes are many"), progress);
     facts.map_err(|why| statements.list.push(format!("no proof of the rest: {why}"))).ok()
 }
@@ -237,7 +236,9 @@ fn certificate(
     [inputs, outputs]: [Option<Count>; 2],
     ranks: Ranks,
 ) -> Certificate {
-    let (reached, observable) = (ranks.stated.reached.minor, ranks.stated.observable.minor);
+    let [reached, observable] = ranks.stated.map(|reach| reach.minor);
+    let [uncontrollable_invariant, unobservable_invariant] =
+        ranks.rows.map(|rows| rows.map(InvariantRows::into_fractions));
     let minors = inputs.iter().chain(&outputs).map(|count| &count.minor).chain([&reached, &observable]);
     primes.extend(minors.map(|minor| minor.prime));
     primes.sort_unstable();
@@ -250,8 +251,8 @@ fn certificate(
         pencil: pencil(system),
         inputs,
         outputs,
-        uncontrollable_invariant: ranks.unreached.map(InvariantRows::into_fractions),
-        unobservable_invariant: ranks.unobservable.map(InvariantRows::into_fractions),
+        uncontrollable_invariant,
+        unobservable_invariant,
         controllability_minor: Some(reached),
         observability_minor: Some(observable),
         stability: StabilityProofs::default(),
@@ -276,21 +277,13 @@ pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
 }
 
 /// Which theorem of chapter 5 applies.
-struct Kind {
-    name: &'static str,
-    degrees_of_freedom: Option<usize>,
-}
-
-impl Kind {
-    fn of(system: &LinearSystem) -> Self {
-        let Some(r) = system.degrees_of_freedom else { return Self { name: "state space", degrees_of_freedom: None } };
-        let block = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
-        let name = match (block(0), block(r)) {
-            (true, _) => "pure damping",
-            (false, true) => "no damping",
-            (false, false) => "general",
-        };
-        Self { name, degrees_of_freedom: Some(r) }
+fn kind(system: &LinearSystem) -> &'static str {
+    let Some(r) = system.degrees_of_freedom else { return "state space" };
+    let vanishes = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
+    match (vanishes(0), vanishes(r)) {
+        (true, _) => "pure damping",
+        (false, true) => "no damping",
+        (false, false) => "general",
     }
 }
 

@@ -1,7 +1,7 @@
 //! Computation modulo random primes where no proof is requested: factors and zeros.
 
 use super::limits::Limits;
-use super::ranks::Reach;
+use super::ranks::{RankSample, Reach};
 use crate::images::{Image, Images};
 use crate::spectrum::{
     self, MOST_EXPANDED, Spectrum, SpectrumText, factor_text, factors, quotient_factors, with_leading_one,
@@ -12,19 +12,13 @@ use kardan_math::num::{ModularMatrix, Polynomial, Residue, reachable};
 use kardan_results::Zeros;
 
 /// Factors with their roots, invariant factors as text, and the smallest invariant factor.
-pub(super) fn spectrum(
-    images: &mut Images<'_>,
-    first: &Image,
-    reached: &Reach,
-    dual: &Image,
-    observable: &Reach,
-    limits: &Limits,
-) -> SpectrumText {
+pub(super) fn spectrum(images: &mut Images<'_>, [reached, observable]: &RankSample, limits: &Limits) -> SpectrumText {
+    let first = &reached.image;
     let n = first.g.rows;
-    let missed = |image: &Image, reach: &Reach| {
-        reach.span.as_ref().map_or_else(Vec::new, |span| quotient_factors(&image.field, &image.g, span))
+    let missed = |Reach { image, span, .. }: &Reach| {
+        span.as_ref().map_or_else(Vec::new, |span| quotient_factors(&image.field, &image.g, span))
     };
-    let lists = [factors(&first.field, &first.g), missed(first, reached), missed(dual, observable)];
+    let lists = [factors(&first.field, &first.g), missed(reached), missed(observable)];
     let found = Spectrum::new(&first.field, lists);
     let (layout, limit) = (found.layout(), limits.primes);
     // Long polynomials are not brought back, but for the common factor, which is needed.

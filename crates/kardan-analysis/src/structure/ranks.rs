@@ -4,62 +4,16 @@ use std::sync::Arc;
 
 use super::error::StructureError;
 use super::left_vectors::{InvariantRows, invariant_rows};
-use super::limits::Limits;
+use super::limits::{Limits, RANK_TRIALS};
 use crate::LinearSystem;
 use crate::images::{Image, Images};
 use kardan_math::num::{PrimeField, Primes, Span, exact_rank, reachable};
 use kardan_results::{Minor, MinorColumn};
 
-/// The controllable and the observable part modulo one prime.
-#[derive(Clone)]
-pub(super) struct RankSample {
-    pub image: Arc<Image>,
-    /// The image of the transposed system.
-    pub dual: Arc<Image>,
-    pub reached: Reach,
-    pub observable: Reach,
-}
-
-impl RankSample {
-    fn of(image: Arc<Image>, dual: Arc<Image>) -> Self {
-        let (reached, observable) = rayon::join(|| Reach::of(&image), || Reach::of(&dual));
-        Self { image, dual, reached, observable }
-    }
-
-    /// The one with the largest ranks of at most so many.
-    fn best(mut next: impl FnMut() -> (Arc<Image>, Arc<Image>), most: usize) -> Self {
-        let mut best: Option<Self> = None;
-        for _ in 0..most {
-            let (image, dual) = next();
-            let sample = Self::of(image, dual);
-            let full = sample.is_full();
-            if best.as_ref().is_none_or(|best| best.sum() < sample.sum()) {
-                best = Some(sample);
-            }
-            if full {
-                break;
-            }
-        }
-        best.expect("at least one prime")
-    }
-
-    fn is_full(&self) -> bool {
-        [self.reached.rank, self.observable.rank] == [self.image.g.rows; 2]
-    }
-
-    fn sum(&self) -> usize {
-        self.reached.rank + self.observable.rank
-    }
-
-    /// Whether no rank is below that of another prime.
-    fn reaches(&self, other: &Self) -> bool {
-        self.reached.rank >= other.reached.rank && self.observable.rank >= other.observable.rank
-    }
-}
-
-/// The reachable part modulo one prime.
+/// What inputs reach modulo one prime.
 #[derive(Clone)]
 pub(super) struct Reach {
+    pub image: Arc<Image>,
     pub rank: usize,
     pub minor: Minor,
     /// Where not all is reached.
@@ -67,12 +21,46 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    fn of(image: &Image) -> Self {
+    fn of(image: Arc<Image>) -> Self {
         let part = reachable(&image.field, &image.g, &image.b);
         let rank = part.span.dimension();
         let minor = minor(&image.field, part.columns, &part.span);
-        Self { rank, minor, span: (rank < image.g.rows).then_some(part.span) }
+        let span = (rank < image.g.rows).then_some(part.span);
+        Self { image, rank, minor, span }
     }
+}
+
+/// Of a system, and of the transposed one: what outputs show.
+pub(super) type RankSample = [Reach; 2];
+
+fn sample([image, dual]: [Arc<Image>; 2]) -> RankSample {
+    rayon::join(|| Reach::of(image), || Reach::of(dual)).into()
+}
+
+/// The one with the largest ranks of at most so many.
+fn best(mut next: impl FnMut() -> [Arc<Image>; 2], most: usize) -> RankSample {
+    let sum = |sample: &RankSample| sample.iter().map(|reach| reach.rank).sum::<usize>();
+    let mut best: Option<RankSample> = None;
+    for _ in 0..most {
+        let found = sample(next());
+        let full = is_full(&found);
+        if best.as_ref().is_none_or(|best| sum(best) < sum(&found)) {
+            best = Some(found);
+        }
+        if full {
+            break;
+        }
+    }
+    best.expect("at least one prime")
+}
+
+fn is_full(sample: &RankSample) -> bool {
+    sample.iter().all(|reach| reach.rank == reach.image.g.rows)
+}
+
+/// Whether no rank is below that of another prime.
+fn reaches(sample: &RankSample, other: &RankSample) -> bool {
+    sample.iter().zip(other).all(|(own, other)| own.rank >= other.rank)
 }
 
 /// The minor that shows the rank of the span.
@@ -89,10 +77,8 @@ pub(super) struct Ranks {
     pub found: RankSample,
     /// The same ranks or more, modulo a prime that follows from the system: for the certificate.
     pub stated: RankSample,
-    /// Left vectors that no input reaches; `None` if all is reached, or they were not found.
-    pub unreached: Option<InvariantRows>,
-    /// Vectors that no output shows.
-    pub unobservable: Option<InvariantRows>,
+    /// Left vectors that no input reaches, and vectors that no output shows; `None` if there are none, or they were not found.
+    pub rows: [Option<InvariantRows>; 2],
 }
 
 impl Ranks {
@@ -116,36 +102,37 @@ impl Ranks {
             let prime = own.next().expect("primes are many");
             if let (Some(image), Some(dual)) = rayon::join(|| Image::new(system, prime), || Image::dual(system, prime))
             {
-                return RankSample::of(Arc::new(image), Arc::new(dual));
+                return sample([image, dual].map(Arc::new));
             }
         };
         let mut stated = next_own();
         loop {
             let mut trials = 0;
-            let mut sample = || {
+            let mut next = || -> [Arc<Image>; 2] {
                 let pair = images.get(trials).zip(dual_images.get(trials)).expect("E is regular, and primes are many");
                 trials += 1;
-                pair
+                pair.into()
             };
-            let found = if stated.is_full() {
+            let found = if is_full(&stated) {
                 // Full rank needs no second opinion.
-                let (image, dual) = sample();
-                RankSample { image, dual, ..stated.clone() }
+                let mut found = stated.clone();
+                found.iter_mut().zip(next()).for_each(|(reach, image)| reach.image = image);
+                found
             } else {
-                RankSample::best(sample, limits.trials)
+                best(next, RANK_TRIALS)
             };
-            while !stated.reaches(&found) {
+            while !reaches(&stated, &found) {
                 stated = next_own();
             }
             let rows = |images: &mut Images<'_>, rank: usize| match n - rank {
                 0 => Ok(None),
                 missing => invariant_rows(images, missing, limits),
             };
-            if found.reaches(&stated)
-                && let Ok(unreached) = rows(images, found.reached.rank)
-                && let Ok(unobservable) = rows(dual_images, found.observable.rank)
+            if reaches(&found, &stated)
+                && let Ok(unreached) = rows(images, found[0].rank)
+                && let Ok(unobservable) = rows(dual_images, found[1].rank)
             {
-                return Ok(Self { found, stated, unreached, unobservable });
+                return Ok(Self { found, stated, rows: [unreached, unobservable] });
             }
             // The result modulo these primes is wrong.
             images.forget(trials);
@@ -155,8 +142,6 @@ impl Ranks {
 
     /// Whether the ranks of inputs and outputs are proven: that they are not smaller always is.
     pub fn proven(&self) -> [bool; 2] {
-        let n = self.found.image.g.rows;
-        let ranks = [(self.found.reached.rank, &self.unreached), (self.found.observable.rank, &self.unobservable)];
-        ranks.map(|(rank, rows)| rank == n || rows.is_some())
+        std::array::from_fn(|k| self.found[k].span.is_none() || self.rows[k].is_some())
     }
 }

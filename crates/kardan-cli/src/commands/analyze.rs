@@ -63,7 +63,8 @@ fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
         let help = "kardan computes them for few states: 64 with short numbers, 12 with floating-point numbers; the analysis itself has no such limit";
         return Err(Diagnostic::error("analysis::no-realisation", message).help(help).into());
     };
-    let bytes = match is_mat(path) {
+    let is_mat = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat"));
+    let bytes = match is_mat {
         false => (export::realisations_json(forms) + "\n").into_bytes(),
         true => export::realisations_mat(forms).ok_or_else(|| {
             Diagnostic::error("output::too-large", "the matrices are larger than a MAT file allows")
@@ -71,10 +72,6 @@ fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
         })?,
     };
     Ok(save(path, &bytes)?)
-}
-
-fn is_mat(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat"))
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
@@ -87,10 +84,7 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
     let found = with_bars(args, &origin, quiet, |bars| project.analyze(settings, bars));
-    let analysis = found.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
-        Failure { source: Some(source), diagnostics }
-    })?;
+    let analysis = found.map_err(|found| Failure::beside(source, found, &warnings))?;
     Ok((analysis, origin))
 }
 

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, LogFiles};
 use kardan::project::Named;
-use kardan::results::{BenchStudy, Experiment, Outcome};
+use kardan::results::{BenchStudy, Experiment, Outcome, Run};
 use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench, Project};
 use kardan_report as report;
 
 use super::identify::logs as opened;
 use super::run_files::table;
-use crate::args::{BenchArgs, Format, Limits};
+use crate::args::{BenchArgs, Format};
 use crate::exit::{DONE, ERROR};
 use crate::folder::{Folder, note_moved_files};
 use crate::input;
@@ -34,12 +34,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             formats.push(*format);
         }
     }
-    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let model_diagnostics = project.diagnostics().to_vec();
-    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
-    }
-    render::show(Some(&source), &model_diagnostics);
+    let (source, project, _) = input::checked(&args.model, &args.changes, false, quiet)?;
     let truth = args.truth.as_deref().map(true_values).transpose()?;
     let control = args.control.clone().filter(|_| !args.study);
     let settings = BenchSettings {
@@ -50,23 +45,18 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         variant: args.variant.clone(),
         run: control.map_or(BenchRun::Excitation, BenchRun::Control),
     };
-    let failed = |source: &Source| {
-        let source = source.clone();
-        move |mut diagnostics: Vec<Diagnostic>| {
-            diagnostics.retain(|d| d.severity == Severity::Error);
-            Failure { source: Some(source), diagnostics }
-        }
+    let failed = |mut diagnostics: Vec<Diagnostic>| {
+        diagnostics.retain(|d| d.severity == Severity::Error);
+        Failure { source: Some(source.clone()), diagnostics }
     };
     // Errors that would stop the study midway are reported before it starts.
-    let tried = args
-        .study
-        .then(|| study::bench_controller(&project, args.control.as_deref(), args.variant.as_deref()))
-        .transpose();
-    let tried = tried.map_err(failed(&source))?;
-    let bench = study::prepare_bench(&project, &settings).map_err(failed(&source))?;
+    let controller = || study::bench_controller(&project, args.control.as_deref(), args.variant.as_deref());
+    let tried = args.study.then(controller).transpose().map_err(failed)?;
+    let bench = study::prepare_bench(&project, &settings).map_err(failed)?;
     let folder = Folder::prepare(&args.out)?;
-    let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
-    let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
+    let (bench, formats) = (&bench, &formats[..]);
+    let mut output = Output { args, bench, formats, quiet, folder, files: Vec::new(), problems: Vec::new() };
+    let logs = output.logs();
     // A study that lacks one of its logs would look like a study with fewer logs.
     let all_logged = logs.iter().all(|log| !log.files.is_empty());
     let found = match tried.filter(|_| all_logged) {
@@ -77,14 +67,14 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
                 run: BenchRun::Control(control),
                 ..settings
             };
-            output.study(&source, &project, &bench, &logs, &formats, &settings, args, quiet)?
+            output.study(&source, &project, &logs, &settings)?
         }
         _ => None,
     };
     if let (true, None, Some(reason)) = (args.study, &found, stop::reason()) {
         output.problems.push(missing(&reason));
     }
-    print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
+    print(&output.printed(&logs, found.as_ref()))?;
     let Output { folder, mut problems, .. } = output;
     // If a file could not be written, files of an earlier run may be the only ones.
     let finished = if problems.is_empty() { folder.finish("bench") } else { Ok(Vec::new()) };
@@ -110,81 +100,68 @@ fn missing(reason: &str) -> Diagnostic {
         .help("the files named are complete; continue with `kardan identify` and `kardan design`")
 }
 
-/// The results as a JSON object, or as text.
-fn printed(
-    bench: &PreparedBench,
-    logs: &[LogFiles],
-    found: Option<&BenchStudy>,
-    files: &[String],
-    json: bool,
-) -> String {
-    if json {
-        return match found {
-            Some(found) => export::bench_study_json(found, logs, files),
-            None => export::bench_json(bench.name(), bench.plan(), bench.truth(), logs, bench.notes()),
-        } + "\n";
-    }
-    let page = match found {
-        Some(found) => report::bench(found),
-        None => report::plan(bench.name(), bench.plan(), bench.notes()),
-    };
-    let mut out = render_text(&page, "");
-    let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
-    files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
-    if files.len() > SHOWN {
-        let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
-    }
-    if found.is_some() {
-        files.iter().filter(|file| file.ends_with(".html")).for_each(|report| out += &likely_columns(report));
-    }
-    out
-}
-
 /// The files written, and those that could not be written.
-struct Output {
+struct Output<'a> {
+    args: &'a BenchArgs,
+    bench: &'a PreparedBench,
+    formats: &'a [Format],
+    quiet: bool,
     folder: Folder,
     files: Vec<String>,
     problems: Vec<Diagnostic>,
 }
 
-impl Output {
+impl Output<'_> {
     fn save(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Option<String> {
         let path = self.folder.write(stem, extension, bytes).map_err(|problem| self.problems.push(problem)).ok()?;
         self.files.push(path.clone());
         Some(path)
     }
 
-    fn table(&mut self, model: &str, run: &kardan::results::Run, stem: &str, format: Format) -> Option<String> {
-        match table(model, run, format) {
-            Ok((extension, bytes)) => self.save(stem, extension, &bytes),
-            Err(problem) => {
-                self.problems.push(problem);
-                None
-            }
+    fn table(&mut self, run: &Run, stem: &str, format: Format) -> Option<String> {
+        let made = table(self.bench.name(), run, format).map_err(|problem| self.problems.push(problem)).ok();
+        made.and_then(|(extension, bytes)| self.save(stem, extension, &bytes))
+    }
+
+    /// The results as a JSON object, or as text.
+    fn printed(&self, logs: &[LogFiles], found: Option<&BenchStudy>) -> String {
+        let (bench, files) = (self.bench, &self.files);
+        if self.args.json {
+            return match found {
+                Some(found) => export::bench_study_json(found, logs, files),
+                None => export::bench_json(bench.name(), bench.plan(), bench.truth(), logs, bench.notes()),
+            } + "\n";
         }
+        let page = match found {
+            Some(found) => report::bench(found),
+            None => report::plan(bench.name(), bench.plan(), bench.notes()),
+        };
+        let mut out = render_text(&page, "");
+        let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
+        files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
+        if files.len() > SHOWN {
+            let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
+        }
+        if found.is_some() {
+            files.iter().filter(|file| file.ends_with(".html")).for_each(|report| out += &likely_columns(report));
+        }
+        out
     }
 
     /// Runs the bench and writes all files that can be written.
-    fn logs(
-        &mut self,
-        bench: &PreparedBench,
-        formats: &[Format],
-        all: u64,
-        limits: Limits,
-        quiet: bool,
-    ) -> Vec<LogFiles> {
+    fn logs(&mut self) -> Vec<LogFiles> {
+        let (bench, formats, all) = (self.bench, self.formats, u64::from(self.args.repetitions));
         let mut logs = Vec::new();
         if let plan @ Some(_) = bench.plan() {
             self.save("plan", "txt", report::plan(bench.name(), plan, &[]).text("").as_bytes());
         }
         self.save("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
-        let bars = Bars::limited(quiet, limits);
+        let bars = Bars::limited(self.quiet, self.args.limits);
         let mut next = 0;
         while next < all && stop::reason().is_none() {
             let until = (next + AT_ONCE).min(all);
             for log in bench.logs(next..until, &bars) {
-                let paths =
-                    formats.iter().filter_map(|format| self.table(bench.name(), &log, &log.name, *format)).collect();
+                let paths = formats.iter().filter_map(|format| self.table(&log, &log.name, *format)).collect();
                 if let Some(cause) = log.outcome.cause() {
                     let early = if matches!(log.outcome, Outcome::Failed { .. }) { " ends early," } else { ":" };
                     let message = format!("the log `{}`{early} {cause}", log.name);
@@ -203,8 +180,8 @@ impl Output {
     }
 
     /// If the current computation ends early, the command lists the files written so far.
-    fn print_on_stop(&self, bench: &PreparedBench, logs: &[LogFiles], json: bool) {
-        let (text, mut problems) = (printed(bench, logs, None, &self.files, json), self.problems.clone());
+    fn print_on_stop(&self, logs: &[LogFiles]) {
+        let (text, mut problems) = (self.printed(logs, None), self.problems.clone());
         stop::store_partial(Some(Box::new(move |reason| {
             problems.push(missing(reason));
             problems.extend(print(&text).err());
@@ -215,24 +192,20 @@ impl Output {
 
     /// Steps after the logs: identify, write the model, design on it, run in simulation and on the bench, report; `None` if it had to
     /// end before.
-    #[allow(clippy::too_many_arguments)]
     fn study(
         &mut self,
         source: &Source,
         project: &Project,
-        bench: &PreparedBench,
         logs: &[LogFiles],
-        formats: &[Format],
         settings: &BenchSettings,
-        args: &BenchArgs,
-        quiet: bool,
     ) -> Result<Option<BenchStudy>, Failure> {
+        let (bench, args) = (self.bench, self.args);
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
         // One file of each log: all formats contain the same data.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
         let options = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
-        let bars = Bars::new(quiet);
-        self.print_on_stop(bench, logs, args.json);
+        let bars = Bars::new(self.quiet);
+        self.print_on_stop(logs);
         let found = project.identify(opened(&paths)?, &options, &bars);
         bars.finish();
         if stop::reason().is_some() {
@@ -241,15 +214,15 @@ impl Output {
         let found = found.map_err(failed)?;
         let (text, omissions) = study::write_values(source.model(), &found).map_err(failed)?;
         self.save("identified", "toml", text.as_bytes());
-        let bars = Bars::limited(quiet, args.limits);
-        self.print_on_stop(bench, logs, args.json);
+        let bars = Bars::limited(self.quiet, args.limits);
+        self.print_on_stop(logs);
         let closed_loop = study::closed_loop(&Project::open(text), settings, &bars);
         bars.finish();
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
         for Experiment { name, simulated, measured, .. } in &closed_loop.experiments {
-            for format in formats {
-                self.table(bench.name(), simulated, &format!("{name}-simulation"), *format);
-                self.table(bench.name(), measured, &format!("{name}-bench"), *format);
+            for format in self.formats {
+                self.table(simulated, &format!("{name}-simulation"), *format);
+                self.table(measured, &format!("{name}-bench"), *format);
             }
         }
         let mut notes = bench.notes().to_vec();

@@ -7,8 +7,7 @@ use kardan::export;
 use kardan::model::BUILTIN;
 
 use crate::args::{Cli, CompletionsArgs};
-use crate::exit::DONE;
-use crate::output::print;
+use crate::exit::done;
 use crate::render::Failure;
 
 pub fn completions(args: &CompletionsArgs) -> Result<u8, Failure> {
@@ -16,10 +15,9 @@ pub fn completions(args: &CompletionsArgs) -> Result<u8, Failure> {
     clap_complete::generate(args.shell, &mut with_models(Cli::command()), "kardan", &mut script);
     let script = finished(args.shell, &String::from_utf8_lossy(&script));
     match args.json {
-        true => print(&(export::completions_json(&args.shell.to_string(), &script) + "\n"))?,
-        false => print(&script)?,
+        true => done(&(export::completions_json(&args.shell.to_string(), &script) + "\n")),
+        false => done(&script),
     }
-    Ok(DONE)
 }
 
 fn names() -> impl Iterator<Item = &'static str> {
@@ -28,14 +26,16 @@ fn names() -> impl Iterator<Item = &'static str> {
 
 /// The arguments that name a model, with the built-in ones as their values.
 fn with_models(command: Command) -> Command {
-    let takes = |command: &Command, argument: &str| command.get_arguments().any(|one| one.get_id() == argument);
-    command.mut_subcommands(|command| {
-        let argument = if command.get_name() == "models" { "name" } else { "model" };
-        match takes(&command, argument) {
-            true => command.mut_arg(argument, |one| one.value_parser(PossibleValuesParser::new(names()))),
-            false => command,
-        }
+    command.mut_subcommands(|command| match model_argument(&command) {
+        Some(argument) => command.mut_arg(argument, |one| one.value_parser(PossibleValuesParser::new(names()))),
+        None => command,
     })
+}
+
+/// The argument of a command that names a model.
+fn model_argument(command: &Command) -> Option<&'static str> {
+    let argument = if command.get_name() == "models" { "name" } else { "model" };
+    command.get_arguments().any(|one| one.get_id() == argument).then_some(argument)
 }
 
 /// A model argument also accepts a file.
@@ -56,10 +56,7 @@ fn finished(shell: Shell, script: &str) -> String {
         Shell::Fish => {
             let used = "__fish_kardan_using_subcommand";
             let commands = Cli::command();
-            let commands = commands.get_subcommands().filter(|command| {
-                let argument = if command.get_name() == "models" { "name" } else { "model" };
-                command.get_arguments().any(|one| one.get_id() == argument)
-            });
+            let commands = commands.get_subcommands().filter(|command| model_argument(command).is_some());
             let lines = commands.map(|command| {
                 format!("complete -c kardan -n \"{used} {}\" -a \"{list}\" -d 'Built-in model'\n", command.get_name())
             });

@@ -41,10 +41,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     });
     let found = project.design(&settings, &bars);
     bars.finish();
-    let mut design = found.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
-        Failure { source: Some(source), diagnostics }
-    })?;
+    let mut design = found.map_err(|found| Failure::beside(source, found, &warnings))?;
     if let Some(reason) = stop::reason() {
         because(&mut design.incomplete_reason, &reason);
     }
@@ -67,15 +64,14 @@ fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) 
     Ok(if design.incomplete_reason.is_none() { DONE } else { ERROR })
 }
 
-fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
+fn settings(args: &DesignArgs) -> Result<DesignSettings, Diagnostic> {
     let has_task = !args.inputs.is_empty() || !args.outputs.is_empty() || !args.at.is_empty();
-    let at = points(&args.at)?;
     Ok(DesignSettings {
         control: args.control.clone(),
         law: args.law.clone().or_else(|| has_task.then(|| LAW.into())),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
-        at,
+        at: points(&args.at)?,
         feedback: args.feedback.and_then(word),
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
@@ -85,26 +81,22 @@ fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
     })
 }
 
-/// Signals with their values.
-pub fn points(all: &[String]) -> Result<Vec<(String, String)>, Failure> {
-    all.iter().map(|text| point(text)).collect()
-}
-
-/// `arm.phi=60 deg`
-fn point(text: &str) -> Result<(String, String), Failure> {
-    let parts = text.split_once('=').map(|(signal, value)| (signal.trim(), value.trim()));
-    match parts.filter(|(signal, value)| !signal.is_empty() && !value.is_empty()) {
-        Some((signal, value)) => Ok((signal.into(), value.into())),
-        None => {
-            let message = format!("`--at {text}` is not a signal with a value");
-            let diagnostic = Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`");
-            Err(Failure { source: None, diagnostics: vec![diagnostic] })
-        }
-    }
+/// Signals with their values: `arm.phi=60 deg`.
+pub fn points(all: &[String]) -> Result<Vec<(String, String)>, Diagnostic> {
+    let point = |text: &String| -> Result<(String, String), Diagnostic> {
+        let parts = text.split_once('=').map(|(signal, value)| (signal.trim(), value.trim()));
+        let (signal, value) =
+            parts.filter(|(signal, value)| !signal.is_empty() && !value.is_empty()).ok_or_else(|| {
+                let message = format!("`--at {text}` is not a signal with a value");
+                Diagnostic::error("arguments::at", message).help("write `--at arm.phi=\"60 deg\"`")
+            })?;
+        Ok((signal.into(), value.into()))
+    };
+    all.iter().map(point).collect()
 }
 
 /// `file`, or a percentage above 0 and below 100.
-fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
+fn tolerance(text: &str) -> Result<ToleranceBox, Diagnostic> {
     if text == "file" {
         return Ok(ToleranceBox::File);
     }
@@ -114,8 +106,7 @@ fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
             let message = format!("`--tolerance {text}` is not a percentage above 0 and below 100");
             let help = "write `--tolerance 20%`; without a number kardan uses the tolerances of the file. The model \
                         comes before the option";
-            let diagnostic = Diagnostic::error("arguments::tolerance", message).help(help);
-            Err(Failure { source: None, diagnostics: vec![diagnostic] })
+            Err(Diagnostic::error("arguments::tolerance", message).help(help))
         }
     }
 }

@@ -5,8 +5,7 @@ use kardan::names::nearest_or_similar;
 use kardan::{element, export, model, synthesis};
 
 use crate::args::ElementsArgs;
-use crate::exit::DONE;
-use crate::output::print;
+use crate::exit::done;
 use crate::render::Failure;
 
 pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
@@ -20,11 +19,9 @@ pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
         let page = args.name.as_deref().map(|name| name.trim_start_matches("scenario."));
         let mut tables = model::manual_tables();
         tables.retain(|table| page.is_none_or(|page| table.name == page));
-        print(&(export::elements_json(&tables) + "\n"))?;
-        return Ok(DONE);
+        return done(&(export::elements_json(&tables) + "\n"));
     }
-    print(&page)?;
-    Ok(DONE)
+    done(&page)
 }
 
 fn hint(name: &str) -> String {

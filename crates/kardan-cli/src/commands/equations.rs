@@ -4,9 +4,8 @@ use kardan::export;
 use kardan::study::EquationsForm;
 
 use crate::args::EquationsArgs;
-use crate::exit::DONE;
+use crate::exit::done;
 use crate::input;
-use crate::output::print;
 use crate::render::{self, Failure, visible};
 
 pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
@@ -29,6 +28,5 @@ pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
     }
     .map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
     render::show(Some(&source), &warnings);
-    print(&text)?;
-    Ok(DONE)
+    done(&text)
 }

@@ -55,15 +55,11 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     });
     let found = project.identify(files, &settings, &bars);
     bars.finish();
-    match found {
-        Ok(mut found) => {
-            if let Some(reason) = stop::reason() {
-                because(&mut found.incomplete_reason, &reason);
-            }
-            report_result(&found, args, &source, quiet)
-        }
-        Err(diagnostics) => Err(Failure { source: Some(source), diagnostics }),
+    let mut found = found.map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
+    if let Some(reason) = stop::reason() {
+        because(&mut found.incomplete_reason, &reason);
     }
+    report_result(&found, args, &source, quiet)
 }
 
 /// Writes and prints the results, complete or partial; only complete results are written into a model.
@@ -92,11 +88,10 @@ fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, q
     for why in omissions.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
-    let sound = found.verdict().sound;
-    Ok(match () {
-        () if !whole => ERROR,
-        () if args.strict && !sound => REQUIREMENT_FAILED,
-        () => DONE,
+    Ok(match (whole, args.strict && !found.verdict().sound) {
+        (false, _) => ERROR,
+        (true, true) => REQUIREMENT_FAILED,
+        (true, false) => DONE,
     })
 }
 
@@ -124,11 +119,8 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
         if error.kind() == std::io::ErrorKind::NotFound {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let own = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let names: Vec<String> = std::fs::read_dir(folder)
-                .map(|entries| {
-                    entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
-                })
-                .unwrap_or_default();
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
             if let Some(near) = nearest(&own, names.iter().map(String::as_str)) {
                 found = found.help(format!("did you mean `{}`?", folder.join(near).display()));
             }
@@ -152,8 +144,7 @@ fn window(text: &str) -> Result<f64, Diagnostic> {
 
 /// Writes a copy of the model file with the identified values, and reports those that it cannot contain.
 fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
-    let (text, omissions) = study::write_values(source.model(), found).map_err(|diagnostics| {
-        let mut diagnostics = diagnostics;
+    let (text, omissions) = study::write_values(source.model(), found).map_err(|mut diagnostics| {
         diagnostics.insert(
             0,
             Diagnostic::error("identify::write", "with the identified values the model file would not be valid")

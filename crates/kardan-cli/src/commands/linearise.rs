@@ -19,13 +19,10 @@ pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
         at: points(&args.at)?,
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
-        parity: None,
         ..AnalyzeSettings::default()
     };
-    let (model, warnings) = match project.linearise(&settings, args.descriptor) {
-        Ok(found) => found,
-        Err(diagnostics) => return Err(Failure { source: Some(source), diagnostics }),
-    };
+    let found = project.linearise(&settings, args.descriptor);
+    let (model, warnings) = found.map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
     render::show(Some(&source), &warnings);
     let bytes = match args.format {
         LinearFormat::Json => (export::linear_json(&model) + "\n").into_bytes(),

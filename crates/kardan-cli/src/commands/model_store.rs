@@ -1,6 +1,5 @@
 //! The model stored beside rows of a sweep, to report later what differs.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::Diagnostic;
@@ -29,14 +28,12 @@ fn name_of_model(identity: &str) -> String {
 
 /// Models that are stored in a folder.
 pub fn models_of(folder: &Path) -> Vec<PathBuf> {
-    let paths = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
-    let name = |path: &Path| path.file_name().and_then(|name| name.to_str()).map(String::from);
     let is_stored = |path: &PathBuf| {
-        let name = name(path).unwrap_or_default();
+        let name = files::name_in_folder(path);
         let number = name.strip_prefix(MODEL).and_then(|rest| rest.strip_suffix(".toml")).unwrap_or_default();
         number.len() == 16 && number.bytes().all(|digit| digit.is_ascii_hexdigit())
     };
-    paths.filter(is_stored).collect()
+    files::paths_in(folder).filter(is_stored).collect()
 }
 
 /// Stores the model with the changes of `--set`, so that kardan can report differences later.

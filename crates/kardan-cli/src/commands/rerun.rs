@@ -19,16 +19,17 @@ pub(super) fn rows_again(
     settings: &Settings,
 ) -> Result<Project, Vec<Diagnostic>> {
     let shown = path.display();
+    let wrong = |message: String, help: &str| vec![Diagnostic::error("sweep::rerun", message).help(help)];
     let read = files::read(path).map_err(|error| reason(&error)).and_then(export::rows_of_any_sweep);
     let (identity, mut rows) = read.map_err(|why| {
         let help = "name one of the files `rows-….parquet` that `kardan sweep --out DIR` writes";
-        vec![Diagnostic::error("sweep::rerun", format!("`{shown}`: {why}")).help(help)]
+        wrong(format!("`{shown}`: {why}"), help)
     })?;
     let was = path.parent().and_then(|folder| stored_model(folder, &identity));
     if let Some(difference) = project.other_model(&identity, was.as_deref()) {
         let help = "run with their original model, `--set`, and version of kardan";
         let message = format!("the rows of `{shown}` are of another sweep: {difference}");
-        return Err(vec![Diagnostic::error("sweep::rerun", message).help(help)]);
+        return Err(wrong(message, help));
     }
     let (samples, variants) = (&args.samples, &args.variants);
     let has_row = |sample: &u64| rows.iter().any(|row| row.sample == *sample);
@@ -36,9 +37,7 @@ pub(super) fn rows_again(
         let ends = rows.iter().map(|row| row.sample);
         let (first, last) = (ends.clone().min().unwrap_or(0), ends.max().unwrap_or(0));
         let message = format!("`{shown}` has no sample {missing}: it has those from {first} to {last}");
-        return Err(vec![
-            Diagnostic::error("sweep::rerun", message).help("name another sample, or another file of rows"),
-        ]);
+        return Err(wrong(message, "name another sample, or another file of rows"));
     }
     rows.retain(|row| {
         (samples.is_empty() || samples.contains(&row.sample))

@@ -25,13 +25,12 @@ const MANIFEST: &str = "{\"sweep\":\"kardan ";
 
 /// Files of rows in the folder, by their blocks.
 pub fn files_of_rows(out: &Path) -> Vec<(u64, PathBuf)> {
-    let entries = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok);
     let block = |path: PathBuf| {
-        let name = path.file_name()?.to_str()?;
+        let name = files::name_in_folder(&path);
         let block = name.strip_prefix(STEM)?.strip_suffix(".parquet")?.parse().ok()?;
         (name == name_of(block)).then_some((block, path))
     };
-    let mut found: Vec<(u64, PathBuf)> = entries.filter_map(|entry| block(entry.path())).collect();
+    let mut found: Vec<(u64, PathBuf)> = files::paths_in(out).filter_map(block).collect();
     found.sort();
     found
 }
@@ -99,50 +98,47 @@ pub fn is_whole(project: &Project, plan: &SweepPlan, out: &Path, shard: Shard) -
 
 /// The number of shards of a sweep, from the manifests in folders.
 pub fn shard_counts(folders: &[PathBuf]) -> Vec<u64> {
-    let names = folders.iter().filter_map(|part| fs::read_dir(part).ok()).flatten().filter_map(Result::ok);
-    let count = |name: &str| -> Option<u64> {
+    let count = |path: PathBuf| -> Option<u64> {
+        let name = files::name_in_folder(&path);
         let (_, of) = name.strip_prefix("shard-")?.strip_suffix(".json")?.split_once("-of-")?;
         of.parse().ok()
     };
-    let mut counts: Vec<u64> = names.filter_map(|entry| count(&entry.file_name().to_string_lossy())).collect();
+    let mut counts: Vec<u64> = folders.iter().flat_map(|part| files::paths_in(part)).filter_map(count).collect();
     counts.sort_unstable();
     counts.dedup();
     counts
 }
 
 /// Why rows of a block cannot be used.
-pub enum Unusable {
-    /// They are damaged; with a description.
-    Damaged(String),
-    /// They are of another sweep; with the difference.
-    SweepMismatch(String),
+pub struct Unusable {
+    /// As text.
+    pub why: String,
+    /// They are damaged; else they are of another sweep.
+    pub is_damaged: bool,
 }
 
 impl Unusable {
-    /// As text.
-    pub fn why(self) -> String {
-        match self {
-            Self::Damaged(why) | Self::SweepMismatch(why) => why,
-        }
+    fn damaged(why: impl Into<String>) -> Self {
+        Self { why: why.into(), is_damaged: true }
     }
 }
 
 /// The rows of a block: all of them, of this sweep.
 pub fn rows_of(project: &Project, plan: &SweepPlan, block: u64, path: &Path) -> Result<Vec<SweepRow>, Unusable> {
-    let bytes = files::read(path).map_err(|error| Unusable::Damaged(reason(&error)))?;
+    let bytes = files::read(path).map_err(|error| Unusable::damaged(reason(&error)))?;
     let found = export::read_sweep_rows(&plan.head, bytes).map_err(|error| match error {
-        RowsError::Damaged(why) => Unusable::Damaged(why),
+        RowsError::Damaged(why) => Unusable::damaged(why),
         RowsError::SweepMismatch(identity) => {
             let was = path.parent().and_then(|folder| stored_model(folder, &identity));
             let differs = project.sweep_mismatch(&plan.head.identity, &identity, was.as_deref());
-            Unusable::SweepMismatch(format!("it is of another sweep: {differs}"))
+            Unusable { why: format!("it is of another sweep: {differs}"), is_damaged: false }
         }
     })?;
     let samples = plan.samples_of(block..block.saturating_add(1));
     let own = found.iter().filter(|row| samples.contains(&row.sample)).count();
     match own == found.len() && own == samples.count() * plan.head.variants.len() {
         true => Ok(found),
-        false => Err(Unusable::Damaged("it does not contain all rows of its block".into())),
+        false => Err(Unusable::damaged("it does not contain all rows of its block")),
     }
 }
 
@@ -158,16 +154,13 @@ pub fn rows_before(
         // Shards may fill one folder.
         files.retain(|(block, _)| plan.own_blocks().contains(block));
     }
-    let shown = out.display();
     if !args.resume {
         if args.force {
             own_files(out)?;
             return Ok(SweepRows::default());
         }
         if !files.is_empty() {
-            let message = format!("the folder `{shown}` already contains rows of a sweep");
-            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
-            return Err(Diagnostic::error("output::folder", message).help(help));
+            return Err(has_rows(out, RESUME_OR_FORCE));
         }
         let page = out.join("sweep.html");
         if plan.shard.is_none() && page.exists() {
@@ -181,11 +174,11 @@ pub fn rows_before(
     for (block, path) in files {
         match rows_of(project, plan, block, &path) {
             Ok(found) => rows.extend(found),
-            Err(Unusable::Damaged(why)) if plan.own_blocks().contains(&block) => {
-                note(&format!("`{}`: {why}; kardan recomputes its rows", path.display()));
+            Err(found) if found.is_damaged && plan.own_blocks().contains(&block) => {
+                note(&format!("`{}`: {}; kardan recomputes its rows", path.display(), found.why));
             }
-            Err(unusable) => {
-                let message = format!("kardan cannot resume `{}`: {}", path.display(), unusable.why());
+            Err(found) => {
+                let message = format!("kardan cannot resume `{}`: {}", path.display(), found.why);
                 let help = "run with its original model and options, remove it to rerun its samples, or restart with `--force`";
                 return Err(Diagnostic::error("sweep::resume", message).help(help));
             }
@@ -194,14 +187,23 @@ pub fn rows_before(
     Ok(rows)
 }
 
+/// Help for a folder whose rows the command may continue.
+pub const RESUME_OR_FORCE: &str =
+    "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
+
+/// The folder already has rows.
+pub fn has_rows(out: &Path, help: &str) -> Diagnostic {
+    let message = format!("the folder `{}` already contains rows of a sweep", out.display());
+    Diagnostic::error("output::folder", message).help(help)
+}
+
 /// Files of a sweep in a folder that kardan has written: rows, manifests, models.
 ///
 /// # Errors
 /// A file with the name of one that kardan did not write: only its owner can decide whether to remove it.
 pub fn own_files(out: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
     let is_manifest = |path: &Path| files::read(path).is_ok_and(|bytes| bytes.starts_with(MANIFEST.as_bytes()));
-    let manifests = fs::read_dir(out).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
-    let manifests = manifests.filter(|path| {
+    let manifests = files::paths_in(out).filter(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with("shard-") && name.contains("-of-") && name.ends_with(".json")
     });

@@ -2,8 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use kardan::diagnostics::Severity;
-use kardan::study::{self, Part};
+use kardan::study::Part;
 
 use super::rerun::rows_again;
 use super::run_files::report_result;
@@ -12,18 +11,10 @@ use crate::exit::{ERROR, exit_code};
 use crate::folder::Folder;
 use crate::input;
 use crate::progress::Bars;
-use crate::render::{self, Failure};
+use crate::render::Failure;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let mut model_diagnostics = project.diagnostics().to_vec();
-    if args.force {
-        study::overrule(&mut model_diagnostics);
-    }
-    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
-    }
-    render::show(Some(&source), &model_diagnostics);
+    let (source, project, model_diagnostics) = input::checked(&args.model, &args.changes, args.force, quiet)?;
     let settings = args.settings();
     let project = match &args.variants_from {
         None => project,
@@ -41,9 +32,6 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     });
     let study = project.run(&settings, &bars);
     bars.finish();
-    let study = study.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
-        Failure { source: Some(source.clone()), diagnostics }
-    })?;
+    let study = study.map_err(|found| Failure::beside(source, found, &model_diagnostics))?;
     report_result(&study, &folder, args, &origin, quiet)
 }

@@ -75,33 +75,27 @@ fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs
     let mut files = Files::default();
     let mut problems = Vec::new();
     let tables: Vec<_> = study.runs.par_iter().map(|run| table(&study.model.name, run, args.format)).collect();
+    let mut save = |stem: &str, table: Result<(&str, Vec<u8>), Diagnostic>| {
+        let saved = table.and_then(|(extension, bytes)| folder.write(stem, extension, &bytes));
+        saved.map_err(|problem| problems.push(problem)).ok()
+    };
     for (run, table) in study.runs.iter().zip(tables) {
-        let saved = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
-        files.runs.push(saved.map_err(|problem| problems.push(problem)).into_iter().collect());
+        files.runs.push(save(&run.name, table).into_iter().collect());
     }
     if let Some(figures) = export::figures_csv(study) {
         let mut name = String::from("figures");
         while study.runs.iter().any(|run| run.name.eq_ignore_ascii_case(&name)) {
             name.push('_');
         }
-        match folder.write(&name, "csv", figures.as_bytes()) {
-            Ok(path) => files.figures = Some(path),
-            Err(problem) => problems.push(problem),
-        }
+        files.figures = save(&name, Ok(("csv", figures.into_bytes())));
     }
     if !args.no_report {
         let drawing = report::mechanism(&study.model.mechanism);
         for (name, svg) in drawing.iter().map(|svg| ("mechanism", svg.as_str())).chain(page.plots()) {
-            match folder.write(name, "svg", svg.as_bytes()) {
-                Ok(path) => files.plots.push(path),
-                Err(problem) => problems.push(problem),
-            }
+            files.plots.extend(save(name, Ok(("svg", svg.into()))));
         }
         let (extension, text) = shown(page, args.markdown);
-        match folder.write("report", extension, text.as_bytes()) {
-            Ok(path) => files.report = Some(path),
-            Err(problem) => problems.push(problem),
-        }
+        files.report = save("report", Ok((extension, text.into_bytes())));
     }
     files.unwritten = problems.iter().map(|problem| problem.message.clone()).collect();
     (files, problems)

@@ -1,6 +1,5 @@
 //! `kardan safety`: the effects of every fault of a model file, and whether it is detected.
 
-use kardan::diagnostics::Severity;
 use kardan::export;
 use kardan::results::{Safety, SafetyVerdict};
 use kardan::study::{Part, SafetySettings};
@@ -11,15 +10,10 @@ use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
 use crate::output::{note_saved_file, prepare_files, print, render_text, save, save_page};
 use crate::progress::Bars;
-use crate::render::{self, Failure};
+use crate::render::Failure;
 
 pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let model_diagnostics = project.diagnostics().to_vec();
-    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
-    }
-    render::show(Some(&source), &model_diagnostics);
+    let (source, project, model_diagnostics) = input::checked(&args.model, &args.changes, false, quiet)?;
     let files: Vec<_> = args.report.iter().chain(&args.csv).map(std::path::PathBuf::as_path).collect();
     prepare_files(&files, None)?;
     let settings = SafetySettings { origin: args.model.display().to_string(), changes: args.changes.set.clone() };
@@ -33,10 +27,7 @@ pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
     });
     let found = project.safety(&settings, &bars);
     bars.finish();
-    let table = found.map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
-        Failure { source: Some(source.clone()), diagnostics }
-    })?;
+    let table = found.map_err(|found| Failure::beside(source, found, &model_diagnostics))?;
     report_result(&table, args, &origin, quiet)
 }
 

@@ -6,8 +6,7 @@ use kardan::model;
 use kardan::names::unknown_name;
 
 use crate::args::SchemaArgs;
-use crate::exit::DONE;
-use crate::output::print;
+use crate::exit::done;
 use crate::render::Failure;
 
 /// The schema of model files, which is no schema of an output.
@@ -16,23 +15,19 @@ const MODEL: (&str, &str) = ("model", "a model file, for editors: see docs/edito
 pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     let Some(name) = &args.name else {
         if args.json {
-            print(&(schemas_json() + "\n"))?;
-            return Ok(DONE);
+            return done(&(schemas_json() + "\n"));
         }
         let all = [MODEL].into_iter().chain(SCHEMAS);
         let width = SCHEMAS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
         let lines = all.map(|(name, what)| format!("{name:width$}  {what}\n"));
-        print(&lines.collect::<String>())?;
-        return Ok(DONE);
+        return done(&lines.collect::<String>());
     };
     if name == MODEL.0 {
-        print(&(model::json_schema() + "\n"))?;
-        return Ok(DONE);
+        return done(&(model::json_schema() + "\n"));
     }
     let text = text_of(name).ok_or_else(|| {
         Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
             .help(unknown_name(name, SCHEMAS.iter().map(|(schema_name, _)| *schema_name).chain([MODEL.0])))
     })?;
-    print(&(text + "\n"))?;
-    Ok(DONE)
+    done(&(text + "\n"))
 }

@@ -12,9 +12,7 @@ use kardan::study::{Progress, Settings, Shard, SweepGoal, SweepPlan, SweepSettin
 use kardan_report as report;
 
 use super::model_store::store_model;
-use super::rows::{
-    Unusable, files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest,
-};
+use super::rows::{files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest};
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::files::{self, reason};
@@ -22,7 +20,7 @@ use crate::input;
 use crate::lock::Lock;
 use crate::output::{note_saved_file, prepare_folder, print, quoted_for_shell, render_text, save_in, shown, stays};
 use crate::progress::Bars;
-use crate::render::{self, Failure};
+use crate::render::Failure;
 use crate::stop;
 
 /// The page and the results.
@@ -39,18 +37,9 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
     let begun = Instant::now();
     // The rows exist, as no other rows replace them.
     let model = args.model.clone().unwrap_or_default();
-    let (source, project) = input::prepared(&model, &args.changes, quiet)?;
-    let model_diagnostics = project.diagnostics().to_vec();
-    if model_diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(Failure { source: Some(source), diagnostics: model_diagnostics });
-    }
-    render::show(Some(&source), &model_diagnostics);
+    let (source, project, model_diagnostics) = input::checked(&model, &args.changes, false, quiet)?;
     let settings = settings(args);
-    let refused = |diagnostics: Vec<Diagnostic>| {
-        let diagnostics =
-            diagnostics.into_iter().filter(|d| d.severity == Severity::Error || !model_diagnostics.contains(d));
-        Failure { source: Some(source.clone()), diagnostics: diagnostics.collect() }
-    };
+    let refused = |found| Failure::beside(source.clone(), found, &model_diagnostics);
     let mut plan = project.sweep_plan(&settings).map_err(refused)?;
     plan.shard = args.shard;
     let (_lock, mut rows) = match &args.out {
@@ -91,25 +80,14 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
     }
-    let looked = match &args.out {
-        Some(out) => {
-            let full = match plan.shard {
-                Some(_) => None,
-                None => full_page(
-                    &project,
-                    (&plan, &found),
-                    &rows,
-                    (&settings.run, &Bars::limited(quiet, args.limits)),
-                    out,
-                )?,
-            };
-            let files = files_of_rows(out).into_iter().collect();
-            let command =
-                command_again((&model, &args.changes.set), (args.method, args.tolerance, args.limits.max_steps));
-            Some(looked_into((&plan, &found), &rows, &files, command, full))
-        }
-        None => None,
-    };
+    let mut looked = None;
+    if let Some(out) = &args.out {
+        let files = files_of_rows(out).into_iter().collect();
+        let command = command_again((&model, &args.changes.set), (args.method, args.tolerance, args.limits.max_steps));
+        let (project, plan, found, rows, limits) = (&project, &plan, &found, &rows, args.limits);
+        let runs = Runs { project, plan, found, rows, settings: &settings.run, limits, quiet };
+        looked = Some(runs.look_into(out, &files, command)?);
+    }
     report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
 
@@ -155,23 +133,77 @@ fn command_again(
     command + " --variants-from"
 }
 
-/// The rows that the page draws, and how to rerun each.
-fn looked_into(
-    (plan, found): (&SweepPlan, &Sweep),
-    rows: &SweepRows,
-    files: &Files,
-    command: String,
-    full: Option<Result<String, String>>,
-) -> (report::Samples, report::Again) {
-    let mut paths = Vec::new();
-    for (&block, path) in files.range(..plan.blocks()) {
-        paths.resize(block as usize, String::new());
-        paths.push(quoted_for_shell(&path.display().to_string()));
+/// The runs of a sweep.
+struct Runs<'a> {
+    project: &'a Project,
+    plan: &'a SweepPlan,
+    found: &'a Sweep,
+    rows: &'a SweepRows,
+    settings: &'a Settings,
+    limits: Limits,
+    quiet: bool,
+}
+
+impl Runs<'_> {
+    /// The rows that the page draws, and how to rerun each; the worst ones have a page of their own.
+    fn look_into(
+        &self,
+        out: &Path,
+        files: &Files,
+        command: String,
+    ) -> Result<(report::Samples, report::Again), Diagnostic> {
+        let plan = self.plan;
+        let full = if plan.shard.is_some() { None } else { self.full_page(out)? };
+        let mut paths = Vec::new();
+        for (&block, path) in files.range(..plan.blocks()) {
+            paths.resize(block as usize, String::new());
+            paths.push(quoted_for_shell(&path.display().to_string()));
+        }
+        let names = plan.head.variants.iter().map(|name| quoted_for_shell(name));
+        let variants = if plan.head.variants.len() > 1 { names.collect() } else { Vec::new() };
+        let again = report::Again { command, block: plan.block(), files: paths, variants, full };
+        Ok((report::Samples::new(&plan.head, self.found, self.rows), again))
     }
-    let names = plan.head.variants.iter().map(|name| quoted_for_shell(name));
-    let variants = if plan.head.variants.len() > 1 { names.collect() } else { Vec::new() };
-    let again = report::Again { command, block: plan.block(), files: paths, variants, full };
-    (report::Samples::new(&plan.head, found, rows), again)
+
+    /// Reruns the worst cases with all signals and writes their page, or removes that of an earlier sweep; returns its name, or why there is none.
+    fn full_page(&self, out: &Path) -> Result<Option<Result<String, String>>, Diagnostic> {
+        let bars = Bars::limited(self.quiet, self.limits);
+        let has_requirements = !(self.found.requirements.is_empty() && self.found.worst.is_none());
+        let made = has_requirements.then(|| self.full_runs(&bars));
+        bars.finish();
+        match &made {
+            Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
+            _ => removed(&out.join(FULL), "it is of an earlier sweep")?,
+        }
+        Ok(made.map(|made| made.map(|_| FULL.into())))
+    }
+
+    /// The page of the worst cases, rerun with all signals.
+    fn full_runs(&self, bars: &Bars) -> Result<report::Page, String> {
+        if self.found.missing > 0 {
+            return Err(format!("{} runs are missing", self.found.missing));
+        }
+        let head = &self.plan.head;
+        let again = |(sample, variant): (u64, &str)| {
+            let number = head.variants.iter().position(|name| name == variant)?;
+            let own = self.rows.range(sample..sample + 1);
+            let row = own.map(|row| self.rows.get(row)).find(|row| row.variant == number)?;
+            let names = head.varied.iter().map(|one| one.name.clone());
+            Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values.iter().copied()).collect() })
+        };
+        let rows: Vec<RowAgain> = worst_cases(self.found).into_iter().filter_map(again).collect();
+        if rows.is_empty() {
+            return Err("no run has a value that a requirement measures".into());
+        }
+        let settings = Settings { runs_only: true, ..self.settings.clone() };
+        let first = |diagnostics: Vec<Diagnostic>| {
+            let first = diagnostics.into_iter().find(|one| one.severity == Severity::Error);
+            first.map_or_else(|| "they cannot be prepared".into(), |one| one.message)
+        };
+        let project = self.project.rows_again(&head.identity, &rows, &settings).map_err(first)?;
+        let study = project.run(&settings, bars).map_err(first)?;
+        bars.stop().map_or(Ok(report::study(&study)), Err)
+    }
 }
 
 /// Samples of the worst cases of the first requirements, with their variants.
@@ -191,56 +223,6 @@ fn worst_cases(found: &Sweep) -> Vec<(u64, &str)> {
         }
     }
     all
-}
-
-/// Reruns the worst cases with all signals and writes their page, or removes that of an earlier sweep; returns its name, or why there is none.
-fn full_page(
-    project: &Project,
-    (plan, found): (&SweepPlan, &Sweep),
-    rows: &SweepRows,
-    (settings, bars): (&Settings, &Bars),
-    out: &Path,
-) -> Result<Option<Result<String, String>>, Diagnostic> {
-    let path = out.join(FULL);
-    let has_requirements = !(found.requirements.is_empty() && found.worst.is_none());
-    let made = has_requirements.then(|| full_runs(project, (plan, found), rows, (settings, bars)));
-    bars.finish();
-    match &made {
-        Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
-        _ => removed(&path, "it is of an earlier sweep")?,
-    }
-    Ok(made.map(|made| made.map(|_| FULL.into())))
-}
-
-/// The page of the worst cases, rerun with all signals.
-fn full_runs(
-    project: &Project,
-    (plan, found): (&SweepPlan, &Sweep),
-    rows: &SweepRows,
-    (settings, bars): (&Settings, &Bars),
-) -> Result<report::Page, String> {
-    if found.missing > 0 {
-        return Err(format!("{} runs are missing", found.missing));
-    }
-    let again = |(sample, variant): (u64, &str)| {
-        let number = plan.head.variants.iter().position(|name| name == variant)?;
-        let own = rows.range(sample..sample + 1);
-        let row = own.map(|row| rows.get(row)).find(|row| row.variant == number)?;
-        let names = plan.head.varied.iter().map(|one| one.name.clone());
-        Some(RowAgain { sample, variant: variant.into(), values: names.zip(row.values.iter().copied()).collect() })
-    };
-    let rows: Vec<RowAgain> = worst_cases(found).into_iter().filter_map(again).collect();
-    if rows.is_empty() {
-        return Err("no run has a value that a requirement measures".into());
-    }
-    let settings = Settings { runs_only: true, ..settings.clone() };
-    let first = |diagnostics: Vec<Diagnostic>| {
-        let first = diagnostics.into_iter().find(|one| one.severity == Severity::Error);
-        first.map_or_else(|| "they cannot be prepared".into(), |one| one.message)
-    };
-    let project = project.rows_again(&plan.head.identity, &rows, &settings).map_err(first)?;
-    let study = project.run(&settings, bars).map_err(first)?;
-    bars.stop().map_or(Ok(report::study(&study)), Err)
 }
 
 /// The sweep.
@@ -264,17 +246,17 @@ fn goal(args: &SweepArgs) -> SweepGoal {
 /// `kardan sweep merge`.
 pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    if let Some(part) = args.parts.iter().find(|part| !part.is_dir()) {
-        let message = format!("there is no folder `{}`", part.display());
+    let no_rows = |message: String| {
         let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
-        return Err(Diagnostic::error("sweep::merge", message).help(help).into());
+        Diagnostic::error("sweep::merge", message).help(help)
+    };
+    if let Some(part) = args.parts.iter().find(|part| !part.is_dir()) {
+        return Err(no_rows(format!("there is no folder `{}`", part.display())).into());
     }
     let files: Vec<(u64, PathBuf)> = args.parts.iter().flat_map(|part| files_of_rows(part)).collect();
     let Some((_, first)) = files.first() else {
         let parts: Vec<String> = args.parts.iter().map(|part| format!("`{}`", part.display())).collect();
-        let message = format!("there are no rows in {}", parts.join(", "));
-        let help = "name the folders that `kardan sweep --shard I/N --out DIR` wrote";
-        return Err(Diagnostic::error("sweep::merge", message).help(help).into());
+        return Err(no_rows(format!("there are no rows in {}", parts.join(", "))).into());
     };
     let bytes = files::read(first).map_err(|error| reason(&error));
     let (samples, seed) = bytes.and_then(export::samples_and_seed).map_err(|why| unmerged(first, &why, DAMAGED))?;
@@ -285,8 +267,7 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
         variants: args.variants.clone(),
         run: run.clone(),
         most_steps: usize::try_from(args.max_steps).ok(),
-        goal: SweepGoal::Samples,
-        lanes: None,
+        ..SweepSettings::default()
     };
     let refused = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
     let plan = project.sweep_plan(&options).map_err(refused)?;
@@ -312,10 +293,11 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
     let mut looked = None;
     let _lock = args.out.as_deref().map(|out| prepared_folder(out, None)).transpose()?;
     if let Some(out) = &args.out {
-        let bars = Bars::limited(quiet, Limits { max_steps: args.max_steps, time_limit: None });
-        let full = full_page(&project, (&plan, &found), &rows, (&run, &bars), out)?;
+        let limits = Limits { max_steps: args.max_steps, time_limit: None };
         let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
-        looked = Some(looked_into((&plan, &found), &rows, &blocks, command, full));
+        let (project, plan, found, rows) = (&project, &plan, &found, &rows);
+        let runs = Runs { project, plan, found, rows, settings: &run, limits, quiet };
+        looked = Some(runs.look_into(out, &blocks, command)?);
     }
     report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
 }
@@ -336,10 +318,8 @@ fn merged_rows(
     let (mut rows, mut blocks) = (SweepRows::default(), Files::new());
     for (block, path) in files {
         let read = |path: &Path| {
-            rows_of(project, plan, block, path).map_err(|found| match found {
-                Unusable::Damaged(why) => unmerged(path, &why, DAMAGED),
-                Unusable::SweepMismatch(why) => unmerged(path, &why, OTHER),
-            })
+            rows_of(project, plan, block, path)
+                .map_err(|found| unmerged(path, &found.why, if found.is_damaged { DAMAGED } else { OTHER }))
         };
         let found = read(&path)?;
         match blocks.get(&block) {
@@ -402,15 +382,15 @@ fn report_result(
     quiet: bool,
 ) -> Result<u8, Failure> {
     let page = report::sweep(found);
+    let numbers = || export::sweep_json(found) + "\n";
     let mut paths = Vec::new();
     if let Some(out) = out {
         let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
         let (_, whole) = shown(whole.as_ref().unwrap_or(&page), false);
-        let pages = save_in(out, PAGE, whole.as_bytes())?;
-        let numbers = save_in(out, RESULTS, (export::sweep_json(found) + "\n").as_bytes())?;
-        paths = vec![pages, numbers];
+        paths.push(save_in(out, PAGE, whole.as_bytes())?);
+        paths.push(save_in(out, RESULTS, numbers().as_bytes())?);
     }
-    print(&if json { export::sweep_json(found) + "\n" } else { render_text(&page, origin) })?;
+    print(&if json { numbers() } else { render_text(&page, origin) })?;
     paths.iter().filter(|_| !quiet).for_each(|path| note_saved_file(path));
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);

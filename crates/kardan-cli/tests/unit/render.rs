@@ -5,7 +5,7 @@ use super::*;
 fn rendered(text: &str, diagnostic: Diagnostic) -> String {
     let mut out = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
-    render(&mut out, &handler, &diagnostic, Some(&Shown::new("gear.toml", text)));
+    render(&mut out, &handler, &diagnostic, Some(&Arc::new(Shown::new("gear.toml", text))));
     out
 }
 

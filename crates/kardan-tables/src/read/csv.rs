@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{BLOCK_ROWS, Block, Bytes, CsvOptions, Group, Log, LogError, chosen};
 use encoding::text;
 use layout::{CSV, Layout};
-use rows::{Plan, Rows};
+use rows::{Irregular, Plan, Rows};
 
 /// Amount of text read and parsed at once.
 const CHUNK: usize = 8 << 20;
@@ -32,23 +32,17 @@ pub(super) struct CsvLog {
 #[derive(Default)]
 struct Noticed {
     rows: u64,
-    skipped: u64,
-    first_skipped: Option<u64>,
-    odd_cells: u64,
-    first_odd_cell: Option<(u64, usize, String)>,
+    irregular: Irregular,
     end: Option<String>,
 }
 
 struct Reading {
-    reader: Box<dyn Read + Send>,
+    source: Lines,
     plan: Plan,
     /// For each chosen channel, its column of `pieces`.
     outputs: Vec<usize>,
     /// Text that is read and not parsed: whole lines, except at the end of the file.
     text: Vec<u8>,
-    /// The beginning of an incomplete line.
-    rest: Vec<u8>,
-    ended: bool,
     /// Lines before `text`.
     lines: u64,
     /// Lines still to skip.
@@ -59,6 +53,14 @@ struct Reading {
     failed: Option<LogError>,
 }
 
+/// Text read in whole lines.
+struct Lines {
+    reader: Box<dyn Read + Send>,
+    /// The beginning of an incomplete line.
+    rest: Vec<u8>,
+    ended: bool,
+}
+
 impl CsvLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>, options: &CsvOptions) -> Result<Self, LogError> {
         let (layout, group) = layout::find(&*bytes, options)?;
@@ -66,16 +68,16 @@ impl CsvLog {
     }
 }
 
-impl Reading {
-    /// Reads the next whole lines into an empty text.
-    fn fill(reader: &mut dyn Read, rest: &mut Vec<u8>, ended: &mut bool) -> Result<Vec<u8>, LogError> {
-        let mut text = std::mem::take(rest);
-        while !*ended {
+impl Lines {
+    /// The next whole lines.
+    fn read(&mut self) -> Result<Vec<u8>, LogError> {
+        let mut text = std::mem::take(&mut self.rest);
+        while !self.ended {
             let before = text.len();
-            reader.take(CHUNK as u64).read_to_end(&mut text)?;
-            *ended = text.len() == before;
+            (&mut self.reader).take(CHUNK as u64).read_to_end(&mut text)?;
+            self.ended = text.len() == before;
             if let Some(end) = text[before..].iter().rposition(|byte| *byte == b'\n') {
-                rest.extend_from_slice(&text[before + end + 1..]);
+                self.rest.extend_from_slice(&text[before + end + 1..]);
                 text.truncate(before + end + 1);
                 break;
             }
@@ -86,7 +88,9 @@ impl Reading {
         }
         Ok(text)
     }
+}
 
+impl Reading {
     /// Parses the present text and reads the next one in parallel.
     fn advance(&mut self, found: &mut Noticed, names: &dyn Fn(usize) -> String) {
         let mut text = std::mem::take(&mut self.text);
@@ -109,7 +113,7 @@ impl Reading {
         }
         self.pieces.resize_with(count, Rows::default);
         let (plan, pieces) = (&self.plan, &mut self.pieces);
-        let (reader, rest, ended) = (&mut self.reader, &mut self.rest, &mut self.ended);
+        let source = &mut self.source;
         let ((), next) = rayon::join(
             || {
                 pieces
@@ -117,7 +121,7 @@ impl Reading {
                     .zip(bounds.par_windows(2))
                     .for_each(|(piece, ends)| plan.parse(&text[ends[0]..ends[1]], piece))
             },
-            || if *ended { Ok(Vec::new()) } else { Self::fill(reader, rest, ended) },
+            || if source.ended { Ok(Vec::new()) } else { source.read() },
         );
         if !tail.is_empty() {
             let mut last = Rows::default();
@@ -127,26 +131,22 @@ impl Reading {
                 found.end =
                     Some(format!("the file ends without a line break: the last number of row {row} may be cut"));
                 self.pieces.push(last);
-            } else if last.skipped > 0 {
+            } else if last.found.skipped > 0 {
                 found.end = Some(format!("the file ends in the middle of row {row}, which is left out"));
             }
         }
         (self.piece, self.row) = (0, 0);
-        let whole_file = self.lines == self.plan.first_line && self.ended;
-        let (mut rows, mut skipped, mut first) = (0, 0, None);
+        let whole_file = self.lines == self.plan.first_line && self.source.ended;
+        let (mut rows, mut here) = (0, Irregular::default());
         for piece in &self.pieces {
             rows += piece.rows as u64;
-            skipped += piece.skipped;
-            first = first.or(piece.first_skipped.map(|line| self.lines + line + 1));
-            found.odd_cells += piece.odd_cells;
-            if let (None, Some((line, cell, text))) = (&found.first_odd_cell, &piece.first_odd_cell) {
-                found.first_odd_cell = Some((self.lines + line + 1, *cell, text.clone()));
-            }
+            here.add(&piece.found, self.lines + 1);
             self.lines += piece.lines;
         }
         found.rows += rows;
-        found.skipped += skipped;
-        found.first_skipped = found.first_skipped.or(first);
+        found.irregular.add(&here, 0);
+        let Irregular { skipped, first_skipped: first, .. } = here;
+        let Irregular { odd_cells, first_odd_cell, .. } = &found.irregular;
         match next {
             Ok(next) => self.text = next,
             Err(error) => self.failed = Some(error),
@@ -155,17 +155,14 @@ impl Reading {
             let what = format!("from there on {skipped} of {} rows are not rows of numbers", skipped + rows);
             let place = format!("at row {}", first.unwrap_or(self.lines));
             self.failed = Some(LogError::damaged(CSV, place, what));
-        } else if let (true, Some((row, cell, text))) = (found.odd_cells > 4 * (found.rows + 10), &found.first_odd_cell)
-        {
-            let what = format!(
-                "there is `{text}` instead of a number, and {} more cells are not numbers",
-                found.odd_cells - 1
-            );
+        } else if let (true, Some((row, cell, text))) = (*odd_cells > 4 * (found.rows + 10), first_odd_cell) {
+            let more = odd_cells - 1;
+            let what = format!("there is `{text}` instead of a number, and {more} more cells are not numbers");
             self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", names(*cell)), what));
         }
         if self.failed.is_some() {
-            (self.text, self.ended) = (Vec::new(), true);
-            self.rest.clear();
+            (self.text, self.source.ended) = (Vec::new(), true);
+            self.source.rest.clear();
         }
     }
 }
@@ -184,25 +181,12 @@ impl Log for CsvLog {
         }
         let cells: Vec<usize> = channels.iter().map(|channel| self.layout.cells_of_channels[*channel]).collect();
         let (plan, outputs) = Plan::new(&self.layout, &cells);
-        let mut reader = text(&*self.bytes, self.layout.encoding)?;
-        let (mut rest, mut ended) = (Vec::new(), false);
-        let text = Reading::fill(&mut reader, &mut rest, &mut ended)?;
-        let skip = self.layout.first_line;
-        let pieces = Vec::new();
-        self.reading = Some(Reading {
-            reader,
-            plan,
-            outputs,
-            text,
-            rest,
-            ended,
-            lines: 0,
-            skip,
-            pieces,
-            piece: 0,
-            row: 0,
-            failed: None,
-        });
+        let reader = text(&*self.bytes, self.layout.encoding)?;
+        let mut source = Lines { reader, rest: Vec::new(), ended: false };
+        let text = source.read()?;
+        let (skip, pieces) = (self.layout.first_line, Vec::new());
+        self.reading =
+            Some(Reading { source, plan, outputs, text, lines: 0, skip, pieces, piece: 0, row: 0, failed: None });
         Ok(())
     }
 
@@ -225,9 +209,9 @@ impl Log for CsvLog {
             if block.rows > 0 {
                 return Ok(true);
             }
-            if reading.text.is_empty() && reading.rest.is_empty() {
+            if reading.text.is_empty() && reading.source.rest.is_empty() {
                 let failed = reading.failed.take();
-                if failed.is_some() || reading.ended {
+                if failed.is_some() || reading.source.ended {
                     self.reading = None;
                     return failed.map_or(Ok(false), Err);
                 }
@@ -243,7 +227,7 @@ impl Log for CsvLog {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = self.layout.notes.clone();
-        let found = &self.found;
+        let found = &self.found.irregular;
         if let (1.., Some(row)) = (found.skipped, found.first_skipped) {
             let rows = if found.skipped == 1 { "row is left out: it has" } else { "rows are left out: they have" };
             let cells = self.layout.cells;
@@ -258,12 +242,12 @@ impl Log for CsvLog {
             let cells = if count == 1 { "cell is not a number and counts" } else { "cells are not numbers and count" };
             notes.push(format!("{count} {cells} as missing (first: row {row}, column `{name}`: `{text}`)"));
         }
-        notes.extend(found.end.clone());
+        notes.extend(self.found.end.clone());
         notes
     }
 
     fn damage(&self) -> Vec<String> {
-        let skipped = match self.found.skipped {
+        let skipped = match self.found.irregular.skipped {
             0 => None,
             1 => Some("1 row is left out".to_owned()),
             many => Some(format!("{many} rows are left out")),

@@ -13,19 +13,9 @@ const POWERS: [f64; 23] = [
 /// ten below 2⁶⁴ is divided as such; `str::parse` does the rest.
 #[inline]
 pub(super) fn leading(bytes: &[u8], point: u8) -> Option<(f64, usize)> {
-    let mut at = 0;
-    let negative = match bytes.first()? {
-        b'-' => {
-            at = 1;
-            true
-        }
-        b'+' => {
-            at = 1;
-            false
-        }
-        _ => false,
-    };
-    let start = at;
+    let sign = *bytes.first()?;
+    let start = usize::from(matches!(sign, b'-' | b'+'));
+    let mut at = start;
     let mut mantissa = 0u64;
     while let Some(digit) = digit(bytes, at) {
         mantissa = mantissa.wrapping_mul(10).wrapping_add(digit);
@@ -52,10 +42,7 @@ pub(super) fn leading(bytes: &[u8], point: u8) -> Option<(f64, usize)> {
     }
     if let Some(b'e' | b'E' | b'd' | b'D') = bytes.get(at) {
         let mut end = at + 1;
-        let sign = match bytes.get(end) {
-            Some(b'-') => -1,
-            _ => 1,
-        };
+        let sign = if bytes.get(end) == Some(&b'-') { -1 } else { 1 };
         if let Some(b'-' | b'+') = bytes.get(end) {
             end += 1;
         }
@@ -82,7 +69,7 @@ pub(super) fn leading(bytes: &[u8], point: u8) -> Option<(f64, usize)> {
         (true, -19..0) => quotient(mantissa, 10u64.pow(-exponent as u32)),
         _ => slow(&bytes[start..at], point)?,
     };
-    Some((if negative { -value } else { value }, at))
+    Some((if sign == b'-' { -value } else { value }, at))
 }
 
 #[inline]

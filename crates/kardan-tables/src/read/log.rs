@@ -108,6 +108,13 @@ impl Block {
         self.columns.resize_with(columns, Vec::new);
         self.columns.iter_mut().for_each(Vec::clear);
     }
+
+    /// Retains the rows that all columns have, at most `count`; how many there are.
+    pub(super) fn cut_to_shortest(&mut self, count: usize) -> usize {
+        self.rows = self.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
+        self.columns.iter_mut().for_each(|column| column.truncate(self.rows));
+        self.rows
+    }
 }
 
 /// A log that is read block by block.

@@ -11,7 +11,7 @@ use miniz_oxide::inflate::stream::{InflateState, inflate};
 use miniz_oxide::{DataFormat, MZFlush, MZStatus};
 use rayon::prelude::*;
 
-use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, word};
+use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored, word};
 use super::source::Source;
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
 
@@ -273,12 +273,8 @@ impl MatLog {
             let mut channels: Vec<Channel> = own().map(|one| one.channel.clone()).collect();
             make_unique(&mut channels);
             let time = own().position(|one| one.is_time).or_else(|| find_time(&channels));
-            let name = [&family.0[..], &family.1[..]]
-                .iter()
-                .filter(|part| !part.is_empty())
-                .copied()
-                .collect::<Vec<_>>()
-                .join(" ");
+            let parts = [&family.0[..], &family.1[..]].into_iter().filter(|part| !part.is_empty());
+            let name = parts.collect::<Vec<_>>().join(" ");
             groups.push(Group { name, channels, time, rows: Some(rows as u64) });
             columns.push(own().map(|one| one.column.clone()).collect());
         }
@@ -467,15 +463,10 @@ impl Index {
 }
 
 fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
-    let word = word(bytes, little);
-    match storage {
-        Storage::Unsigned(_) => word as f64,
-        Storage::Signed(size) => {
-            let shift = 64 - 8 * size as u32;
-            ((word << shift) as i64 >> shift) as f64
-        }
-        Storage::Single => f64::from(f32::from_bits(word as u32)),
-        Storage::Double => f64::from_bits(word),
+    match storage.stored(word(bytes, little)) {
+        Stored::Unsigned(x) => x as f64,
+        Stored::Signed(x) => x as f64,
+        Stored::Float(x) => x,
     }
 }
 
@@ -543,9 +534,7 @@ impl Log for MatLog {
             .zip(&mut block.columns)
             .map(|(cursor, column)| cursor.read(from, count, column).err())
             .collect();
-        block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
-        let available = block.rows;
-        block.columns.iter_mut().for_each(|column| column.truncate(available));
+        let available = block.cut_to_shortest(count);
         reading.delivered += available;
         if available < count || reading.delivered == rows {
             self.reading.remove(next);

@@ -63,6 +63,19 @@ impl Storage {
         })
     }
 
+    /// The number in a word of this size.
+    pub(crate) fn stored(self, word: u64) -> Stored {
+        match self {
+            Self::Unsigned(_) => Stored::Unsigned(word),
+            Self::Signed(size) => {
+                let shift = 64 - 8 * size as u32;
+                Stored::Signed((word << shift) as i64 >> shift)
+            }
+            Self::Single => Stored::Float(f64::from(f32::from_bits(word as u32))),
+            Self::Double => Stored::Float(f64::from_bits(word)),
+        }
+    }
+
     pub(crate) fn size(self) -> usize {
         match self {
             Self::Signed(size) | Self::Unsigned(size) => size,
@@ -79,7 +92,7 @@ pub enum Stored {
     Unsigned(u64),
     /// A whole number.
     Signed(i64),
-    /// A finite number.
+    /// A number of floating point.
     Float(f64),
 }
 
@@ -113,24 +126,11 @@ impl Numbers<&[u8]> {
     /// # Panics
     /// If there is no number `i`.
     pub fn value(&self, i: usize) -> Result<Stored, &'static str> {
-        let word = self.word(i);
-        let float = match self.storage {
-            Storage::Unsigned(_) => return Ok(Stored::Unsigned(word)),
-            Storage::Signed(size) => {
-                let shift = 64 - 8 * size as u32;
-                return Ok(Stored::Signed((word << shift) as i64 >> shift));
-            }
-            Storage::Single => f64::from(f32::from_bits(word as u32)),
-            Storage::Double => f64::from_bits(word),
-        };
-        if float.is_finite() {
-            Ok(Stored::Float(float))
-        } else if float.is_nan() {
-            Err("NaN")
-        } else if float > 0.0 {
-            Err("Inf")
-        } else {
-            Err("-Inf")
+        match self.storage.stored(self.word(i)) {
+            Stored::Float(x) if x.is_nan() => Err("NaN"),
+            Stored::Float(f64::INFINITY) => Err("Inf"),
+            Stored::Float(f64::NEG_INFINITY) => Err("-Inf"),
+            stored => Ok(stored),
         }
     }
 }
@@ -459,16 +459,17 @@ impl<I: Input> Reader<I> {
                 }
                 Content::Cell(cells)
             }
-            2 if count == 1 => {
-                let mut fields = Vec::new();
-                for field in self.fields(&name)? {
-                    fields.push((field, self.inner(depth, budget)?));
-                }
-                Content::Struct(fields)
-            }
             2 => {
                 let names = self.fields(&name)?;
-                self.structs(&names, count, depth, budget)?
+                let mut structs = Vec::new();
+                for _ in 0..if names.is_empty() && count != 1 { 0 } else { count } {
+                    let mut fields = Vec::new();
+                    for field in &names {
+                        fields.push((field.clone(), self.inner(depth, budget)?));
+                    }
+                    structs.push(fields);
+                }
+                if count == 1 { Content::Struct(structs.remove(0)) } else { Content::Structs(structs) }
             }
             3 => Content::Other("a MATLAB object"),
             4 => {
@@ -493,25 +494,6 @@ impl<I: Input> Reader<I> {
             _ => return damaged(format!("`{name}` is of the unknown class {class}")),
         };
         Ok(array(content))
-    }
-
-    /// A number of structures with fields of these names.
-    fn structs(
-        &mut self,
-        names: &[String],
-        count: usize,
-        depth: usize,
-        budget: &mut usize,
-    ) -> Result<Content<I::Run>, Broken> {
-        let mut structs = Vec::new();
-        for _ in 0..if names.is_empty() { 0 } else { count } {
-            let mut fields = Vec::new();
-            for field in names {
-                fields.push((field.clone(), self.inner(depth, budget)?));
-            }
-            structs.push(fields);
-        }
-        Ok(Content::Structs(structs))
     }
 
     fn sparse(&mut self, name: &str, dimensions: &[usize]) -> Result<Content<I::Run>, Broken> {

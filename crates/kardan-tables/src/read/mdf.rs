@@ -90,18 +90,19 @@ impl MdfLog {
     }
 }
 
-impl DataGroup {
-    /// The delivered share of its rows, so that groups advance together.
+impl File {
+    /// The delivered share of the rows of what is read, so that groups advance together.
     fn share(&self, reading: &Reading) -> f64 {
         let shares = reading.records.iter().map(|records| {
-            let rows = self.groups[self.index_of(records.group)].rows;
+            let rows = self.of_group(records.group).1.rows;
             rows.map_or(records.delivered as f64 * 1e-12, |rows| records.delivered as f64 / rows.max(1) as f64)
         });
         shares.fold(f64::INFINITY, f64::min)
     }
 
-    fn index_of(&self, group: usize) -> usize {
-        self.groups.iter().position(|layout| layout.group == Some(group)).unwrap_or(0)
+    fn of_group(&self, group: usize) -> (&DataGroup, &Layout) {
+        let (data, index) = self.places[group];
+        (&self.data[data], &self.data[data].groups[index])
     }
 }
 
@@ -131,9 +132,8 @@ impl Log for MdfLog {
 
     fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
         loop {
-            let share = |reading: &Reading| self.file.data[reading.data].share(reading);
-            let next =
-                (0..self.reading.len()).min_by(|a, b| share(&self.reading[*a]).total_cmp(&share(&self.reading[*b])));
+            let share = |k: &usize| self.file.share(&self.reading[*k]);
+            let next = (0..self.reading.len()).min_by(|a, b| share(a).total_cmp(&share(b)));
             let Some(next) = next else { return Ok(false) };
             let mut reading = self.reading.swap_remove(next);
             let data = &self.file.data[reading.data];
@@ -142,17 +142,14 @@ impl Log for MdfLog {
             } else {
                 self.next_unsorted(&mut reading, block)
             };
-            match outcome {
-                Ok(true) => {
-                    self.reading.push(reading);
-                    let last = self.reading.len() - 1;
-                    self.reading.swap(next, last);
-                    return Ok(true);
-                }
-                Ok(false) => self.note_end(&reading),
-                // The other groups continue without loss.
-                Err(error) => return Err(error),
+            // After an error the other groups continue without loss.
+            if outcome? {
+                self.reading.push(reading);
+                let last = self.reading.len() - 1;
+                self.reading.swap(next, last);
+                return Ok(true);
             }
+            self.note_end(&reading);
         }
     }
 
@@ -204,9 +201,8 @@ impl MdfLog {
     }
 
     fn next_sorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
-        let data = &self.file.data[reading.data];
-        let records = &mut reading.records[0];
-        let layout = &data.groups[data.index_of(records.group)];
+        let (data, layout) = self.file.of_group(reading.records[0].group);
+        let records = &reading.records[0];
         let record = data.id_bytes + layout.record_bytes();
         let count = BLOCK_ROWS.min((STEP / record).max(1));
         if reading.ended {
@@ -218,7 +214,6 @@ impl MdfLog {
         reading.ended = available < read;
         if available == 0 {
             reading.ended = true;
-            let records = &reading.records[0];
             return match (failed, layout.rows) {
                 (Some(error), _) => Err(error),
                 (None, Some(rows)) if rows <= records.delivered => Ok(false),
@@ -236,9 +231,8 @@ impl MdfLog {
             };
         }
         if data.id_bytes > 0 {
-            let record_bytes = layout.record_bytes();
             for k in 0..available {
-                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * record_bytes);
+                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * layout.record_bytes());
             }
         }
         let mut rest = reading.raw.split_off(available * record);
@@ -349,12 +343,5 @@ impl DataGroup {
             at = start + length;
         }
         Ok(at)
-    }
-}
-
-impl File {
-    fn of_group(&self, group: usize) -> (&DataGroup, &blocks::Layout) {
-        let (data, index) = self.places[group];
-        (&self.data[data], &self.data[data].groups[index])
     }
 }

@@ -24,37 +24,39 @@ pub(super) fn make_unique(channels: &mut [Channel]) {
     }
 }
 
+/// Names of the time, without what follows them: numbers, underscores, and units in brackets.
+const TIME_NAMES: &[&str] = &[
+    "time",
+    "t",
+    "tout",
+    "timestamp",
+    "timestamps",
+    "time stamp",
+    "times",
+    "zeit",
+    "datetime",
+    "date time",
+    "date_time",
+    "time_s",
+    "time_ms",
+    "time_us",
+    "time_ns",
+    "timestamp_s",
+    "timestamp_ms",
+    "timestamp_us",
+    "timestamp_ns",
+    "t_s",
+    "t_ms",
+    "t_us",
+    "t_ns",
+];
+
 /// Whether a channel has a name of the time.
 pub(super) fn named_time(name: &str) -> bool {
     let name = name.rsplit(['.', '/', '\\']).next().unwrap_or(name).trim().to_lowercase();
     let name =
         name.split(['[', '(']).next().unwrap_or("").trim().trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
-    matches!(
-        name,
-        "time"
-            | "t"
-            | "tout"
-            | "timestamp"
-            | "timestamps"
-            | "time stamp"
-            | "times"
-            | "zeit"
-            | "datetime"
-            | "date time"
-            | "date_time"
-            | "time_s"
-            | "time_ms"
-            | "time_us"
-            | "time_ns"
-            | "timestamp_s"
-            | "timestamp_ms"
-            | "timestamp_us"
-            | "timestamp_ns"
-            | "t_s"
-            | "t_ms"
-            | "t_us"
-            | "t_ns"
-    )
+    TIME_NAMES.contains(&name)
 }
 
 /// The unit that the name of a time ends with: `ms` of `time_ms`.

@@ -342,9 +342,7 @@ impl ParquetLog {
             guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column)).err()
         };
         let errors: Vec<Option<LogError>> = reading.cursors.par_iter_mut().zip(&mut block.columns).map(read).collect();
-        block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
-        let decoded = block.rows;
-        block.columns.iter_mut().for_each(|column| column.truncate(decoded));
+        let decoded = block.cut_to_shortest(count);
         reading.remaining -= decoded;
         match errors.into_iter().flatten().next() {
             Some(error) if decoded == 0 => Err(error),

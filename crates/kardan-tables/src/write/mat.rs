@@ -33,9 +33,10 @@ pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
     }
     let mut out = header();
     let mut used: HashSet<String> = ["names", "units"].map(String::from).into();
-    column(&mut out, &valid("time", &mut used), table.time);
+    let rows = table.time.len();
+    doubles(&mut out, &valid("time", &mut used), [rows, 1], table.time);
     for signal in &table.columns {
-        column(&mut out, &valid(signal.name, &mut used), signal.values);
+        doubles(&mut out, &valid(signal.name, &mut used), [rows, 1], signal.values);
     }
     let names = std::iter::once("time").chain(table.columns.iter().map(|signal| signal.name));
     texts(&mut out, "names", &names.collect::<Vec<_>>());
@@ -130,10 +131,6 @@ fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str,
     content(out);
     let byte_count = (out.len() - start) as u32;
     out[length..start].copy_from_slice(&byte_count.to_le_bytes());
-}
-
-fn column(out: &mut Vec<u8>, name: &str, values: &[f64]) {
-    doubles(out, name, [values.len(), 1], values);
 }
 
 fn doubles(out: &mut Vec<u8>, name: &str, [rows, columns]: [usize; 2], values: &[f64]) {

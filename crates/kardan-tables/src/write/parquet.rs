@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use ::parquet::basic::{Compression, Encoding, Repetition, Type as Physical};
-use ::parquet::data_type::DoubleType;
+use ::parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
+use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 pub use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
-use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 
@@ -27,21 +27,14 @@ use crate::{Column, Table};
 pub fn parquet(table: &Table<'_>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, ParquetError> {
     table.check();
     let columns = columns(table);
-    let properties = WriterProperties::builder()
-        .set_dictionary_enabled(false)
-        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(pairs(metadata, &columns)))
-        .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema(&columns)?), Arc::new(properties))?;
-    let mut rows = writer.next_row_group()?;
+    let mut pairs = key_values(metadata);
     for column in &columns {
-        let mut chunk = rows.next_column()?.expect("the schema has all columns");
-        chunk.typed::<DoubleType>().write_batch(column.values, None, None)?;
-        chunk.close()?;
+        pairs.push(KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned()));
+        pairs.push(KeyValue::new(format!("description:{}", column.name), column.description.to_owned()));
     }
-    rows.close()?;
-    writer.into_inner()
+    pairs.push(KeyValue::new(arrow_schema::KEY.to_owned(), arrow_schema(&columns, metadata)));
+    let settings = WriterProperties::builder().set_dictionary_enabled(false).set_encoding(Encoding::BYTE_STREAM_SPLIT);
+    file("run", (&columns, &[]), pairs, settings)
 }
 
 /// The columns of the file, time first.
@@ -50,23 +43,42 @@ fn columns<'a>(table: &Table<'a>) -> Vec<Column<'a>> {
     std::iter::once(time).chain(table.columns.iter().copied()).collect()
 }
 
-fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
-    let columns = columns.iter().map(|column| {
-        let column = Type::primitive_type_builder(column.name, Physical::DOUBLE);
-        column.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
-    });
-    Type::group_type_builder("run").with_fields(columns.collect::<Result<_, _>>()?).build()
+/// Pairs of the metadata.
+pub(super) fn key_values(metadata: &[(&str, &str)]) -> Vec<KeyValue> {
+    metadata.iter().map(|&(key, value)| KeyValue::new(key.into(), value.to_owned())).collect()
 }
 
-fn pairs(metadata: &[(&str, &str)], columns: &[Column]) -> Vec<KeyValue> {
-    let mut pairs: Vec<KeyValue> =
-        metadata.iter().map(|&(key, value)| KeyValue::new(key.into(), value.to_owned())).collect();
-    for column in columns {
-        pairs.push(KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned()));
-        pairs.push(KeyValue::new(format!("description:{}", column.name), column.description.to_owned()));
+/// A file of one row group of required columns, numbers and texts, compressed with Snappy.
+pub(super) fn file(
+    name: &str,
+    (numbers, texts): (&[Column<'_>], &[(&str, &[String])]),
+    pairs: Vec<KeyValue>,
+    settings: WriterPropertiesBuilder,
+) -> Result<Vec<u8>, ParquetError> {
+    let field = |name: &str, physical, logical| {
+        let builder = Type::primitive_type_builder(name, physical).with_logical_type(logical);
+        builder.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+    };
+    let number = |column: &Column<'_>| field(column.name, Physical::DOUBLE, None);
+    let text = |(name, _): &(&str, &[String])| field(name, Physical::BYTE_ARRAY, Some(LogicalType::String));
+    let fields = numbers.iter().map(number).chain(texts.iter().map(text)).collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder(name).with_fields(fields).build()?;
+    let properties = settings.set_compression(Compression::SNAPPY).set_key_value_metadata(Some(pairs)).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for column in numbers {
+        let mut chunk = group.next_column()?.expect("the schema has all columns");
+        chunk.typed::<DoubleType>().write_batch(column.values, None, None)?;
+        chunk.close()?;
     }
-    pairs.push(KeyValue::new(arrow_schema::KEY.to_owned(), arrow_schema(columns, metadata)));
-    pairs
+    for (_, texts) in texts {
+        let bytes: Vec<ByteArray> = texts.iter().map(|text| ByteArray::from(text.as_str())).collect();
+        let mut chunk = group.next_column()?.expect("the schema has all columns");
+        chunk.typed::<ByteArrayType>().write_batch(&bytes, None, None)?;
+        chunk.close()?;
+    }
+    group.close()?;
+    writer.into_inner()
 }
 
 #[cfg(test)]

@@ -4,18 +4,15 @@
 //! kardan verifies it first, so that damaged bytes reach no decoder. For other readers it is a pair of the metadata.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use ::parquet::column::reader::ColumnReader;
-use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use ::parquet::data_type::ByteArray;
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::reader::{FileReader, SerializedFileReader};
-use ::parquet::file::writer::SerializedFileWriter;
-use ::parquet::schema::types::Type;
 
+use super::parquet::{file, key_values};
 use crate::Column;
 
 /// The key of the checksum, and the text before its digits.
@@ -63,37 +60,12 @@ pub fn rows(
     let lengths = numbers.iter().map(|column| column.values.len()).chain(texts.iter().map(|(_, texts)| texts.len()));
     let lengths: Vec<usize> = lengths.collect();
     assert!(lengths.iter().all(|length| *length == lengths[0]), "columns have {lengths:?} rows");
-    let field = |name: &str, physical, logical| {
-        let builder = Type::primitive_type_builder(name, physical).with_logical_type(logical);
-        builder.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
-    };
-    let number = |column: &Column<'_>| field(column.name, Physical::DOUBLE, None);
-    let text = |(name, _): &(&str, &[String])| field(name, Physical::BYTE_ARRAY, Some(LogicalType::String));
-    let fields = numbers.iter().map(number).chain(texts.iter().map(text)).collect::<Result<Vec<_>, _>>()?;
-    let schema = Type::group_type_builder("rows").with_fields(fields).build()?;
-    let mut pairs: Vec<KeyValue> =
-        metadata.iter().map(|&(key, value)| KeyValue::new(key.into(), value.to_owned())).collect();
+    let mut pairs = key_values(metadata);
     let unit = |column: &Column<'_>| KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned());
     pairs.extend(numbers.iter().map(unit));
     let blank = String::from_utf8_lossy(ALGORITHM) + "0000000000000000";
     pairs.push(KeyValue::new(CHECKSUM.into(), blank.into_owned()));
-    let properties =
-        WriterProperties::builder().set_compression(Compression::SNAPPY).set_key_value_metadata(Some(pairs)).build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for column in numbers {
-        let mut chunk = group.next_column()?.expect("the schema has all columns");
-        chunk.typed::<DoubleType>().write_batch(column.values, None, None)?;
-        chunk.close()?;
-    }
-    for (_, texts) in texts {
-        let bytes: Vec<ByteArray> = texts.iter().map(|text| ByteArray::from(text.as_str())).collect();
-        let mut chunk = group.next_column()?.expect("the schema has all columns");
-        chunk.typed::<ByteArrayType>().write_batch(&bytes, None, None)?;
-        chunk.close()?;
-    }
-    group.close()?;
-    let mut bytes = writer.into_inner()?;
+    let mut bytes = file("rows", (numbers, texts), pairs, WriterProperties::builder())?;
     let digits = digits_of(&bytes).expect("the checksum is the last pair of the metadata");
     let sum = format!("{:016x}", checksum(&bytes, &digits));
     bytes[digits].copy_from_slice(sum.as_bytes());
@@ -132,11 +104,12 @@ fn verify(bytes: &[u8]) -> Result<(), ParquetError> {
 pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
     verify(&bytes)?;
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))?;
-    let file = reader.metadata().file_metadata();
-    let metadata = pairs(&reader);
-    let names: Vec<String> = file.schema_descr().columns().iter().map(|column| column.name().to_string()).collect();
+    let described = reader.metadata().file_metadata();
+    let pairs = described.key_value_metadata().cloned().unwrap_or_default();
+    let metadata = pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect();
     let mut out = Rows { metadata, ..Rows::default() };
-    for (k, name) in names.iter().enumerate() {
+    for (k, column) in described.schema_descr().columns().iter().enumerate() {
+        let name = column.name().to_string();
         let (mut numbers, mut texts, mut is_text) = (Vec::new(), Vec::new(), false);
         for number in 0..reader.num_row_groups() {
             let group = reader.get_row_group(number)?;
@@ -154,14 +127,9 @@ pub fn read_rows(bytes: Vec<u8>) -> Result<Rows, ParquetError> {
                 _ => {}
             }
         }
-        if is_text { out.texts.push((name.clone(), texts)) } else { out.numbers.push((name.clone(), numbers)) }
+        if is_text { out.texts.push((name, texts)) } else { out.numbers.push((name, numbers)) }
     }
     Ok(out)
-}
-
-fn pairs(reader: &SerializedFileReader<bytes::Bytes>) -> Vec<(String, String)> {
-    let pairs = reader.metadata().file_metadata().key_value_metadata().cloned().unwrap_or_default();
-    pairs.into_iter().map(|pair| (pair.key, pair.value.unwrap_or_default())).collect()
 }
 
 #[cfg(test)]

@@ -48,18 +48,24 @@ impl Mechanics {
     fn eliminate(&self) -> Result<Eliminated, MasslessError> {
         let inputs: Vec<String> = (1..=self.f.columns()).map(|i| format!("u{i}")).collect();
         let outputs: Vec<String> = (1..=self.c_pos.rows()).map(|i| format!("y{i}")).collect();
-        eliminate_massless(
-            &self.coordinates,
-            &inputs,
-            &outputs,
-            &self.h,
-            &self.d,
-            &self.s,
-            &self.f,
-            &self.c_pos,
-            &self.c_vel,
-            &self.through,
-        )
+        let (r, m) = (self.h.rows(), inputs.len());
+        let quarters =
+            |parts: [&M; 4]| Matrix::from_fn(2 * r, 2 * r, |i, j| parts[2 * (i / r) + j / r][(i % r, j % r)].clone());
+        let (zero, one) = (Matrix::zeros(r, r), Matrix::identity(r));
+        let pencil = LinearSystem {
+            states: (1..=2 * r).map(|i| format!("x{i}")).collect(),
+            e: quarters([&one, &zero, &zero, &self.h]),
+            a: quarters([&zero, &one, &minus(&self.s), &minus(&self.d)]),
+            b: Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { self.f[(i - r, j)].clone() }),
+            c: Matrix::from_fn(outputs.len(), 2 * r, |i, j| {
+                if j < r { self.c_pos[(i, j)].clone() } else { self.c_vel[(i, j - r)].clone() }
+            }),
+            d: self.through.clone(),
+            inputs,
+            outputs,
+            degrees_of_freedom: None,
+        };
+        eliminate_massless(&self.coordinates, &pencil)
     }
 
     /// `(C₀ + s C₁)(s²H + sD + S)⁻¹F + D₀`.

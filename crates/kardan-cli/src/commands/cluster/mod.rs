@@ -25,7 +25,9 @@ use self::queue::Queue;
 use self::record::{MOST_SHARDS, Record};
 use self::template::{check, fill, ranges};
 use super::model_store::{store_model, stored_model};
-use super::rows::{files_of_rows, is_whole, own_files, path_of_manifest, removed, shard_counts};
+use super::rows::{
+    RESUME_OR_FORCE, files_of_rows, has_rows, is_whole, own_files, path_of_manifest, removed, shard_counts,
+};
 use super::sweep::{merge, prepared_folder, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
 use crate::exit::DONE;
@@ -62,7 +64,7 @@ pub fn print_template(target: Target) -> Result<u8, Failure> {
 /// `kardan sweep --on`.
 pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failure> {
     let mut work = Work::prepare(args, Queue::of(target), quiet)?;
-    let missing = work.missing(&work.all());
+    let missing = work.missing();
     if args.on.dry_run && missing.is_empty() {
         work.message("all shards are done: there is no job to write");
         return Ok(DONE);
@@ -73,26 +75,25 @@ pub fn sweep(args: &SweepArgs, target: Target, quiet: bool) -> Result<u8, Failur
         work.message(&format!("wrote {}; not submitted: run `{}` to submit it", path.display(), work.by_hand(&path)));
         return Ok(DONE);
     }
-    if let Some(job) = work.jobs.last().cloned().filter(|_| !missing.is_empty()) {
+    if let Some(job) = work.record.jobs.last().cloned().filter(|_| !missing.is_empty()) {
         work.go_on(&job, &missing)?;
     }
     let tries = if work.queue.retries_itself { 0 } else { args.on.retries };
     for again in 0..=tries {
-        let missing = work.missing(&work.all());
+        let missing = work.missing();
         if missing.is_empty() {
             break;
         }
         if again > 0 {
             let (which, why) = (ranges(&missing), work.why(missing[0]));
+            let (count, all) = (missing.len(), work.record.shards);
             work.message(&format!(
-                "{} of {} shards have failed ({which}; {why}): resubmitted, {again} of {tries}",
-                missing.len(),
-                work.shards
+                "{count} of {all} shards have failed ({which}; {why}): resubmitted, {again} of {tries}"
             ));
         }
         work.run(&missing)?;
     }
-    let missing = work.missing(&work.all());
+    let missing = work.missing();
     if !missing.is_empty() {
         return Err(work.failed(&missing).into());
     }
@@ -115,11 +116,8 @@ struct Work<'a> {
     out: PathBuf,
     /// Name and text of the template.
     template: (String, String),
-    shards: u64,
-    /// Description of the sweep.
-    identity: String,
-    /// Jobs in the queue that were submitted from this folder.
-    jobs: Vec<String>,
+    /// The sweep, its number of shards, and the jobs that were submitted from this folder.
+    record: Record,
     /// Lock: no other sweep writes to the folder.
     lock: Option<Lock>,
 }
@@ -157,9 +155,8 @@ impl<'a> Work<'a> {
             let help = format!("at most `--shards {}`", plan.blocks());
             return Err(Diagnostic::error("sweep::shards", message).help(help).into());
         }
-        let identity = plan.head.identity.replace('\n', " ");
-        let mut work =
-            Work { args, queue, quiet, model, out, template, shards, identity, jobs: Vec::new(), lock: None };
+        let record = Record { sweep: plan.head.identity.replace('\n', " "), shards, jobs: Vec::new() };
+        let mut work = Work { args, queue, quiet, model, out, template, record, lock: None };
         // All template words and paths are checked before a file is written.
         let job = fill(&work.template.0, &work.template.1, &work.values(&[1])?)?;
         if queue.name == "kubernetes" && job.contains("mountPath: \"/\"") {
@@ -171,14 +168,14 @@ impl<'a> Work<'a> {
         work.lock = Some(prepared_folder(&work.out, None)?);
         work.take_up((&project, &plan))?;
         // From here on all files are of this sweep.
-        work.record()?;
+        work.save_record()?;
         for folder in ["parts", "logs"] {
             prepare_folder_in(&work.out, folder)?;
         }
         work.all().into_iter().flat_map(|number| work.files_of(number)).try_for_each(|path| stays(&work.out, &path))?;
         let script = fill("shard.sh", SHARD, &work.values(&[])?)?;
         save_in(&work.out, "shard.sh", script.as_bytes())?;
-        store_model(&work.out, &project, &work.identity)?;
+        store_model(&work.out, &project, &work.record.sweep)?;
         if work.args.resume {
             work.undo_damaged((&project, &plan))?;
         }
@@ -187,28 +184,25 @@ impl<'a> Work<'a> {
 
     /// Reads the state of earlier commands from the folder; rejects a folder with another sweep, or with foreign files.
     fn take_up(&mut self, (project, plan): (&Project, &SweepPlan)) -> Result<(), Diagnostic> {
-        let (path, shown) = (self.out.join(RECORD), self.out.display());
+        let path = self.out.join(RECORD);
         let rows = files_of_rows(&self.out);
         if !rows.is_empty() && !self.args.force {
-            let message = format!("the folder `{shown}` already contains rows of a sweep");
             let help = "they come from a sweep without `--on`: replace them with `--force`, or name another folder with --out DIR";
-            return Err(Diagnostic::error("output::folder", message).help(help));
+            return Err(has_rows(&self.out, help));
         }
         let refusal = |what: String, help: &str| {
             let message = format!("kardan cannot resume `{}`: {what}", path.display());
             Err(Diagnostic::error("sweep::resume", message).help(help))
         };
-        let record = match files::read(&path) {
-            Ok(bytes) => match Record::read(&bytes) {
-                Ok(record) => record,
-                Err(why) => {
-                    let help = "kardan did not write it, or it is damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and continue with `--resume`";
-                    return refusal(why, help);
-                }
-            },
-            Err(_) => return self.check_unrecorded_folder(plan),
+        let Ok(bytes) = files::read(&path) else { return self.check_unrecorded_folder(plan) };
+        let record = match Record::read(&bytes) {
+            Ok(record) => record,
+            Err(why) => {
+                let help = "kardan did not write it, or it is damaged: name another folder with --out DIR, or, if it is of this sweep, remove it and continue with `--resume`";
+                return refusal(why, help);
+            }
         };
-        let begun = fs::read_dir(self.out.join("parts")).is_ok_and(|mut parts| parts.next().is_some());
+        let begun = files::paths_in(&self.out.join("parts")).next().is_some();
         if self.args.force {
             return self.start_anew(record.shards);
         }
@@ -217,31 +211,28 @@ impl<'a> Work<'a> {
             return Ok(());
         }
         if !self.args.resume {
-            let message = format!("the folder `{shown}` already contains rows of a sweep");
-            let help = "continue with `--resume`, replace them with `--force`, or name another folder with --out DIR";
-            return Err(Diagnostic::error("output::folder", message).help(help));
+            return Err(has_rows(&self.out, RESUME_OR_FORCE));
         }
-        if record.sweep != self.identity {
+        if record.sweep != self.record.sweep {
             let help = "run with its original model and options, or restart with `--force`";
             let was = stored_model(&self.out, &record.sweep);
-            let difference = project.sweep_mismatch(&self.identity, &record.sweep, was.as_deref());
+            let difference = project.sweep_mismatch(&self.record.sweep, &record.sweep, was.as_deref());
             return refusal(format!("it is of another sweep: {difference}"), help);
         }
         if self.args.on.shards.is_some_and(|requested| requested != record.shards) {
             let help = "omit `--shards` to continue with those, or restart with `--force`";
-            return refusal(format!("its sweep has {} shards, not {}", record.shards, self.shards), help);
+            return refusal(format!("its sweep has {} shards, not {}", record.shards, self.record.shards), help);
         }
-        (self.shards, self.jobs) = (record.shards, record.jobs);
+        self.record = record;
         Ok(())
     }
 
     /// A folder without a record: it contains no job files, or those of a job to resume.
     fn check_unrecorded_folder(&mut self, plan: &SweepPlan) -> Result<(), Diagnostic> {
         if self.args.resume {
-            let parts = fs::read_dir(self.out.join("parts")).into_iter().flatten().filter_map(Result::ok);
-            let parts: Vec<PathBuf> = parts.map(|entry| entry.path()).collect();
+            let parts: Vec<PathBuf> = files::paths_in(&self.out.join("parts")).collect();
             if let (None, &[of]) = (self.args.on.shards, &shard_counts(&parts)[..]) {
-                self.shards = of.clamp(1, plan.blocks().min(MOST_SHARDS));
+                self.record.shards = of.clamp(1, plan.blocks().min(MOST_SHARDS));
             }
             return Ok(());
         }
@@ -300,13 +291,12 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    fn record(&self) -> Result<(), Diagnostic> {
-        let record = Record { sweep: self.identity.clone(), shards: self.shards, jobs: self.jobs.clone() };
-        save_in(&self.out, RECORD, record.to_text().as_bytes()).map(|_| ())
+    fn save_record(&self) -> Result<(), Diagnostic> {
+        save_in(&self.out, RECORD, self.record.to_text().as_bytes()).map(|_| ())
     }
 
     fn shard(&self, number: u64) -> Shard {
-        Shard { number, of: self.shards }
+        Shard { number, of: self.record.shards }
     }
 
     /// The logs of a shard and its queue.
@@ -320,7 +310,7 @@ impl<'a> Work<'a> {
     }
 
     fn all(&self) -> Vec<u64> {
-        (1..=self.shards).collect()
+        (1..=self.record.shards).collect()
     }
 
     fn part(&self, number: u64) -> PathBuf {
@@ -328,9 +318,12 @@ impl<'a> Work<'a> {
     }
 
     /// The shards that are not done.
-    fn missing(&self, shards: &[u64]) -> Vec<u64> {
-        let done = |number: u64| path_of_manifest(&self.part(number), self.shard(number)).is_file();
-        shards.iter().copied().filter(|number| !done(*number)).collect()
+    fn missing(&self) -> Vec<u64> {
+        self.all().into_iter().filter(|number| !self.is_done(*number)).collect()
+    }
+
+    fn is_done(&self, number: u64) -> bool {
+        path_of_manifest(&self.part(number), self.shard(number)).is_file()
     }
 
     fn message(&self, text: &str) {
@@ -344,10 +337,8 @@ impl<'a> Work<'a> {
         let text = |path: &Path| match path.to_str() {
             Some(text) if !text.contains(|c: char| c.is_control()) => Ok(text.to_owned()),
             _ => {
-                let message = format!(
-                    "`{}` cannot be written into a script: it is not UTF-8 or has control characters",
-                    path.display()
-                );
+                let why = "cannot be written into a script: it is not UTF-8 or has control characters";
+                let message = format!("`{}` {why}", path.display());
                 Err(Diagnostic::error("sweep::scheduler", message).help("give it another name"))
             }
         };
@@ -365,7 +356,7 @@ impl<'a> Work<'a> {
             ("array", ranges(shards)),
             ("list", list.join(" ")),
             ("count", shards.len().to_string()),
-            ("shards", self.shards.to_string()),
+            ("shards", self.record.shards.to_string()),
             ("threads", threads(self.args).to_string()),
             ("processes", processes(self.args, shards.len() as u64).to_string()),
             ("retries", self.args.on.retries.to_string()),
@@ -406,8 +397,8 @@ impl<'a> Work<'a> {
         let stem = self.model.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
         let stem: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(30).collect();
         let out = self.out.to_string_lossy();
-        let sum = [self.identity.as_bytes(), out.as_bytes()].into_iter().fold(Random::FNV, Random::fnv);
-        format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.jobs.len() + 1)
+        let sum = [self.record.sweep.as_bytes(), out.as_bytes()].into_iter().fold(Random::FNV, Random::fnv);
+        format!("kardan-{}-{:08x}-{}", stem.trim_matches('-'), sum >> 32, self.record.jobs.len() + 1)
     }
 
     /// Command of a shard, for a shell.
@@ -469,8 +460,8 @@ impl<'a> Work<'a> {
         }
         let job = self.queue.submit(&path)?;
         self.message(&format!("{count} shards are job {job} of {name}"));
-        self.jobs.push(format!("{name} {job}"));
-        self.record()?;
+        self.record.jobs.push(format!("{name} {job}"));
+        self.save_record()?;
         self.follow(shards, &mut || self.queue.contains(&job), false)
     }
 
@@ -506,12 +497,12 @@ impl<'a> Work<'a> {
             }
             // The queue is polled before the folder, so that no shard ends between the two.
             let is_running = if own { Ok(true) } else { runs() };
-            let missing = self.missing(shards).len();
+            let missing = shards.iter().filter(|number| !self.is_done(**number)).count();
             if missing != reported {
                 self.message(&format!(
                     "{} of {} shards are done",
-                    self.shards - self.missing(&self.all()).len() as u64,
-                    self.shards
+                    self.record.shards - self.missing().len() as u64,
+                    self.record.shards
                 ));
                 reported = missing;
             }
@@ -538,8 +529,8 @@ impl<'a> Work<'a> {
 
     /// The command ends before its jobs.
     fn left(&self) -> Diagnostic {
-        let missing = self.missing(&self.all()).len();
-        let help = match (self.queue.submit, self.jobs.last().and_then(|job| job.rsplit(' ').next())) {
+        let missing = self.missing().len();
+        let help = match (self.queue.submit, self.record.jobs.last().and_then(|job| job.rsplit(' ').next())) {
             ([_, ..], Some(job)) => format!(
                 "job {job} stays in the queue (`{} {job}` ends it); the same command with `--resume` follows it",
                 self.queue.cancel
@@ -548,13 +539,14 @@ impl<'a> Work<'a> {
                 "kardan stops its processes; the same command with `--resume` continues with the missing shards".into()
             }
         };
-        Diagnostic::error("sweep::missing-shards", format!("{missing} of {} shards are missing", self.shards))
+        Diagnostic::error("sweep::missing-shards", format!("{missing} of {} shards are missing", self.record.shards))
             .help(help)
     }
 
     /// Shards are missing after all tries.
     fn failed(&self, missing: &[u64]) -> Diagnostic {
-        let mut message = format!("{} of {} shards are not done ({})", missing.len(), self.shards, ranges(missing));
+        let mut message =
+            format!("{} of {} shards are not done ({})", missing.len(), self.record.shards, ranges(missing));
         missing.iter().take(3).for_each(|number| {
             let _ = write!(message, "; shard {number}: {}", self.why(*number));
         });

@@ -26,66 +26,63 @@ pub struct Queue {
     pub retries_itself: bool,
 }
 
-const SLURM: Queue = Queue {
-    name: "slurm",
-    template: include_str!("templates/slurm.sh"),
-    file: "job.sh",
-    needs: &["sbatch", "squeue"],
-    install: "Slurm's commands (Debian: apt-get install slurm-client, with the slurm.conf of the cluster)",
-    submit: &["sbatch", "--parsable"],
-    cancel: "scancel",
-    retries_itself: false,
-};
-const HYPERQUEUE: Queue = Queue {
-    name: "hyperqueue",
-    template: include_str!("templates/hyperqueue.sh"),
-    file: "job.sh",
-    needs: &["hq"],
-    install: "HyperQueue's command `hq` (https://github.com/It4innovations/hyperqueue/releases), and start `hq server start` and `hq worker start`",
-    submit: &["hq", "--output-mode", "quiet", "submit"],
-    cancel: "hq job cancel",
-    retries_itself: false,
-};
-const KUBERNETES: Queue = Queue {
-    name: "kubernetes",
-    template: include_str!("templates/kubernetes.yaml"),
-    file: "job.yaml",
-    needs: &["kubectl"],
-    install: "kubectl (https://kubernetes.io/docs/tasks/tools) with access to a cluster of version 1.29 or newer",
-    submit: &["kubectl", "create", "-o", "name", "-f"],
-    cancel: "kubectl delete",
-    retries_itself: true,
-};
-const MPI: Queue = Queue {
-    name: "mpi",
-    template: include_str!("templates/mpi.sh"),
-    file: "job.sh",
-    needs: &["mpirun"],
-    install: "an MPI (Debian: apt-get install openmpi-bin)",
-    submit: &[],
-    cancel: "",
-    retries_itself: false,
-};
-const LOCAL: Queue = Queue {
-    name: "local",
-    template: include_str!("templates/local.sh"),
-    file: "job.sh",
-    needs: &["sh", "xargs"],
-    install: "a POSIX shell and xargs (Debian: apt-get install findutils)",
-    submit: &[],
-    cancel: "",
-    retries_itself: false,
-};
+/// In the order of [`Target`].
+static QUEUES: [Queue; 5] = [
+    Queue {
+        name: "slurm",
+        template: include_str!("templates/slurm.sh"),
+        file: "job.sh",
+        needs: &["sbatch", "squeue"],
+        install: "Slurm's commands (Debian: apt-get install slurm-client, with the slurm.conf of the cluster)",
+        submit: &["sbatch", "--parsable"],
+        cancel: "scancel",
+        retries_itself: false,
+    },
+    Queue {
+        name: "hyperqueue",
+        template: include_str!("templates/hyperqueue.sh"),
+        file: "job.sh",
+        needs: &["hq"],
+        install: "HyperQueue's command `hq` (https://github.com/It4innovations/hyperqueue/releases), and start `hq server start` and `hq worker start`",
+        submit: &["hq", "--output-mode", "quiet", "submit"],
+        cancel: "hq job cancel",
+        retries_itself: false,
+    },
+    Queue {
+        name: "kubernetes",
+        template: include_str!("templates/kubernetes.yaml"),
+        file: "job.yaml",
+        needs: &["kubectl"],
+        install: "kubectl (https://kubernetes.io/docs/tasks/tools) with access to a cluster of version 1.29 or newer",
+        submit: &["kubectl", "create", "-o", "name", "-f"],
+        cancel: "kubectl delete",
+        retries_itself: true,
+    },
+    Queue {
+        name: "mpi",
+        template: include_str!("templates/mpi.sh"),
+        file: "job.sh",
+        needs: &["mpirun"],
+        install: "an MPI (Debian: apt-get install openmpi-bin)",
+        submit: &[],
+        cancel: "",
+        retries_itself: false,
+    },
+    Queue {
+        name: "local",
+        template: include_str!("templates/local.sh"),
+        file: "job.sh",
+        needs: &["sh", "xargs"],
+        install: "a POSIX shell and xargs (Debian: apt-get install findutils)",
+        submit: &[],
+        cancel: "",
+        retries_itself: false,
+    },
+];
 
 impl Queue {
     pub fn of(target: Target) -> &'static Self {
-        match target {
-            Target::Slurm => &SLURM,
-            Target::Hyperqueue => &HYPERQUEUE,
-            Target::Kubernetes => &KUBERNETES,
-            Target::Mpi => &MPI,
-            Target::Local => &LOCAL,
-        }
+        &QUEUES[target as usize]
     }
 
     /// A required program that is missing; a custom script requires the programs that it names.
@@ -148,20 +145,13 @@ fn answer(command: &[&str]) -> Result<String, String> {
     let output =
         Command::new(command[0]).args(&command[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    match output.status.success() {
-        true => Ok(text(&output.stdout)),
-        false => match text(&output.stderr) {
-            stderr_text if stderr_text.is_empty() => Err(format!("it ends with {}", output.status)),
-            // The first lines explain the error; some programs add the location in their code.
-            stderr_text => Err(stderr_text
-                .lines()
-                .map(str::trim)
-                .filter(|line| !line.is_empty())
-                .take(4)
-                .collect::<Vec<_>>()
-                .join("; ")),
-        },
+    if output.status.success() {
+        return Ok(text(&output.stdout));
     }
+    let errors = text(&output.stderr);
+    // The first lines explain the error; some programs add the location in their code.
+    let lines: Vec<&str> = errors.lines().map(str::trim).filter(|line| !line.is_empty()).take(4).collect();
+    Err(if lines.is_empty() { format!("it ends with {}", output.status) } else { lines.join("; ") })
 }
 
 /// Whether a program is on the PATH.

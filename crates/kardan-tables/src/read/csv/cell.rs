@@ -133,15 +133,12 @@ fn number(digits: &str) -> Option<i64> {
 
 /// Days since 1970-01-01.
 fn days(date: &str) -> Option<i64> {
-    let iso = date.split('-').map(number).collect::<Option<Vec<_>>>();
-    let dotted = || date.split('.').map(number).collect::<Option<Vec<_>>>();
-    let slashed = || date.split('/').map(number).collect::<Option<Vec<_>>>();
-    let (year, month, day) = match (iso, dotted(), slashed()) {
-        (Some(iso), ..) if iso.len() == 3 => (iso[0], iso[1], iso[2]),
-        (_, Some(dotted), _) if dotted.len() == 3 => (dotted[2], dotted[1], dotted[0]),
-        (.., Some(slashed)) if slashed.len() == 3 && slashed[0] > 31 => (slashed[0], slashed[1], slashed[2]),
-        _ => return None,
+    let numbers = |separator: char| -> Option<[i64; 3]> {
+        date.split(separator).map(number).collect::<Option<Vec<_>>>()?.try_into().ok()
     };
+    let dotted = || numbers('.').map(|[day, month, year]| [year, month, day]);
+    let slashed = || numbers('/').filter(|[year, ..]| *year > 31);
+    let [year, month, day] = numbers('-').or_else(dotted).or_else(slashed)?;
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1000..3000).contains(&year) {
         return None;
     }

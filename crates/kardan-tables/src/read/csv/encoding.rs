@@ -50,16 +50,8 @@ impl Read for Utf16 {
             if ended && raw.is_empty() {
                 return Ok(0);
             }
-            let mut units: Vec<u16> = raw
-                .chunks_exact(2)
-                .map(|pair| {
-                    if self.little {
-                        u16::from_le_bytes([pair[0], pair[1]])
-                    } else {
-                        u16::from_be_bytes([pair[0], pair[1]])
-                    }
-                })
-                .collect();
+            let unit = if self.little { u16::from_le_bytes } else { u16::from_be_bytes };
+            let mut units: Vec<u16> = raw.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
             let mut used = 2 * units.len();
             if !ended && units.last().is_some_and(|unit| (0xd800..0xdc00).contains(unit)) {
                 units.pop();

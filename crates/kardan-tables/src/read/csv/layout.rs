@@ -99,10 +99,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
         let help = "give the delimiter and the first row of numbers if there are any";
         return Err(no_rows(format!("{what} in the first {} rows; {help}", lines.len())));
     };
-    let start = match first {
-        Some(first) => first,
-        None => form.start,
-    };
+    let start = first.unwrap_or(form.start);
     let header = Header::find(&lines[..start], &form, options);
     let (mut layout, group) = form.layout(header, &rows, start, encoding);
     if layout.point == layout.delimiter && options.decimal_comma.is_none() {
@@ -261,18 +258,18 @@ impl Form {
                 });
                 name = if increasing { "time".into() } else { String::new() };
             }
+            let is_named = !name.is_empty();
+            if !is_named {
+                name = format!("column {}", index + 1);
+            }
             if !self.numeric[index] {
                 if values.iter().any(|row| row[index] == Cell::Text) {
-                    let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
                     notes.push(format!("`{name}` contains text and is left out"));
                     continue;
                 }
-                if name.is_empty() {
+                if !is_named {
                     continue;
                 }
-            }
-            if name.is_empty() {
-                name = format!("column {}", index + 1);
             }
             if stamps[index].is_some() {
                 unit = "s".into();

@@ -22,11 +22,30 @@ pub(super) struct Rows {
     pub(super) columns: Vec<Vec<f64>>,
     pub(super) rows: usize,
     pub(super) lines: u64,
+    pub(super) found: Irregular,
+}
+
+/// What is irregular in some lines.
+#[derive(Default)]
+pub(super) struct Irregular {
+    /// Lines that are no rows, and the first one.
     pub(super) skipped: u64,
     pub(super) first_skipped: Option<u64>,
     pub(super) odd_cells: u64,
     /// Line, cell and its text.
     pub(super) first_odd_cell: Option<(u64, usize, String)>,
+}
+
+impl Irregular {
+    /// Adds what is irregular in lines after `before` others.
+    pub(super) fn add(&mut self, other: &Self, before: u64) {
+        self.skipped += other.skipped;
+        self.first_skipped = self.first_skipped.or(other.first_skipped.map(|line| before + line));
+        self.odd_cells += other.odd_cells;
+        if let (None, Some((line, cell, text))) = (&self.first_odd_cell, &other.first_odd_cell) {
+            self.first_odd_cell = Some((before + line, *cell, text.clone()));
+        }
+    }
 }
 
 impl Plan {
@@ -146,15 +165,15 @@ impl Plan {
         }
         if cells.len() != self.cells || (numbers == 0 && !odd.is_empty()) {
             rows.columns.iter_mut().for_each(|column| column.truncate(rows.rows));
-            rows.skipped += 1;
-            rows.first_skipped.get_or_insert(rows.lines);
+            rows.found.skipped += 1;
+            rows.found.first_skipped.get_or_insert(rows.lines);
             return;
         }
         rows.rows += 1;
-        rows.odd_cells += odd.len() as u64;
-        if let (Some(&cell), None) = (odd.first(), &rows.first_odd_cell) {
+        rows.found.odd_cells += odd.len() as u64;
+        if let (Some(&cell), None) = (odd.first(), &rows.found.first_odd_cell) {
             let text = String::from_utf8_lossy(&cells[cell][..cells[cell].len().min(40)]).into_owned();
-            rows.first_odd_cell = Some((rows.lines, cell, text));
+            rows.found.first_odd_cell = Some((rows.lines, cell, text));
         }
     }
 }

@@ -60,6 +60,11 @@ pub(super) fn unsigned(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte))
 }
 
+/// The file is damaged at a byte.
+pub(super) fn damaged(at: u64, what: impl Into<String>) -> LogError {
+    LogError::damaged(MDF, format!("at byte {at}"), what)
+}
+
 /// A block without its contents.
 pub(super) struct Header {
     pub id: [u8; 4],
@@ -75,17 +80,13 @@ impl Header {
         let (length, links) = (unsigned(&bytes[8..16]), unsigned(&bytes[16..24]));
         let header = Self { id, at, length, links };
         if !id.starts_with(b"##") {
-            return Err(LogError::damaged(
-                MDF,
-                format!("at byte {at}"),
-                "a link points there, but no block begins there",
-            ));
+            return Err(damaged(at, "a link points there, but no block begins there"));
         }
         // A block of records that a crash left without its length has length 0.
         let unfinished = length == 0 && links == 0 && &id == b"##DT";
         if !unfinished && (links > LINK_LIMIT || length < 24 + 8 * links) {
             let what = format!("block {} declares {length} bytes with {links} links", header.name());
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            return Err(damaged(at, what));
         }
         Ok(header)
     }
@@ -112,11 +113,7 @@ impl Header {
     }
 
     pub fn unexpected(&self, expected: &str) -> LogError {
-        LogError::damaged(
-            MDF,
-            format!("at byte {}", self.at),
-            format!("expected {expected} there, found {}", self.name()),
-        )
+        damaged(self.at, format!("expected {expected} there, found {}", self.name()))
     }
 }
 
@@ -137,7 +134,7 @@ impl Read {
     fn number(&self, at: usize, count: usize) -> Result<u64, LogError> {
         match self.data.get(at..at + count) {
             Some(bytes) => Ok(unsigned(bytes)),
-            None => Err(LogError::damaged(MDF, format!("at byte {}", self.at), format!("{} is too short", self.what))),
+            None => Err(damaged(self.at, format!("{} is too short", self.what))),
         }
     }
 
@@ -149,9 +146,14 @@ impl Read {
 
 struct Traversal<'a> {
     source: &'a mut Source,
+    /// Whether the numbers of rows are unknown: the recording was not finished.
+    uncounted: bool,
     /// Visited blocks of chains, against cycles.
     visited: HashSet<u64>,
     notes: Vec<String>,
+    groups: Vec<Group>,
+    /// The data group and the position in it of each of `groups`.
+    places: Vec<Place>,
 }
 
 pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>), LogError> {
@@ -166,35 +168,37 @@ pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>
         ));
     }
     let flags = if unfinished { unsigned(&start[60..62]) } else { 0 };
-    let mut traversal = Traversal { source, visited: HashSet::new(), notes: Vec::new() };
+    let uncounted = unfinished && flags & 1 != 0;
+    let (visited, notes, groups, places) = (HashSet::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut traversal = Traversal { source, uncounted, visited, notes, groups, places };
     if unfinished {
         traversal.notes.push("the recording was not finished (UnFinMF): all complete records are read".into());
     }
     let header = traversal.block(64, b"##HD", "the header")?;
-    let (mut data, mut groups, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    let mut data = Vec::new();
     let mut next = header.link(0);
     while next != 0 {
         // Records before damage in the chain are still read.
-        match traversal.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
+        match traversal.data_group(next, data.len()) {
             Ok((group, after)) => {
                 data.push(group);
                 next = after;
             }
-            Err(error) if groups.is_empty() => return Err(error),
+            Err(error) if traversal.groups.is_empty() => return Err(error),
             Err(error) => {
                 traversal.notes.push(format!("groups are missing: {error}"));
                 break;
             }
         }
     }
+    let Traversal { notes, groups, places, .. } = traversal;
     if groups.is_empty() {
-        let why = match traversal.notes.first() {
+        let why = match notes.first() {
             Some(note) => format!("no group contains readable numbers ({note})"),
             None => "no group contains numbers; was anything recorded?".into(),
         };
         return Err(LogError::NoChannels { format: MDF, why });
     }
-    let notes = traversal.notes;
     Ok((File { data, places, unfinished_length: unfinished }, groups, notes))
 }
 
@@ -212,7 +216,7 @@ impl Traversal<'_> {
     /// A block of a chain, which is visited only once.
     fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
         if !self.visited.insert(at) {
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), format!("the links form a cycle to {what}")));
+            return Err(damaged(at, format!("the links form a cycle to {what}")));
         }
         self.block(at, id, what)
     }
@@ -235,46 +239,33 @@ impl Traversal<'_> {
         text.trim().to_owned()
     }
 
-    fn data_group(
-        &mut self,
-        at: u64,
-        uncounted: bool,
-        groups: &mut Vec<Group>,
-        index: usize,
-        places: &mut Vec<Place>,
-    ) -> Result<(DataGroup, u64), LogError> {
+    fn data_group(&mut self, at: u64, index: usize) -> Result<(DataGroup, u64), LogError> {
         let block = self.chained(at, b"##DG", "a data group")?;
         let id_bytes = block.number(0, 1)? as usize;
         if !matches!(id_bytes, 0 | 1 | 2 | 4 | 8) {
             let what = format!("a data group declares record numbers of {id_bytes} bytes");
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            return Err(damaged(at, what));
         }
         let mut group = DataGroup { data: block.link(2), id_bytes, groups: Vec::new() };
         let mut next = block.link(1);
         while next != 0 {
-            let (layout, found, after) = self.channel_group(next, uncounted, groups.len() + 1)?;
-            group.groups.push(layout);
+            let (mut layout, found, after) = self.channel_group(next)?;
             if let Some(found) = found {
-                let last = group.groups.len() - 1;
-                group.groups[last].group = Some(groups.len());
-                places.push((index, last));
-                groups.push(found);
+                layout.group = Some(self.groups.len());
+                self.places.push((index, group.groups.len()));
+                self.groups.push(found);
             }
+            group.groups.push(layout);
             next = after;
         }
         if group.groups.len() > 1 && id_bytes == 0 {
             let what = "a data group has several groups of channels, but its records have no numbers";
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            return Err(damaged(at, what));
         }
         Ok((group, block.link(0)))
     }
 
-    fn channel_group(
-        &mut self,
-        at: u64,
-        uncounted: bool,
-        number: usize,
-    ) -> Result<(Layout, Option<Group>, u64), LogError> {
+    fn channel_group(&mut self, at: u64) -> Result<(Layout, Option<Group>, u64), LogError> {
         let block = self.chained(at, b"##CG", "a group of channels")?;
         let (id, rows, flags) = (block.number(0, 8)?, block.number(8, 8)?, block.number(16, 2)?);
         let (data_bytes, invalid_bytes) = (block.number(24, 4)? as usize, block.number(28, 4)? as usize);
@@ -282,9 +273,9 @@ impl Traversal<'_> {
         let (data_bytes, invalid_bytes) = if variable { (0, 0) } else { (data_bytes, invalid_bytes) };
         if data_bytes.saturating_add(invalid_bytes) > RECORD_LIMIT {
             let what = format!("a group of channels declares records of {data_bytes} bytes");
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            return Err(damaged(at, what));
         }
-        let rows = if uncounted { None } else { Some(rows) };
+        let rows = (!self.uncounted).then_some(rows);
         let mut layout = Layout { id, group: None, rows, variable, data_bytes, invalid_bytes, fields: Vec::new() };
         let mut name = self.text(block.link(2));
         if name.is_empty() && block.link(3) != 0 {
@@ -293,7 +284,7 @@ impl Traversal<'_> {
                 .map_or_else(|_| String::new(), |source| self.text(source.link(0)));
         }
         if name.is_empty() {
-            name = format!("group {number}");
+            name = format!("group {}", self.groups.len() + 1);
         }
         let mut group = Group { name, channels: Vec::new(), time: None, rows };
         if flags & 8 != 0 {
@@ -365,14 +356,13 @@ impl Traversal<'_> {
             (_, 4 | 5) => (Kind::Float, data_type == 5),
             _ => return Ok(Err("contains no numbers (text, bytes or dates)".into())),
         };
-        let at = || format!("at byte {}", block.at);
         let sound = match stored {
             Kind::Index => true,
             Kind::Float => matches!(bits, 16 | 32 | 64) && bit == 0,
             _ => (1..=64).contains(&bits) && bit < 8,
         };
         if !sound {
-            return Err(LogError::damaged(MDF, at(), format!("a channel has {bits} bits from bit {bit} on")));
+            return Err(damaged(block.at, format!("a channel has {bits} bits from bit {bit} on")));
         }
         let invalid = (layout.invalid_bytes > 0 && flags & 2 != 0).then_some(invalid_bit);
         if flags & 1 != 0 {
@@ -388,7 +378,7 @@ impl Traversal<'_> {
         let field = Field { kind: stored, big_endian, byte, bit, bits: bits as u32, invalid, conversion };
         if byte.checked_add(field.bytes()).is_none_or(|end| stored != Kind::Index && end > layout.data_bytes) {
             let what = format!("a channel is outside the {} bytes of its record", layout.data_bytes);
-            return Err(LogError::damaged(MDF, at(), what));
+            return Err(damaged(block.at, what));
         }
         let unit = match self.text(block.link(6)) {
             own if own.is_empty() => unit,
@@ -403,7 +393,7 @@ impl Traversal<'_> {
         let (kind, count) = (block.number(0, 1)?, block.number(6, 2)? as usize);
         let Some(values) = block.floats(24, count) else {
             let what = format!("a conversion declares {count} numbers, but has fewer");
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            return Err(damaged(at, what));
         };
         let conversion = match (kind, &values[..]) {
             (0, _) => Conversion::None,
@@ -413,20 +403,20 @@ impl Traversal<'_> {
             (4 | 5, _) => {
                 let pairs: Vec<(f64, f64)> = values.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
                 if !pairs.is_sorted_by(|a, b| a.0 < b.0) {
-                    return Err(LogError::damaged(MDF, format!("at byte {at}"), "the keys of a table do not increase"));
+                    return Err(damaged(at, "the keys of a table do not increase"));
                 }
                 Conversion::Table { pairs, between: kind == 4 }
             }
             (6, _) => {
                 let rows = values.chunks_exact(3).map(|row| (row[0], row[1], row[2])).collect();
                 let default = if values.len() % 3 == 1 { values[values.len() - 1] } else { f64::NAN };
-                Conversion::Ranges { rows, default, float: false }
+                Conversion::Ranges { rows, default }
             }
             // Numbers that encode words stay numbers.
             (7..=11, _) => Conversion::None,
             _ => {
                 let what = format!("a conversion of kind {kind} has {count} numbers");
-                return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+                return Err(damaged(at, what));
             }
         };
         Ok(Ok((conversion, unit)))

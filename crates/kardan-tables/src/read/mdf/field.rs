@@ -31,7 +31,6 @@ pub(super) enum Conversion {
     Ranges {
         rows: Vec<(f64, f64, f64)>,
         default: f64,
-        float: bool,
     },
 }
 
@@ -142,9 +141,8 @@ impl Conversion {
                 values.iter_mut().for_each(|x| *x = ((a * *x + b) * *x + c) / ((d * *x + e) * *x + f));
             }
             Self::Table { pairs, between } => values.iter_mut().for_each(|x| *x = look_up(pairs, *x, *between)),
-            Self::Ranges { rows, default, float } => values.iter_mut().for_each(|x| {
-                let inside =
-                    |(low, high, _): &&(f64, f64, f64)| *low <= *x && if *float { *x < *high } else { *x <= *high };
+            Self::Ranges { rows, default } => values.iter_mut().for_each(|x| {
+                let inside = |(low, high, _): &&(f64, f64, f64)| *low <= *x && *x <= *high;
                 *x = rows.iter().find(inside).map_or(*default, |row| row.2);
             }),
         }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::super::LogError;
 use super::super::source::Source;
-use super::blocks::{Header, MDF, unsigned};
+use super::blocks::{Header, MDF, damaged, unsigned};
 
 /// Largest size of a decompressed block in bytes (4 MiB in the standard).
 const INFLATED_LIMIT: u64 = 64 << 20;
@@ -109,7 +109,7 @@ impl Stream {
             return Ok(true);
         }
         if !self.blocks.insert(at) {
-            return Err(LogError::damaged(MDF, format!("at byte {at}"), "a block of records is listed twice"));
+            return Err(damaged(at, "a block of records is listed twice"));
         }
         let header = Header::read(&mut self.source, at)?;
         match &header.id {
@@ -132,7 +132,14 @@ impl Stream {
                 let links = header.links(&mut self.source)?;
                 self.next_list = links.first().copied().unwrap_or(0);
             }
-            b"##DL" => self.list(&header)?,
+            b"##DL" => {
+                let links = header.links(&mut self.source)?;
+                if self.fragments.len() > 0 {
+                    return Err(header.unexpected("a block of records inside a list"));
+                }
+                self.fragments = links.into_iter();
+                self.next_list = self.fragments.next().unwrap_or(0);
+            }
             b"##DV" | b"##LD" => {
                 return Err(LogError::unsupported(
                     "the MDF file stores its records column by column (MDF 4.2)",
@@ -142,18 +149,6 @@ impl Stream {
             _ => return Err(header.unexpected("a block of records")),
         }
         Ok(true)
-    }
-
-    fn list(&mut self, header: &Header) -> Result<(), LogError> {
-        let links = header.links(&mut self.source)?;
-        let rest: Vec<u64> = self.fragments.by_ref().collect();
-        if !rest.is_empty() {
-            return Err(header.unexpected("a block of records inside a list"));
-        }
-        let mut links = links.into_iter();
-        self.next_list = links.next().unwrap_or(0);
-        self.fragments = links;
-        Ok(())
     }
 
     fn inflate(&mut self, header: &Header) -> Result<(), LogError> {

@@ -5,7 +5,7 @@ use crate::study::read::state_names::{NonAngleDomains, state_name};
 use kardan_analysis::{
     Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
 };
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
+use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, echelon};
 use kardan_results::{Definition, Elimination};
 use kardan_schema::diagnostics::Diagnostic;
 
@@ -34,51 +34,18 @@ impl Mechanical {
         self.pencil
     }
 
-    fn block(&self, matrix: &Matrix<Rational>, column: usize, sign: i64) -> Matrix<Rational> {
-        let r = self.coordinates.len();
-        let sign = Rational::from(sign);
-        Matrix::from_fn(r, r, |i, j| match &matrix[(r + i, column + j)] {
-            zero if zero.is_zero() => Rational::ZERO,
-            entry => entry.times(&sign),
-        })
-    }
-
     fn inertia(&self) -> Matrix<Rational> {
-        self.block(&self.pencil.e, self.coordinates.len(), 1)
+        let r = self.coordinates.len();
+        Matrix::from_fn(r, r, |i, j| self.pencil.e[(r + i, r + j)].clone())
     }
 
     pub(in crate::study) fn is_regular(&self) -> bool {
         definiteness(&self.inertia()) == Definiteness::Positive
     }
 
-    /// The equations with other forces and outputs: F, C₀ and C₁ beside each other, D₀.
-    fn eliminate_with(
-        &self,
-        (inputs, f): (&[String], &Matrix<Rational>),
-        (outputs, c, through): (&[String], &Matrix<Rational>, &Matrix<Rational>),
-    ) -> Result<Eliminated, MasslessError> {
-        let r = self.coordinates.len();
-        let part = |first: usize| Matrix::from_fn(c.rows(), r, |i, j| c[(i, first + j)].clone());
-        let (damping, stiffness) = (self.block(&self.pencil.a, r, -1), self.block(&self.pencil.a, 0, -1));
-        eliminate_massless(
-            &self.coordinates,
-            inputs,
-            outputs,
-            &self.inertia(),
-            &damping,
-            &stiffness,
-            f,
-            &part(0),
-            &part(r),
-            through,
-        )
-    }
-
     /// The remaining system.
     pub(in crate::study) fn eliminate(&self) -> Result<Eliminated, MasslessError> {
-        let (r, pencil) = (self.coordinates.len(), &self.pencil);
-        let f = Matrix::from_fn(r, pencil.inputs.len(), |i, j| pencil.b[(r + i, j)].clone());
-        self.eliminate_with((&pencil.inputs, &f), (&pencil.outputs, &pencil.c, &pencil.d))
+        eliminate_massless(&self.coordinates, &self.pencil)
     }
 
     /// The remaining system with these columns of B as inputs and no output, or with these rows of C as outputs and no input.
@@ -89,16 +56,17 @@ impl Mechanical {
     ) -> Result<Eliminated, MasslessError> {
         let (r, count) = (self.coordinates.len(), columns.len());
         let names: Vec<String> = (1..=count).map(|k| k.to_string()).collect();
-        match side {
-            Side::Inputs => {
-                let f = Matrix::from_fn(r, count, |i, j| columns[j][r + i].clone());
-                self.eliminate_with((&names, &f), (&[], &Matrix::zeros(0, 2 * r), &Matrix::zeros(0, count)))
-            }
-            Side::Outputs => {
-                let c = Matrix::from_fn(count, 2 * r, |i, j| columns[i][j].clone());
-                self.eliminate_with((&[], &Matrix::zeros(r, 0)), (&names, &c, &Matrix::zeros(count, 0)))
-            }
-        }
+        let (inputs, outputs) = if side == Side::Inputs { (names, Vec::new()) } else { (Vec::new(), names) };
+        let force = |i: usize, j: usize| if i < r { Rational::ZERO } else { columns[j][i].clone() };
+        let pencil = LinearSystem {
+            b: Matrix::from_fn(2 * r, inputs.len(), force),
+            c: Matrix::from_fn(outputs.len(), 2 * r, |i, j| columns[i][j].clone()),
+            d: Matrix::zeros(outputs.len(), inputs.len()),
+            inputs,
+            outputs,
+            ..self.pencil.clone()
+        };
+        eliminate_massless(&self.coordinates, &pencil)
     }
 
     /// The eliminated motions as text.
