@@ -38,6 +38,14 @@ pub(super) fn text(x: f64, y: f64, class: &str, text: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
 }
 
+/// A text that runs upwards at `x`, which is written as it is.
+pub(super) fn upward(x: &str, y: f64, class: &str, text: &str) -> String {
+    format!(
+        "<text x=\"{x}\" y=\"{y:.1}\" class=\"{class}\" transform=\"rotate(-90 {x} {y:.1})\">{}</text>\n",
+        escape(text)
+    )
+}
+
 pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
     format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
 }
@@ -232,13 +240,8 @@ impl Plane {
         body += &line((x(0.0), top), (x(0.0), top + height), "axis");
         body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
         body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
-        let (turn_x, turn_y) = (16.0, top + 0.5 * height);
-        body += &format!(
-            "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} \
-             {turn_y:.1})\">{}</text>\n",
-            if flat { "imaginary" } else { "imaginary part [1/s]" }
-        );
-        body
+        let title = if flat { "imaginary" } else { "imaginary part [1/s]" };
+        body + &upward("16", top + 0.5 * height, "middle faint", title)
     }
 
     /// The base line of a legend below the axes.

@@ -1,5 +1,6 @@
 //! The curves of a plot: signals of runs, with their names and styles.
 
+use super::groups::distinct;
 use super::text::Clock;
 use kardan_results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
@@ -383,12 +384,7 @@ fn mark_coincident(curves: &mut [Curve], least_span: f64) -> bool {
 
 /// The axis label: `angle rk.phi [rad]` for one signal, `angle [rad]` for several, both units if they differ.
 pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
-    let mut kinds: Vec<(Physical, &str)> = Vec::new();
-    for curve in curves {
-        if !kinds.contains(&(curve.physical, curve.unit)) {
-            kinds.push((curve.physical, curve.unit));
-        }
-    }
+    let kinds = distinct(curves.iter().map(|curve| (curve.physical, curve.unit)));
     let of = if plot.spectrum { "amplitude of " } else { "" };
     match (&kinds[..], &plot.signals[..]) {
         ([(kind, unit)], [signal]) => format!("{of}{}", label_of(kind.word(), signal, unit)),

@@ -17,6 +17,7 @@ mod curves;
 mod design_pictures;
 mod frame;
 mod frequency_pictures;
+mod groups;
 mod html;
 mod identification_pictures;
 mod markdown;

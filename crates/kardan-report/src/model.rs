@@ -215,6 +215,18 @@ impl From<&ExactMatrix> for Matrix {
     }
 }
 
+impl Cell {
+    /// A verdict with its words, the good one first.
+    pub(super) fn judged(good: bool, [yes, no]: [&str; 2]) -> Self {
+        Self::Mark(good, if good { yes } else { no }.into())
+    }
+
+    /// `yes` or `no` where it is decided.
+    pub(super) fn decided(verdict: Option<bool>) -> Self {
+        verdict.map_or(Self::Mark(false, "not decided".into()), |good| Self::judged(good, ["yes", "no"]))
+    }
+}
+
 impl From<String> for Cell {
     fn from(text: String) -> Self {
         Cell::Text(text)

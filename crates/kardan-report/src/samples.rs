@@ -139,9 +139,7 @@ impl Samples {
             columns.push(self.column("measured", (self.name(one), &one.unit, display), |row| row.measured[k]));
         }
         for (k, (name, unit)) in head.figures.iter().enumerate() {
-            let figure = found.figures.iter().find(|one| one.name == *name);
-            let display = figure.and_then(|one| one.display.as_ref());
-            columns.push(self.column("figure", (name, unit, display), |row| row.figures[k]));
+            columns.push(self.column("figure", (name, unit, display_of_figure(found, name)), |row| row.figures[k]));
         }
         let (across, up) = self.first(found);
         let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
@@ -181,20 +179,13 @@ impl Samples {
         let SweepHead { varied, requirements, figures, .. } = &self.head;
         let requirement = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
         let figure = up.checked_sub(varied.len() + requirements.len()).and_then(|k| figures.get(k));
-        let display = match (requirement, figure) {
-            (Some(one), _) => one.display.as_ref(),
-            (_, Some((name, _))) => {
-                found.figures.iter().find(|one| one.name == *name).and_then(|one| one.display.as_ref())
-            }
-            _ => None,
+        let (name, unit, display) = match (requirement, figure) {
+            (Some(one), _) => (self.name(one), &one.unit, one.display.as_ref()),
+            (_, Some((name, unit))) => (name.as_str(), unit, display_of_figure(found, name)),
+            _ => (varied[up].name.as_str(), &varied[up].unit, None),
         };
         let value = |row: &SweepRow| {
             row.values.iter().chain(&row.measured).chain(&row.figures).nth(up).copied().unwrap_or(f64::NAN)
-        };
-        let (name, unit) = match (requirement, figure) {
-            (Some(one), _) => (self.name(one), one.unit.as_str()),
-            (_, Some((name, unit))) => (name.as_str(), unit.as_str()),
-            _ => (varied[up].name.as_str(), varied[up].unit.as_str()),
         };
         let fate = |row: &SweepRow| match up.checked_sub(varied.len()).and_then(|k| row.passed.get(k)) {
             Some(&passed) => passed < 0.5,
@@ -234,6 +225,11 @@ impl Samples {
             base64(&bytes)
         )
     }
+}
+
+/// The unit in which a figure is shown, where that is not the SI unit.
+fn display_of_figure<'a>(found: &'a Sweep, name: &str) -> Option<&'a DisplayUnit> {
+    found.figures.iter().find(|one| one.name == name)?.display.as_ref()
 }
 
 /// Runs for a static picture: their positions, and whether they fail.

@@ -85,6 +85,12 @@ impl Cell {
         self.ports.iter().find(|(own, _)| *own == end).map_or(0.0, |(_, y)| *y)
     }
 
+    /// A line from an edge to the symbol, which reaches this far to either side.
+    fn lead(&mut self, side: Side, y: f64, half: f64, class: &'static str) {
+        let (edge, from) = if side == Side::Left { (-self.left, -half) } else { (self.right, half) };
+        self.groups[0].marks.push(Mark::Line { points: vec![(edge, y), (from, y)], class });
+    }
+
     /// Room for everything that was drawn, with a little air.
     fn closed(mut self) -> Self {
         let boxes: Vec<[f64; 4]> = self.groups.iter().flat_map(|group| &group.marks).map(Mark::bounds).collect();
@@ -335,11 +341,8 @@ fn gear(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, bottom, bottom + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
     for one in ends {
-        let y = heights[one.end.min(1)];
-        let (x, edge) = if one.side == Side::Left { (-6.0, -left) } else { (6.0, right) };
-        cell.groups[0].marks.push(Mark::Line { points: vec![(edge, y), (x, y)], class: "heavy" });
+        cell.lead(one.side, heights[one.end.min(1)], 6.0, "heavy");
     }
     cell
 }
@@ -370,7 +373,6 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, down, down + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let sides: Vec<Side> = ends.iter().map(|one| one.side).collect();
     let class = weight(part, ends);
     if let [first, second] = ends
         && first.side == second.side
@@ -391,10 +393,9 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
         cell.below = low + 6.0;
         return cell;
     }
-    let edges = [(Side::Left, -cell.left, -half), (Side::Right, cell.right, half)];
-    for (side, edge, from) in edges {
-        if sides.contains(&side) && (edge - from).abs() > 0.1 {
-            cell.groups[0].marks.push(Mark::Line { points: vec![(edge, 0.0), (from, 0.0)], class });
+    for (side, reach) in [(Side::Left, cell.left), (Side::Right, cell.right)] {
+        if ends.iter().any(|one| one.side == side) && (reach - half).abs() > 0.1 {
+            cell.lead(side, 0.0, half, class);
         }
     }
     cell.ports = ends.iter().map(|one| (one.end, 0.0)).collect();
@@ -479,11 +480,8 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, high, high + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
-    let class = weight(part, ends);
     for (_, side, y, _) in placed.iter().filter(|(.., grounded)| !grounded) {
-        let (edge, from) = if *side == Side::Left { (-left, -half) } else { (right, half) };
-        cell.groups[0].marks.push(Mark::Line { points: vec![(edge, *y), (from, *y)], class });
+        cell.lead(*side, *y, half, weight(part, ends));
     }
     cell.ports = placed.iter().map(|(end, _, y, _)| (*end, *y)).collect();
     cell
@@ -515,10 +513,8 @@ fn folded(hosts: &[&str], elements: &[&str], ends: &[End]) -> Cell {
     let mut cell = Cell::default();
     cell.groups.push(Group { kind: "folded".into(), name: String::new(), title, marks });
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
     for (_, side, y) in &placed {
-        let (edge, from) = if *side == Side::Left { (-left, -half) } else { (right, half) };
-        cell.groups[0].marks.push(line(&[(edge, *y), (from, *y)]));
+        cell.lead(*side, *y, half, "thin");
     }
     cell.ports = placed.iter().map(|&(end, _, y)| (end, y)).collect();
     cell

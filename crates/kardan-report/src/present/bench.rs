@@ -189,8 +189,7 @@ fn truth(study: &BenchStudy) -> Body {
     let rows = compared(study).into_iter().map(|(found, truth)| {
         let Interval { lower, upper } = found.interval.unwrap_or(Interval { lower: f64::NAN, upper: f64::NAN });
         let interval = format!("{} … {}", number(lower), number(upper));
-        let good = inside(found, truth.value);
-        let covered = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
+        let covered = Cell::judged(inside(found, truth.value), ["inside", "outside"]);
         row![&found.name, &found.unit, found.model_value, truth.value, found.value, interval, covered]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));

@@ -2,6 +2,7 @@
 
 use super::{alternatives, margins, responses};
 use crate::design_pictures as pictures;
+use crate::groups::distinct;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::{self, design as design_phrases, list, pairs};
 use crate::text::number;
@@ -320,20 +321,9 @@ fn estimates(found: &ObserverResult) -> Vec<String> {
     out
 }
 
-/// Names once each, in the order in which they come first.
-fn once<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
-    let mut out: Vec<&String> = Vec::new();
-    names.for_each(|name| {
-        if !out.contains(&name) {
-            out.push(name);
-        }
-    });
-    out
-}
-
 fn proof(design: &Design) -> Body {
-    let references = once(design.transfer.iter().map(|entry| &entry.reference));
-    let outputs = once(design.transfer.iter().map(|entry| &entry.output));
+    let references = distinct(design.transfer.iter().map(|entry| &entry.reference));
+    let outputs = distinct(design.transfer.iter().map(|entry| &entry.output));
     let cell = |output: &str, reference: &str| match design_phrases::linear(design, reference, output) {
         None => "–".into(),
         Some(entry) if entry.numerator.is_empty() => Cell::Mark(true, design_phrases::transfer(entry)),

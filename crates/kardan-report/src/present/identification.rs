@@ -1,5 +1,6 @@
 //! An identification as a page.
 
+use crate::groups::distinct;
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::list;
@@ -248,13 +249,10 @@ fn suggestions(found: &Identification) -> Body {
 
 /// Terms that were tried and are not significantly different from zero.
 fn silent(suggested: &Suggestions) -> String {
-    let mut names: Vec<String> = Vec::new();
-    for one in &suggested.tested_terms {
-        let has_gain = suggested.tested_terms.iter().any(|other| other.term == one.term && other.gain.is_some());
-        if !has_gain && one.probability.is_some() && !names.contains(&one.term) {
-            names.push(one.term.clone());
-        }
-    }
+    let all = &suggested.tested_terms;
+    let has_gain = |term: &String| all.iter().any(|other| other.term == *term && other.gain.is_some());
+    let silent = all.iter().filter(|one| one.probability.is_some() && !has_gain(&one.term));
+    let mut names = distinct(silent.map(|one| one.term.clone()));
     if suggested.insignificant_harmonics > 0 {
         names.push(format!("{} harmonics of angles", suggested.insignificant_harmonics));
     }

@@ -62,6 +62,11 @@ fn limits(margins: &Margins) -> Body {
     Body::default().table(&["the loop tolerates", "#limit", "unstable motion beyond it"], out)
 }
 
+/// The channel with the error.
+fn with_error(one: &ChannelMargin) -> String {
+    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) }
+}
+
 /// The margins of each single channel of the loop; with the frequencies in rad/s.
 fn channels(channels: &[ChannelMargin]) -> Body {
     let at = |frequency: Option<f64>| match frequency {
@@ -82,8 +87,7 @@ fn channels(channels: &[ChannelMargin]) -> Body {
         let disk = if one.multirate_search { format!("{disk}, searched") } else { disk };
         let [from, to] = phrases::factors(one.disk_gain, |_, factor| number(factor));
         let disk_range = format!("{from} to {to}, {}", degrees(one.disk_phase));
-        let what = if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
-        row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
+        row![with_error(one), format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
         ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "guaranteed range"];
@@ -94,18 +98,10 @@ fn channels(channels: &[ChannelMargin]) -> Body {
 fn contacts(margins: &Margins) -> Body {
     let least = |channels: &[ChannelMargin]| -> [String; 2] {
         let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
-        found.map_or_else(
-            || ["–".into(), "–".into()],
-            |one| {
-                [
-                    number(one.disk),
-                    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
-                ]
-            },
-        )
+        found.map_or(["–".into(), "–".into()], |one| [number(one.disk), with_error(one)])
     };
     let stable = |stable: Option<bool>| match stable {
-        Some(stable) => Cell::Mark(stable, if stable { "stable" } else { "unstable" }.into()),
+        Some(stable) => Cell::judged(stable, ["stable", "unstable"]),
         None => Cell::Mark(false, "not known".into()),
     };
     let Some(first) = margins.contacts.first() else { return Body::default() };

@@ -1,5 +1,6 @@
 //! Faults that sensors can detect and isolate, and the relations that do it.
 
+use crate::groups::distinct;
 use crate::model::{Body, Cell, Entry, row};
 use crate::phrases;
 use crate::text::number;
@@ -173,7 +174,7 @@ fn faults(found: &Parity) -> Body {
     if friction {
         columns.insert(2, "with friction unknown");
     }
-    let yes = |validity: bool| Cell::Mark(validity, if validity { "yes" } else { "no" }.into());
+    let yes = |validity: bool| Cell::judged(validity, ["yes", "no"]);
     let rows = found.faults.iter().map(|one| {
         let stays = match one.strongly_detectable {
             _ if !one.detectable => "–".into(),
@@ -233,14 +234,11 @@ fn sentences(found: &Parity) -> Vec<String> {
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
     let silent = named(&|one| !one.detectable);
     let isolable = named(&|one| one.detectable && one.not_isolable_from.is_empty());
-    let mut groups: Vec<Vec<String>> = Vec::new();
-    for one in found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()) {
+    let groups = distinct(found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()).map(|one| {
         let mut group = named(&|other| one.not_isolable_from.contains(&other.fault) || other.fault == one.fault);
         group.sort();
-        if !groups.contains(&group) {
-            groups.push(group);
-        }
-    }
+        group
+    }));
     let mut out = Vec::new();
     if !silent.is_empty() {
         out.push(format!(

@@ -1,5 +1,6 @@
 //! The table of faults as a page.
 
+use crate::groups::grouped;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::{figure, number};
 use kardan_results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
@@ -44,15 +45,8 @@ fn verdict(table: &Safety) -> Verdict {
 
 /// The verdicts that do not pass, with their numbers.
 fn kinds(table: &Safety) -> String {
-    let mut found: Vec<(&str, usize)> = Vec::new();
-    for row in table.failing() {
-        let label = row.verdict.label();
-        match found.iter_mut().find(|(candidate, _)| *candidate == label) {
-            Some((_, count)) => *count += 1,
-            None => found.push((label, 1)),
-        }
-    }
-    let counts: Vec<String> = found.iter().map(|(label, count)| format!("{count} {label}")).collect();
+    let found = grouped(table.failing().map(|row| (row.verdict.label(), row)));
+    let counts: Vec<String> = found.iter().map(|(label, rows)| format!("{} {label}", rows.len())).collect();
     counts.join(", ")
 }
 

@@ -2,6 +2,7 @@
 
 use crate::charts;
 use crate::curves::{clock, variant_label};
+use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::svg::{self, PlotFile};
@@ -145,16 +146,9 @@ fn about(study: &Study, text: &str, runs: &[&Run]) -> String {
 
 /// The requirements that are not met.
 fn failed(study: &Study) -> String {
-    let mut all: Vec<(&str, Vec<&Run>)> = Vec::new();
-    for run in &study.runs {
-        for judged in run.requirements.iter().filter(|judged| !judged.passed) {
-            match all.iter_mut().find(|(text, _)| *text == judged.text) {
-                Some((_, runs)) => runs.push(run),
-                None => all.push((&judged.text, vec![run])),
-            }
-        }
-    }
-    behind(&all.iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
+    let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (judged, run)));
+    let failed = judged.filter(|(judged, _)| !judged.passed).map(|(judged, run)| (&judged.text, run));
+    behind(&grouped(failed).iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
 }
 
 /// Doubts about numbers from the comparison with a second run.
@@ -301,13 +295,9 @@ fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
 
 /// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
 pub(super) fn key_figures(study: &Study) -> Body {
-    let mut names: Vec<&String> = Vec::new();
     let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
-    for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let plotted_signals = study.plots.iter().flat_map(|plot| &plot.signals);
+    let names = distinct(plotted_signals.chain(all.map(|signal| &signal.name)));
     let plotted = |run: &Run, name: &String| {
         let of = |plot: &Plot| plot.variants.is_empty() || plot.variants.contains(&run.name);
         study.plots.is_empty() || study.plots.iter().any(|plot| of(plot) && plot.signals.contains(name))
@@ -359,26 +349,16 @@ fn motors(study: &Study) -> Body {
 
 /// The figures, each for every variant.
 fn figures(study: &Study) -> Body {
-    let mut names: Vec<&String> = Vec::new();
-    for figure in study.runs.iter().flat_map(|run| &run.figures) {
-        if !names.contains(&&figure.name) {
-            names.push(&figure.name);
-        }
-    }
+    let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (&figure.name, (run, figure))));
     let mut rows = Vec::new();
-    for name in names {
-        let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (run, figure)));
-        let all: Vec<_> = all.filter(|(_, figure)| &figure.name == name).collect();
+    for (name, all) in grouped(all) {
         for (index, (run, figure)) in all.iter().enumerate() {
             let text = format!("{name}: {}", figure.text);
             let value = measured(figure.value, figure.display.as_ref(), &figure.unit);
             rows.push(row![span(&text, index, all.len()), variant_label(study, run), value]);
         }
     }
-    match rows.is_empty() {
-        true => Body::default(),
-        false => Body::default().table(&["figure", "variant", "#value"], rows),
-    }
+    Body::default().table(&["figure", "variant", "#value"], rows)
 }
 
 /// A number in the requested unit, if there is one.
@@ -392,21 +372,14 @@ pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: 
 
 /// The requirements, each for every variant.
 fn requirements(study: &Study) -> Body {
-    let mut texts: Vec<&String> = Vec::new();
-    for judged in study.runs.iter().flat_map(|run| &run.requirements) {
-        if !texts.contains(&&judged.text) {
-            texts.push(&judged.text);
-        }
-    }
+    let all =
+        study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (&judged.text, (run, judged))));
     let mut rows = Vec::new();
-    for text in texts {
-        let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (run, judged)));
-        let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
-        for (index, (run, requirement)) in judged.iter().enumerate() {
-            let measured = measured(requirement.measured, requirement.display.as_ref(), &requirement.unit);
-            let passed = requirement.passed;
-            let verdict = Cell::Mark(passed, if passed { "passed" } else { "failed" }.into());
-            rows.push(row![span(text, index, judged.len()), variant_label(study, run), measured, verdict]);
+    for (text, all) in grouped(all) {
+        for (index, (run, judged)) in all.iter().enumerate() {
+            let measured = measured(judged.measured, judged.display.as_ref(), &judged.unit);
+            let verdict = Cell::judged(judged.passed, ["passed", "failed"]);
+            rows.push(row![span(text, index, all.len()), variant_label(study, run), measured, verdict]);
         }
     }
     let headers = ["requirement", "variant", "#measured", "verdict"];
@@ -537,20 +510,12 @@ fn listed(events: &[Event], clock: Clock) -> Body {
 
 /// Notes of the runs, each text once with the variants it concerns.
 fn notes(study: &Study) -> Vec<String> {
-    let mut notes: Vec<(&String, Vec<String>)> = Vec::new();
-    for run in &study.runs {
-        for note in &run.notes {
-            match notes.iter_mut().find(|(text, _)| *text == note) {
-                Some((_, variants)) => variants.push(variant_label(study, run)),
-                None => notes.push((note, vec![variant_label(study, run)])),
-            }
-        }
-    }
+    let notes = study.runs.iter().flat_map(|run| run.notes.iter().map(move |note| (note, variant_label(study, run))));
     let item = |(text, variants): (&String, Vec<String>)| {
         let whom = if variants.len() == study.runs.len() { "all variants".into() } else { variants.join("; ") };
         format!("{text} ({whom})")
     };
-    notes.into_iter().map(item).collect()
+    grouped(notes).into_iter().map(item).collect()
 }
 
 /// Elements, coordinates, matrices, laws and poles.

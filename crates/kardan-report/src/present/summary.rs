@@ -6,6 +6,7 @@ use kardan_results::{ChannelMargin, Design, Margins, RequirementResult, Run, Sig
 
 use super::study::{alerts, key_figures, measured, verdict};
 use crate::curves::variant_label;
+use crate::groups::grouped;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
 use crate::text::figure;
@@ -52,26 +53,20 @@ struct Summed<'a> {
 }
 
 fn requirements(study: &Study) -> Vec<Summed<'_>> {
-    let mut all: Vec<Summed<'_>> = Vec::new();
-    for (run, one) in study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (run, one))) {
-        let place = all.iter().position(|sum| sum.first.text == one.text).unwrap_or_else(|| {
-            all.push(Summed { first: one, count: 0, failed: Vec::new(), unmeasured: 0, range: None });
-            all.len() - 1
-        });
-        let sum = &mut all[place];
-        sum.count += 1;
-        if !one.passed {
-            sum.failed.push((run, one));
+    let all = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (&one.text, (run, one))));
+    let summed = grouped(all).into_iter().map(|(_, all)| {
+        let measured: Vec<f64> =
+            all.iter().filter_map(|(_, one)| one.measured.filter(|value| value.is_finite())).collect();
+        let range = measured.iter().map(|&value| [value; 2]);
+        Summed {
+            first: all[0].1,
+            count: all.len(),
+            unmeasured: all.len() - measured.len(),
+            range: range.reduce(|[low, high], [value, _]| [low.min(value), high.max(value)]),
+            failed: all.into_iter().filter(|(_, one)| !one.passed).collect(),
         }
-        match one.measured.filter(|value| value.is_finite()) {
-            Some(value) => {
-                let [low, high] = sum.range.unwrap_or([value; 2]);
-                sum.range = Some([low.min(value), high.max(value)]);
-            }
-            None => sum.unmeasured += 1,
-        }
-    }
-    all
+    });
+    summed.collect()
 }
 
 /// The failed requirements with the values that failed.
