@@ -285,24 +285,22 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
 fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
     let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
     let mut places = HashMap::new();
-    let mut add = |element: &'a str, kinetic: f64, potential: f64| {
-        if !(kinetic + potential >= 0.0 && (kinetic + potential).is_finite()) {
+    let mut add = |element: &'a str, kind: usize, share: f64| {
+        if !(share >= 0.0 && share.is_finite()) {
             return;
         }
         let found = *places.entry(element).or_insert_with(|| {
             sums.push((element, [0.0; 2], 0.0));
             sums.len() - 1
         });
-        sums[found].1[0] += kinetic;
-        sums[found].1[1] += potential;
-        sums[found].2 += kinetic + potential;
+        sums[found].1[kind] += share;
+        sums[found].2 += share;
     };
     for mode in modes {
         for StoredShare { element, energy: kind, share } in &mode.stored {
-            let potential = *kind == EnergyKind::Potential;
-            add(element.as_str(), if potential { 0.0 } else { *share }, if potential { *share } else { 0.0 });
+            add(element, usize::from(*kind == EnergyKind::Potential), *share);
         }
-        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element.as_str(), 1e-3 * share, 0.0));
+        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element, 0, 1e-3 * share));
     }
     sums.sort_by(|a, b| b.2.total_cmp(&a.2));
     let of = |potential: bool| {

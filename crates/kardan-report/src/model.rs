@@ -3,6 +3,8 @@
 //!
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
+use std::ops::Range;
+
 use super::text::{figure, number};
 use kardan_results::{ExactMatrix, NamedMatrix, Verdict};
 
@@ -187,6 +189,22 @@ impl Matrix {
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         let names = (0..entries.len()).map(|k| rows.get(k).cloned().unwrap_or_default());
         Self { title: title + &unit, exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
+    }
+}
+
+impl Matrix {
+    /// Some of its columns as a table, behind the names of its rows.
+    pub(super) fn table(&self, columns: Range<usize>) -> Table {
+        let titles = self.columns[columns.clone()].iter().map(|name| format!("#{name}"));
+        let row = |(name, row): (&String, &Vec<Entry>)| {
+            let entries = row.iter().take(columns.end).skip(columns.start).cloned().map(Cell::Entry);
+            std::iter::once(Cell::from(name)).chain(entries).collect()
+        };
+        Table {
+            columns: std::iter::once(String::new()).chain(titles).collect(),
+            rows: self.rows.iter().zip(&self.entries).map(row).collect(),
+            brief: usize::MAX,
+        }
     }
 }
 

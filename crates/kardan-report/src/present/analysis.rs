@@ -1,6 +1,7 @@
 //! An analysis of structure as a page.
 
 use super::descriptor::{descriptor, sentence};
+use super::optional;
 use super::parity::parity;
 use crate::analysis_pictures as pictures;
 use crate::groups::{distinct, grouped};
@@ -34,7 +35,6 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     let structure = &analysis.structure;
     let unfinished = analysis.unfinished.as_ref();
     let elimination = analysis.elimination.iter().flat_map(|found| phrases::elimination(found, structure));
-    let forces = analysis.constraint_forces.as_ref().map(|forces| constraint_forces(forces, drawn));
     let none = Mechanism::default();
     Page {
         name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
@@ -43,30 +43,29 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
             super::mechanism(if drawn { &analysis.mechanism } else { &none }),
-            ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+            ("class", "Class", optional(&analysis.class, class)),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("descriptor", "Singular E", descriptor(analysis)),
             ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
-            ("opposite-side", "Opposite side of the kink", opposite_side(analysis)),
+            ("opposite-side", "Opposite side of the kink", optional(&analysis.opposite_side, opposite_side)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
             ("parity", "Monitoring", parity(analysis)),
-            ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
-            (
-                "distance",
-                "Distance of the matrices",
-                analysis.matrix_distance.as_ref().map(distances).unwrap_or_default(),
-            ),
+            ("sensitivity", "Sensitivity", optional(&analysis.sensitivity, sensitivity)),
+            ("distance", "Distance of the matrices", optional(&analysis.matrix_distance, distances)),
             ("reduction", "Reduction", reduction(analysis, drawn)),
-            ("constraint-forces", "Constraint forces", forces.unwrap_or_default()),
+            (
+                "constraint-forces",
+                "Constraint forces",
+                optional(&analysis.constraint_forces, |forces| constraint_forces(forces, drawn)),
+            ),
             ("certificate", "Certificate", certificate(structure)),
             ("remarks", "Notes of the analysis", Body::default().list(analysis.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -229,8 +228,7 @@ fn class(class: &Class) -> Body {
 }
 
 /// What the model is on the other side of the kinks at its operating point.
-fn opposite_side(analysis: &Analysis) -> Body {
-    let Some(other_side) = &analysis.opposite_side else { return Body::default() };
+fn opposite_side(other_side: &OppositeModel) -> Body {
     let OppositeModel { reference_side: own, side, controllable, observable, .. } = other_side;
     let judged = |what: &str, decided: Option<bool>| row![what, Cell::decided(decided)];
     Body::default()
@@ -410,7 +408,7 @@ fn placement(analysis: &Analysis) -> Body {
         ("Sensors", "observable", &analysis.placement.outputs),
     ];
     both.iter().fold(Body::default(), |body, (title, property, search)| {
-        body.part(title, search.as_ref().map_or_else(Body::default, |search| sets(search, property)))
+        body.part(title, optional(search, |search| sets(search, property)))
     })
 }
 

@@ -52,7 +52,7 @@ pub fn page(study: &BenchStudy) -> Page {
         alerts: warnings(&[&study.identification.warnings[..], &design.warnings].concat()),
         sections,
         data: Some(data),
-        samples: None,
+        ..Page::default()
     }
 }
 

@@ -35,8 +35,7 @@ pub fn page(found: &Identification) -> Page {
             ("logs", "Logs", found.logs.iter().fold(new(), |body, one| body.and(log(one)))),
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -180,44 +179,10 @@ fn percent(torque: f64, residual: Option<f64>) -> String {
 
 fn suggestions(found: &Identification) -> Body {
     let Some(suggested) = &found.suggestions else { return Body::default() };
-    let mut body = Body::default();
-    if suggested.selected_terms.is_empty() {
-        let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
-            (_, 0) => "No residual test rejects the model: kardan suggests nothing.",
-            (true, _) => "kardan has no term to try for the tests that reject the model.",
-            _ => "No term that was tried predicts left-out segments better.",
-        };
-        body = body.judge(suggested.failed_tests() == 0, why);
-    }
-    for (now, then) in
-        found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.selected_terms.is_empty())
-    {
-        body = body.paragraph(format!(
-            "With {}, the fit on left-out segments of {} is {} ({} without).",
-            list(&suggested.selected_terms, 12),
-            now.row,
-            percent(then.torque, then.cross_validated),
-            percent(now.torque, now.cross_validated),
-        ));
-    }
-    let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
-    for one in suggested.log_cross_validation.iter().filter(|_| !suggested.selected_terms.is_empty()) {
-        let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
-        body = body.paragraph(format!(
-            "Whole logs left out of the fit: {} {after} ({before} without), without terms of single logs.",
-            one.row
-        ));
-    }
-    if !suggested.selected_terms.is_empty() {
-        let summary = match suggested.failed_tests() {
-            0 => "All residual tests then pass.".to_string(),
-            1 => "One residual test still rejects the model.".into(),
-            many => format!("{many} residual tests still reject the model."),
-        };
-        body = body.judge(suggested.failed_tests() == 0, summary);
-        let scale = number(suggested.scale);
-        body = body.paragraph(format!("The residuals then are {scale} times what the sensor noise explains."));
-    }
+    let [mut body, with_terms] = match suggested.selected_terms.is_empty() {
+        true => [nothing_suggested(suggested), Body::default()],
+        false => [gain(found, suggested), extended(suggested, found.confidence)],
+    };
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
     let is_listed = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
     let tried = suggested.tested_terms.iter().filter(is_listed).map(|one| {
@@ -241,10 +206,47 @@ fn suggestions(found: &Identification) -> Body {
         );
     }
     let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
-    body.table_of(ROWS, &["what to write into the model file"], lines).part(
-        "With the terms taken",
-        if suggested.selected_terms.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
-    )
+    body.table_of(ROWS, &["what to write into the model file"], lines).part("With the terms taken", with_terms)
+}
+
+/// Why no term is suggested.
+fn nothing_suggested(suggested: &Suggestions) -> Body {
+    let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
+        (_, 0) => "No residual test rejects the model: kardan suggests nothing.",
+        (true, _) => "kardan has no term to try for the tests that reject the model.",
+        _ => "No term that was tried predicts left-out segments better.",
+    };
+    Body::default().judge(suggested.failed_tests() == 0, why)
+}
+
+/// What the suggested terms improve.
+fn gain(found: &Identification, suggested: &Suggestions) -> Body {
+    let mut body = Body::default();
+    for (now, then) in found.validation.iter().zip(&suggested.validation) {
+        body = body.paragraph(format!(
+            "With {}, the fit on left-out segments of {} is {} ({} without).",
+            list(&suggested.selected_terms, 12),
+            now.row,
+            percent(then.torque, then.cross_validated),
+            percent(now.torque, now.cross_validated),
+        ));
+    }
+    let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
+    for one in &suggested.log_cross_validation {
+        let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
+        body = body.paragraph(format!(
+            "Whole logs left out of the fit: {} {after} ({before} without), without terms of single logs.",
+            one.row
+        ));
+    }
+    let summary = match suggested.failed_tests() {
+        0 => "All residual tests then pass.".to_string(),
+        1 => "One residual test still rejects the model.".into(),
+        many => format!("{many} residual tests still reject the model."),
+    };
+    let scale = number(suggested.scale);
+    body.judge(suggested.failed_tests() == 0, summary)
+        .paragraph(format!("The residuals then are {scale} times what the sensor noise explains."))
 }
 
 /// Terms that were tried and are not significantly different from zero.

@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
-use kardan_results::{ChannelMargin, Margins, MotorLoad, MultiloopMargin, OppositeSide, TorquePeak};
+use kardan_results::{ChannelMargin, ContactMargins, Margins, MotorLoad, OppositeSide, TorquePeak};
 
 /// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -106,25 +106,20 @@ fn contacts(margins: &Margins) -> Body {
     };
     let Some(first) = margins.contacts.first() else { return Body::default() };
     let names = |list: &[String]| if list.is_empty() { "–".to_string() } else { list.join(", ") };
-    let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
-    let [disk, channel] = least(&margins.channels);
-    let multiloop =
-        |found: &Option<MultiloopMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, multiloop(&margins.multiloop)]];
-    let in_contact = margins.contacts.iter().map(|one| {
+    let here = ContactMargins {
+        open: first.closed.iter().chain(&first.open).cloned().collect(),
+        stable: margins.stable,
+        channels: margins.channels.clone(),
+        multiloop: margins.multiloop.clone(),
+        ..ContactMargins::default()
+    };
+    let row = |one: &ContactMargins| {
         let [disk, channel] = least(&one.channels);
-        row![
-            names(&one.closed),
-            &one.flank,
-            names(&one.open),
-            stable(one.stable),
-            disk,
-            channel,
-            multiloop(&one.multiloop)
-        ]
-    });
+        let multiloop = one.multiloop.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
+        row![names(&one.closed), &one.flank, names(&one.open), stable(one.stable), disk, channel, multiloop]
+    };
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
-    let mut out = Body::default().table(&headers, here.into_iter().chain(in_contact));
+    let mut out = Body::default().table(&headers, [&here].into_iter().chain(&margins.contacts).map(row));
     for one in margins.contacts.iter().filter(|one| !one.channels.is_empty()) {
         let detail = Body::default().paragraph(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));
         out = out.detail(detail).detail(channels(&one.channels));

@@ -62,8 +62,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         verdict: Some(verdict(study)),
         alerts: alerts(study),
         sections,
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 

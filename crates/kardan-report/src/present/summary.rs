@@ -36,8 +36,7 @@ pub fn page(study: &Study) -> Page {
             ("accuracy", "Accuracy", accuracy(study)),
             ("warnings", "Warnings", warnings(study)),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 

@@ -1,10 +1,13 @@
 //! The results of a sweep as a page.
 
+use super::optional;
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
 use crate::sample_pictures::still;
 use crate::samples::{Again, Samples};
 use crate::text::{escape, figure, number};
-use kardan_results::{DisplayUnit, Sweep, SweptBound, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict};
+use kardan_results::{
+    DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
+};
 use kardan_rt::functions::{log10, powi};
 
 /// Digits of a number.
@@ -89,8 +92,8 @@ pub fn page(found: &Sweep) -> Page {
         verdict: Some(verdict(found)),
         alerts: warnings(&found.warnings),
         sections: Page::sections([
-            ("worst", "The worst case that was found", worst(found)),
-            ("rare", "Probability of a rare failure", rare(found)),
+            ("worst", "The worst case that was found", optional(&found.worst, |one| worst(found, one))),
+            ("rare", "Probability of a rare failure", optional(&found.rare, |one| rare(found, one))),
             ("requirements", "Probability of each requirement", requirements(found)),
             ("rules", "Where requirements fail", rules(found)),
             ("figures", "Figures", figures(found)),
@@ -101,8 +104,7 @@ pub fn page(found: &Sweep) -> Page {
             ("varied", "Varied parameters", varied(found)),
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -329,8 +331,7 @@ fn format_margin(worst: &SweptWorst) -> String {
     }
 }
 
-fn worst(found: &Sweep) -> Body {
-    let Some(worst) = &found.worst else { return Body::default() };
+fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     let variant = if several(found) { format!(", variant {}", worst.variant) } else { String::new() };
     let before = worst
         .margin_before_search
@@ -350,8 +351,7 @@ fn worst(found: &Sweep) -> Body {
     Body::default().table_of(usize::MAX, &["parameter", "#value"], rows).hint(hint)
 }
 
-fn rare(found: &Sweep) -> Body {
-    let Some(rare) = &found.rare else { return Body::default() };
+fn rare(found: &Sweep, rare: &SweptRare) -> Body {
     let columns = ["#level", "#samples", "#part below", "#margin", "#correlation", "#taken"];
     let rows = rare.levels.iter().enumerate().map(|(k, level)| {
         row![
