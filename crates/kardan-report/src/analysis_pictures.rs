@@ -66,6 +66,11 @@ pub(super) fn cut(text: &str, length: usize) -> String {
     text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
 }
 
+/// An entry of a legend: a coloured field with its meaning, as HTML.
+pub(super) fn entry(swatch: &str, meaning: &str) -> String {
+    format!("<span class=\"entry\"><span class=\"swatch {swatch}\"></span>{meaning}</span>")
+}
+
 pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
     Picture { title: title.into(), drawing: drawing.into(), caption: caption.into() }
 }
@@ -333,7 +338,7 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
     let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
     let swatch = |group: usize, index: usize, name: &str| {
         let pale = if group == 1 { " potential" } else { "" };
-        format!("<span class=\"entry\"><span class=\"swatch c{index}{pale}\"></span>{}</span> ", escape(name))
+        entry(&format!("c{index}{pale}"), &escape(name)) + " "
     };
     let legend = |group: usize, word: &str| {
         let names = &groups[group];
@@ -435,12 +440,10 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     let x = |distance: f64| left + width * (distance / end).clamp(0.0, 1.0);
     let bottom = top + row * rows.len() as f64;
     let mut body = String::new();
-    let step = if end > 5.0 {
-        2.0
-    } else if end > 2.0 {
-        1.0
-    } else {
-        0.5
+    let step = match end {
+        end if end > 5.0 => 2.0,
+        end if end > 2.0 => 1.0,
+        _ => 0.5,
     };
     for k in 0..=(end / step) as usize {
         let at = step * k as f64;
@@ -462,13 +465,10 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
     body += &text(x(1.0), top - 8.0, "middle", "tolerances");
     let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
-    Some(figure_of(
-        "Distance to the nearest loss",
-        &drawn,
-        "Largest deviation of a parameter, in tolerances. <span class=\"entry\"><span class=\"swatch safe\"></span>proven: no \
-         loss</span><span class=\"entry\"><span class=\"swatch undecided\"></span>undecided</span><span class=\"entry\"><span \
-         class=\"swatch loss\"></span>a loss was found</span>",
-    ))
+    let legend = [("safe", "proven: no loss"), ("undecided", "undecided"), ("loss", "a loss was found")];
+    let legend: String = legend.map(|(swatch, meaning)| entry(swatch, meaning)).concat();
+    let caption = format!("Largest deviation of a parameter, in tolerances. {legend}");
+    Some(figure_of("Distance to the nearest loss", &drawn, &caption))
 }
 
 fn searched(search: &DistanceToUncontrollability) -> bool {

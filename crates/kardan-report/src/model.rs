@@ -395,7 +395,7 @@ impl Body {
 
 impl Page {
     /// The non-empty sections: anchor, title, body.
-    pub(super) fn sections<'a>(all: impl IntoIterator<Item = (&'a str, &'a str, Body)>) -> Vec<Section> {
+    pub(super) fn sections<T: Into<String>>(all: impl IntoIterator<Item = (T, T, Body)>) -> Vec<Section> {
         let present = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
         present.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
     }

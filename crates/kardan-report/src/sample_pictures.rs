@@ -1,6 +1,6 @@
 //! The runs of a sweep as a static picture, for pages without scripts.
 
-use super::analysis_pictures::{drawing, line};
+use super::analysis_pictures::{drawing, entry, line};
 use super::frame::Frame;
 use super::model::Picture;
 use super::samples::Samples;
@@ -30,11 +30,9 @@ pub(super) fn still(samples: &Samples, found: &Sweep) -> Option<Picture> {
     for &bound in &static_samples.bounds {
         body += &line(frame.place((frame.across.low, bound)), frame.place((frame.across.high, bound)), "bound");
     }
-    let entry =
-        |class: &str, word: &str| format!("<span class=\"entry\"><span class=\"swatch {class}\"></span>{word}</span> ");
     let fails = static_samples.requirement.map(|text| format!("fails {}", escape(&powers(text))));
     let fails = fails.unwrap_or_else(|| "fails a requirement or did not complete".into());
-    let mut caption = entry("c0", "passes") + &entry("c1", &fails);
+    let mut caption = format!("{} {} ", entry("c0", "passes"), entry("c1", &fails));
     if !static_samples.bounds.is_empty() {
         caption += "<span class=\"entry\">– – bound</span> ";
     }

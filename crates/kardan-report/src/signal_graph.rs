@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use kardan_results::SignalNode;
 
-use crate::analysis_pictures::{bar, drawing, figure_of, text};
+use crate::analysis_pictures::{bar, cut, drawing, figure_of, text};
 use crate::model::{Body, Picture, row};
 use crate::text::number;
 
@@ -89,11 +89,7 @@ fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
 }
 
 fn short(name: &str) -> String {
-    let most = ((BOX[0] - 10.0) / LETTER) as usize;
-    match name.chars().count() > most {
-        true => name.chars().take(most - 1).chain(['…']).collect(),
-        false => name.to_string(),
-    }
+    cut(name, ((BOX[0] - 10.0) / LETTER) as usize)
 }
 
 fn when(node: &SignalNode) -> String {

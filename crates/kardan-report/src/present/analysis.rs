@@ -283,10 +283,7 @@ fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option
     };
     let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "contr.", "obs.", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
-    match modes.is_empty() {
-        true => Body::default(),
-        false => Body::default().table_of(MODES, &headers, modes.iter().enumerate().map(row)),
-    }
+    Body::default().table_of(MODES, &headers, modes.iter().enumerate().map(row))
 }
 
 fn ranks(structure: &Structure) -> Body {

@@ -35,12 +35,10 @@ pub fn page(study: &BenchStudy) -> Page {
         ("excitation", "Excitation", plan_of(&study.plan)),
         ("bench-notes", "Notes of the bench", Body::default().list(notes)),
     ];
-    let rest = rest.map(|(anchor, title, body)| (anchor.to_owned(), title.to_owned(), body));
-    let all: Vec<(String, String, Body)> = experiments.chain(rest).collect();
-    let all = all.iter().map(|(anchor, title, body)| (anchor.as_str(), title.as_str(), body.clone()));
     let design = &closed_loop.design;
     let mut sections = Page::sections([super::mechanism(&design.mechanism)]);
-    sections.extend(Page::sections(all));
+    sections.extend(Page::sections(experiments));
+    sections.extend(Page::sections(rest));
     let found = identification::page(&study.identification).sections.into_iter();
     sections.extend(found.filter(|one| one.anchor != Section::MECHANISM).map(Section::detail));
     let title = format!("Design of {}", design.controller);

@@ -239,10 +239,6 @@ fn counters(charges: &[String]) -> String {
 fn zero_dynamics(design: &Design) -> Body {
     let found = &design.zero_dynamics;
     let row = |mode: &ZeroMode| {
-        let word = match &mode.warning {
-            None => Cell::Mark(true, "decays".into()),
-            Some(_) => Cell::Mark(false, "warning".into()),
-        };
         row![
             phrases::pair(mode.pole),
             mode.natural_frequency,
@@ -250,7 +246,7 @@ fn zero_dynamics(design: &Design) -> Body {
             phrases::unbroken(&phrases::motion(&mode.shape)),
             phrases::unbroken(&phrases::of_elements(&mode.stored)),
             phrases::unbroken(&phrases::of_elements(&mode.dissipated)),
-            word,
+            Cell::judged(mode.warning.is_none(), ["decays", "warning"]),
         ]
     };
     let headers =

@@ -21,15 +21,14 @@ const NAMED: usize = 3;
 pub fn page(study: &Study) -> Page {
     let all = requirements(study);
     let failed: Vec<&Summed<'_>> = all.iter().filter(|one| one.failed.len() + one.unmeasured > 0).collect();
-    let none = Body::default;
-    let figures = if all.is_empty() { key_figures(study) } else { none() };
+    let figures = if all.is_empty() { key_figures(study) } else { Body::default() };
     Page {
         name: if study.model.name.is_empty() { "Study".into() } else { study.model.name.clone() },
         description: study.model.description.lines().next().unwrap_or_default().into(),
         verdict: Some(verdict(study)),
         alerts: first_alerts(study),
         sections: Page::sections([
-            ("failed", "Failed requirements", if failed.is_empty() { none() } else { failures(study, &failed) }),
+            ("failed", "Failed requirements", failures(study, &failed)),
             ("controllers", "Closed loops", closed_loops(study)),
             ("requirements", "Requirements", passed(&all)),
             ("figures", "Key figures", figures),
@@ -105,11 +104,7 @@ fn passed(all: &[Summed<'_>]) -> Body {
 
 /// Stability and margins of each controller.
 fn closed_loops(study: &Study) -> Body {
-    let rows: Vec<_> =
-        study.designs.iter().filter_map(|design| Some(closed_loop(design, design.margins.as_ref()?))).collect();
-    if rows.is_empty() {
-        return Body::default();
-    }
+    let rows = study.designs.iter().filter_map(|design| Some(closed_loop(design, design.margins.as_ref()?)));
     let headers = ["controller", "closed loop", "#gain margin", "#phase margin", "#delay margin", "#disk margin"];
     Body::default().table_of(ROWS, &headers, rows)
 }
