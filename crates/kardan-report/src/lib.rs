@@ -28,7 +28,6 @@ mod pareto;
 mod phrases;
 mod present;
 mod prose;
-mod sample_pictures;
 mod samples;
 mod signal_graph;
 mod svg;

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::text::{figure, number};
+use super::text::{figure, number, with_unit};
 use kardan_results::{ExactMatrix, NamedMatrix, Verdict};
 
 /// A page.
@@ -185,10 +185,9 @@ impl Entry {
 }
 
 impl Matrix {
-    fn new(title: String, unit: &str, [rows, columns]: [&[String]; 2], entries: Vec<Vec<Entry>>) -> Self {
-        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+    fn new(title: &str, unit: &str, [rows, columns]: [&[String]; 2], entries: Vec<Vec<Entry>>) -> Self {
         let names = (0..entries.len()).map(|k| rows.get(k).cloned().unwrap_or_default());
-        Self { title: title + &unit, exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
+        Self { title: with_unit(title, unit), exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
     }
 }
 
@@ -212,7 +211,7 @@ impl From<&NamedMatrix> for Matrix {
     fn from(matrix: &NamedMatrix) -> Self {
         let entry = |&value: &f64| Entry { value, exact: None };
         let entries = matrix.values.iter().map(|row| row.iter().map(entry).collect()).collect();
-        Self::new(matrix.title.clone(), &matrix.unit, [&matrix.rows, &matrix.columns], entries)
+        Self::new(&matrix.title, &matrix.unit, [&matrix.rows, &matrix.columns], entries)
     }
 }
 
@@ -229,7 +228,7 @@ impl From<&ExactMatrix> for Matrix {
         let row = |i: usize| (0..matrix.columns.len()).map(|j| entry(i, j)).collect();
         let entries = (0..matrix.values.len()).map(row).collect();
         let is_exact = matrix.exact.is_some();
-        Self { exact: is_exact, ..Self::new(title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
+        Self { exact: is_exact, ..Self::new(&title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
     }
 }
 

@@ -426,9 +426,10 @@ pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec
             search.starts
         ),
         Some(loss) => {
-            let at: Vec<String> =
-                loss.at.iter().map(|ParameterPoint { parameter: name, value, unit }| format!("{name} = {} {unit}", number(*value))).collect();
-            let at: Vec<&str> = at.iter().map(|text| text.trim_end()).collect();
+            let point = |ParameterPoint { parameter, value, unit }: &ParameterPoint| {
+                format!("{parameter} = {} {unit}", number(*value)).trim_end().to_string()
+            };
+            let at: Vec<String> = loss.at.iter().map(point).collect();
             let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };
             let distance = if loss.distance == 0.0 {

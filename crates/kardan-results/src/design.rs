@@ -425,7 +425,7 @@ impl DataMatrix {
     }
 }
 
-/// A number of a controller.
+/// A number of a controller or of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DataNumber {
     /// Its name.
@@ -449,7 +449,7 @@ fn matrices<S: Serializer>(all: &[DataMatrix], to: S) -> Result<S::Ok, S::Error>
     by_name(all.iter().map(|one| (one.name.as_str(), &one.values)), to)
 }
 
-fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
+pub(super) fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
     by_name(all.iter().map(|one| (one.name.as_str(), one.value)), to)
 }
 

@@ -13,7 +13,7 @@ use kardan_rt::functions::hypot;
 use super::analysis_pictures::{drawing, figure_of};
 use super::groups::grouped;
 use super::model::Picture;
-use super::text::{escape, figure, unit};
+use super::text::{escape, figure, unit, with_unit};
 
 use loop_plots::{Drawn, bode, decibels, frequency_axis, gain_axis};
 use panel::{Axis, BETWEEN, HEIGHT, LEFT, Panel, RIGHT, TOP, WIDTH, legend, solid, thin};
@@ -119,10 +119,7 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     if shown.is_empty() || found.frequencies.len() < 2 {
         return None;
     }
-    let of = |one: &ReferenceResponse| {
-        let unit = if one.unit.is_empty() { String::new() } else { format!(" [{}]", unit(&one.unit)) };
-        format!("{} → {}{unit}", one.reference, one.output)
-    };
+    let of = |one: &ReferenceResponse| with_unit(&format!("{} → {}", one.reference, one.output), &unit(&one.unit));
     let curves: Vec<Drawn<'_>> = shown
         .iter()
         .enumerate()

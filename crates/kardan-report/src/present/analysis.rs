@@ -7,7 +7,7 @@ use crate::analysis_pictures as pictures;
 use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
-use crate::text::number;
+use crate::text::{number, with_unit};
 use kardan_results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
     FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, OppositeModel, ParameterRange, PlacementSearch,
@@ -417,7 +417,7 @@ fn sets(search: &PlacementSearch, property: &str) -> Body {
         let mark = if set.efficient && several { "●" } else { "" };
         row![k + 1, set.places.join(", "), set.score, set.cost, mark]
     });
-    let score = if search.unit.is_empty() { "#score".into() } else { format!("#score [{}]", search.unit) };
+    let score = with_unit("#score", &search.unit);
     let listed = Body::default().table_of(SETS, &["##", "places", &score, "#cost", ""], rows);
     let efficient = several && search.sets.iter().any(|set| set.efficient);
     let listed = listed.hint(if efficient { phrases::EFFICIENT } else { "" });

@@ -3,8 +3,7 @@
 use crate::bench_pictures::pictured;
 use crate::charts;
 use crate::model::{Block, Body, Cell, Page, Section, row, warnings};
-use crate::text::figure;
-use crate::text::number;
+use crate::text::{figure, number};
 use kardan_results::{
     BenchPlan, BenchStudy, ClosedLoop, Experiment, IdentifiedParameter, Interval, Response, TrueValue, Verdict,
 };
@@ -230,12 +229,14 @@ fn plan_of(plan: &BenchPlan) -> Body {
     } else {
         ""
     };
-    let speeds = plan.shafts.iter().map(|name| format!("#{name}.w"));
-    let torques = plan.motors.iter().map(|name| format!("#{name}.tau"));
+    let first = plan.points.first();
+    let speeds = first.into_iter().flat_map(|point| &point.speeds).map(|one| format!("#{}.w", one.name));
+    let torques = first.into_iter().flat_map(|point| &point.torques).map(|one| format!("#{}.tau", one.name));
     let headers: Vec<String> =
         ["#from s", "#until s"].map(String::from).into_iter().chain(speeds).chain(torques).collect();
     let points = plan.points.iter().map(|point| {
-        let numbers = [point.from, point.until].into_iter().chain(point.speeds.iter().chain(&point.torques).copied());
+        let motion = point.speeds.iter().chain(&point.torques).map(|one| one.value);
+        let numbers = [point.from, point.until].into_iter().chain(motion);
         numbers.map(|x| Cell::Text(figure(x, 6))).collect()
     });
     let dwell = match plan.kind.as_str() {

@@ -5,7 +5,7 @@ use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::list;
 use crate::text::number;
-use kardan_results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
+use kardan_results::{Identification, Interval, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where space is limited.
 const ROWS: usize = 40;
@@ -39,14 +39,17 @@ pub fn page(found: &Identification) -> Page {
     }
 }
 
+fn range(interval: Option<Interval>) -> String {
+    interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)))
+}
+
 fn parameters(found: &Identification) -> Body {
     let published = found.parameters.iter().any(|one| one.published.is_some());
     // Why there is no interval; further notes on it are below.
     let reasons = found.parameters.iter().any(|one| one.interval.is_none() && !one.remark.is_empty());
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
-        let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
-        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, interval];
+        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, range(one.interval)];
         row.extend(published.then(|| one.published.into()));
         row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
@@ -73,16 +76,13 @@ fn head(found: &Identification) -> Vec<String> {
         number(found.window),
         found.loss
     )];
-    let mut omitted = Vec::new();
-    for (count, why) in [
+    let omitted = [
         (windows.incomplete, "lack samples of a channel"),
         (windows.sticking, "have a friction at rest or of unknown sign"),
         (windows.unsteady, "are not steady"),
-    ] {
-        if count > 0 {
-            omitted.push(format!("{count} {why}"));
-        }
-    }
+    ];
+    let omitted = omitted.into_iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
+    let omitted: Vec<String> = omitted.collect();
     if windows.all > 0 {
         let rest = if omitted.is_empty() { String::new() } else { format!(": {}", omitted.join(", ")) };
         out.push(format!("{} of {} windows are used{rest}.", windows.used, windows.all));
@@ -277,9 +277,8 @@ fn silent(suggested: &Suggestions) -> String {
 /// The identification with the suggested terms, and its residuals.
 fn extended(suggested: &Suggestions, confidence: f64) -> Body {
     let rows = suggested.parameters.iter().map(|one| {
-        let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
         let name = format!("{}{}", one.name, one.combination);
-        row![name, &one.unit, one.value, one.standard_error, interval, &one.remark]
+        row![name, &one.unit, one.value, one.standard_error, range(one.interval), &one.remark]
     });
     let interval = format!("#{} % interval", number(100.0 * confidence));
     let headers = ["parameter", "unit", "#found", "#standard error", &interval, ""];

@@ -6,8 +6,7 @@ use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::svg::{self, PlotFile};
-use crate::text::number;
-use crate::text::{Clock, figure};
+use crate::text::{Clock, figure, number, with_unit};
 use kardan_results::{
     self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
     RunVerdict, Signal, Structure, Study, Verdict,
@@ -87,10 +86,10 @@ fn whose(study: &Study) -> String {
     let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
     let open = format!("Without the laws, linearised at the operating point; {found}.");
     match &study.runs[..] {
-        [first, _, ..] => {
+        [] | [_] => open,
+        [first, ..] => {
             format!("{open} Variant {}; `kardan analyze --variant NAME` shows another.", variant_label(study, first))
         }
-        _ => open,
     }
 }
 
@@ -202,22 +201,18 @@ fn ended(study: &Study) -> String {
     if completed == all {
         return format!("All {all} variants completed");
     }
-    let parts = [
-        (count(RunVerdict::Failed), format!("{} failed", count(RunVerdict::Failed))),
-        (
-            count(RunVerdict::Unbalanced),
-            format!(
-                "the energy balance of {} of {all} variants does not close, so that their numbers are wrong",
-                count(RunVerdict::Unbalanced)
+    let mut text = format!("{completed} of {all} variants completed");
+    for verdict in [RunVerdict::Failed, RunVerdict::Unbalanced, RunVerdict::Doubtful] {
+        text += &match (count(verdict), verdict) {
+            (0, _) => String::new(),
+            (some, RunVerdict::Failed) => format!(", {some} failed"),
+            (some, RunVerdict::Unbalanced) => format!(
+                ", the energy balance of {some} of {all} variants does not close, so that their numbers are wrong"
             ),
-        ),
-        (
-            count(RunVerdict::Doubtful),
-            format!("the numbers of {} of {all} variants are doubtful", count(RunVerdict::Doubtful)),
-        ),
-    ];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
-    parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
+            (some, _) => format!(", the numbers of {some} of {all} variants are doubtful"),
+        };
+    }
+    text
 }
 
 /// An alert for each run with incomplete numbers, and for each warning.
@@ -420,15 +415,8 @@ fn accuracy(study: &Study) -> Body {
         }));
         row
     };
-    let titles: Vec<String> = first
-        .errors
-        .iter()
-        .map(|own| match own.unit.unit() {
-            "" => "#error".to_string(),
-            unit => format!("#error [{unit}]"),
-        })
-        .collect();
-    let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
+    let titles = first.errors.iter().map(|own| with_unit("#error", own.unit.unit()));
+    let headers: Vec<String> = std::iter::once("variant".to_string()).chain(titles).collect();
     let those = |which: &dyn Fn(&Accuracy) -> bool| -> String {
         let those = estimated().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
         those.collect::<Vec<String>>().join(", ")

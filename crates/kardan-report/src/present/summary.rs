@@ -71,15 +71,12 @@ fn requirements(study: &Study) -> Vec<Summed<'_>> {
 fn failures(study: &Study, failed: &[&Summed<'_>]) -> Body {
     let rows = failed.iter().map(|sum| {
         let names: Vec<String> = sum.failed.iter().map(|(run, _)| variant_label(study, run)).collect();
-        let values: Vec<String> = sum.failed.iter().take(NAMED).map(|(_, one)| value_of(one)).collect();
+        let value = |one: &RequirementResult| measured(one.measured, one.display.as_ref(), &one.unit);
+        let values: Vec<String> = sum.failed.iter().take(NAMED).map(|(_, one)| value(one)).collect();
         let more = if sum.failed.len() > NAMED { ", …" } else { "" };
         row![&sum.first.text, phrases::list(&names, NAMED), values.join(", ") + more]
     });
     Body::default().table_of(ROWS, &["requirement", "failed in", "#measured"], rows)
-}
-
-fn value_of(one: &RequirementResult) -> String {
-    measured(one.measured, one.display.as_ref(), &one.unit)
 }
 
 /// Each requirement in one row.

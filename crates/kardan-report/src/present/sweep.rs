@@ -2,7 +2,6 @@
 
 use super::optional;
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
-use crate::sample_pictures::still;
 use crate::samples::{Again, Samples};
 use crate::text::{escape, figure, number};
 use kardan_results::{
@@ -35,7 +34,7 @@ pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
 fn explored(samples: &Samples, found: &Sweep) -> Body {
     let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
-    Body::default().hint(samples.describe()).pictures([picture]).pictures(still(samples, found))
+    Body::default().hint(samples.describe()).pictures([picture]).pictures(samples.still(found))
 }
 
 /// The commands that rerun the samples of least and largest numbers.
