@@ -1,6 +1,6 @@
 //! The pictures of a design: poles of the closed loop, and coupling of steps between channels.
 
-use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, entry, figure_of, text};
+use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::groups::distinct;
 use super::model::Picture;
 use super::phrases::{self, design as design_phrases};
@@ -107,10 +107,12 @@ pub(super) fn couplings(design: &Design) -> Option<Picture> {
     }
     let (wide, high) = (left + width * references.len() as f64, top + height * outputs.len() as f64);
     let drawn = drawing(wide + 4.0, high + 4.0, "peaks of the outputs after steps of the references", &body);
-    let mut caption = "Largest deviation of each output (row) after a step of each reference (column). ".to_string();
-    caption += &entry("c0", "own channel");
-    caption += &entry("coupled", "another channel, darker for larger deviations");
-    caption += &entry("proven", "framed: exactly zero in the linear loop");
+    let mut caption = String::from(
+        "Largest deviation of each output (row) after a step of each reference (column). \
+         <span class=\"entry\"><span class=\"swatch c0\"></span>own channel</span><span class=\"entry\"><span \
+         class=\"swatch coupled\"></span>another channel, darker for larger deviations</span><span class=\"entry\"><span \
+         class=\"swatch proven\"></span>framed: exactly zero in the linear loop</span>",
+    );
     if rows.len() > CELLS || columns.len() > CELLS {
         caption += &format!(" At most {CELLS} rows and columns are drawn; the table has all.");
     }

@@ -49,7 +49,6 @@ pub struct Design {
     /// Keyword of its law.
     pub law: String,
     /// Names of the other controllers of the file, which are in the loop too.
-    #[serde(rename = "other_controllers")]
     pub other_controllers: Vec<String>,
     /// The design model as text: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
@@ -177,19 +176,16 @@ impl Design {
 
 /// How outputs can be decoupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Feedback {
     /// By static state feedback: every output its own channel.
     #[default]
-    #[serde(rename = "static")]
     Static,
     /// By static state feedback, in blocks of outputs only.
-    #[serde(rename = "block")]
     Block,
     /// By dynamic state feedback: integrators before some inputs.
-    #[serde(rename = "dynamic")]
     Dynamic,
     /// Impossible: the outputs depend on each other, or no input affects one of them.
-    #[serde(rename = "impossible")]
     Impossible,
 }
 

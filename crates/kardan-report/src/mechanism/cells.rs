@@ -24,10 +24,8 @@ pub(super) enum Mark {
     Line { points: Vec<(f64, f64)>, class: &'static str },
     /// A text with its centre, or start, at this position.
     Label { at: (f64, f64), middle: bool, class: &'static str, text: String },
-    /// A dashed box: left, top, width, height.
-    Frame([f64; 4]),
-    /// A box with several ends.
-    Case([f64; 4]),
+    /// A box: left, top, width, height; its corners are rounded by so much.
+    Box { place: [f64; 4], class: &'static str, radius: f64 },
 }
 
 /// A part with its marks.
@@ -121,7 +119,7 @@ impl Mark {
                 let left = if *middle { x - 0.5 * wide } else { *x };
                 [left, y - 0.8 * HEIGHT, left + wide, y + 0.25 * HEIGHT]
             }
-            Self::Frame([x, y, wide, high]) | Self::Case([x, y, wide, high]) => [*x, *y, x + wide, y + high],
+            Self::Box { place: [x, y, wide, high], .. } => [*x, *y, x + wide, y + high],
         }
     }
 
@@ -134,7 +132,7 @@ impl Mark {
         match &mut self {
             Self::Symbol { at, .. } | Self::Label { at, .. } => shift(at),
             Self::Line { points, .. } => points.iter_mut().for_each(shift),
-            Self::Frame([x, y, ..]) | Self::Case([x, y, ..]) => {
+            Self::Box { place: [x, y, ..], .. } => {
                 *x += dx;
                 *y += dy;
             }
@@ -461,7 +459,7 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let texts: Vec<String> = placed.iter().map(|(end, ..)| short_end(part, *end)).collect();
     let half = texts.iter().map(|text| width(text)).fold(0.0, f64::max) + 10.0 + 17.0 * (high / 36.0).clamp(1.0, 1.7);
     let mut marks = heading(part, high);
-    marks.push(Mark::Case([-half, -high, 2.0 * half, 2.0 * high]));
+    marks.push(Mark::Box { place: [-half, -high, 2.0 * half, 2.0 * high], class: "box", radius: 3.0 });
     if let Some(svg) = symbols::icon(part.symbol) {
         let size = (high / 36.0).clamp(1.0, 1.7);
         let svg = format!("<g transform=\"scale({size:.2})\">{svg}</g>");
@@ -503,7 +501,8 @@ fn folded(hosts: &[&str], elements: &[&str], ends: &[End]) -> Cell {
         placed.extend(here.iter().zip(heights(&here)).map(|(one, y)| (one.end, side, y)));
     }
     high = placed.iter().map(|(_, _, y)| y.abs() + 10.0).fold(high, f64::max);
-    let mut marks = vec![Mark::Frame([-half, -high, 2.0 * half, 2.0 * high])];
+    let place = [-half, -high, 2.0 * half, 2.0 * high];
+    let mut marks = vec![Mark::Box { place, class: "folded", radius: 6.0 }];
     let top = -0.5 * 16.0 * (texts.len() as f64 - 1.0) + 4.0;
     for (k, text) in texts.into_iter().enumerate() {
         marks.push(Mark::Label { at: (0.0, top + 16.0 * k as f64), middle: true, class: "faint", text });
