@@ -155,7 +155,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         return None;
     }
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
-    let mut body = plane.frame("unstable half-plane");
+    let mut body = plane.frame();
     for point in &circles {
         let title = format!("zero at {}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
@@ -230,10 +230,10 @@ impl Plane {
     }
 
     /// Grid, axes and the unstable half-plane.
-    pub(super) fn frame(&self, growing: &str) -> String {
+    pub(super) fn frame(&self) -> String {
         let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
         let (x, y) = (|value| self.x(value), |value| self.y(value));
-        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", growing);
+        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "unstable half-plane");
         for (at, label) in &self.real.ticks {
             body += &line((x(*at), top), (x(*at), top + height), "grid");
             body += &text(x(*at), top + height + 18.0, "middle", label);

@@ -29,7 +29,7 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     }
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
-    let mut body = plane.frame("unstable half-plane");
+    let mut body = plane.frame();
     let both =
         |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {

@@ -83,17 +83,13 @@ impl Frame {
         )
     }
 
-    pub(super) fn curve(
-        &self,
-        points: impl Iterator<Item = (f64, f64)>,
-        colour: usize,
-        broken: impl Fn(f64, f64) -> bool,
-    ) -> String {
+    /// Points joined by lines, but from below zero to above it.
+    pub(super) fn curve(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize) -> String {
         let mut path = String::new();
         let mut last: Option<f64> = None;
         for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
             let (x, y) = self.place(point);
-            let start = last.is_none_or(|before| broken(before, point.0));
+            let start = last.is_none_or(|before| before < 0.0 && point.0 > 0.0);
             path += &format!("{}{x:.1} {y:.1}", if start { "M" } else { "L" });
             last = Some(point.0);
         }

@@ -60,7 +60,7 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
         let frame = Frame::new(points.iter().chain(&line).copied(), WIDTH, HEIGHT);
         let mut body = frame.drawn(&format!("speed, {speed}"), &format!("friction {}, {unit}", effort(unit)));
         body += &frame.dots(points.into_iter(), 0, 3.4);
-        body += &frame.curve(line.into_iter(), 1, |before, now| before < 0.0 && now > 0.0);
+        body += &frame.curve(line.into_iter(), 1);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, minus all other terms"), (1, "identified")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
         figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")

@@ -100,8 +100,6 @@ pub struct Design {
     /// The observer.
     pub observer: Option<ObserverResult>,
     /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.
-    #[serde(serialize_with = "transfer")]
-    #[schemars(with = "Vec<TransferView>")]
     pub transfer: Vec<TransferEntry>,
     /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` if decoupling was not requested.
     pub decoupled: Option<bool>,
@@ -302,16 +300,31 @@ pub struct ObserverResult {
 }
 
 /// One entry of an exact transfer matrix.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TransferEntry {
     /// The output.
     pub output: String,
     /// The reference.
     pub reference: String,
     /// Coefficients of 1, s, s², …; empty: exactly zero.
+    #[serde(flatten, serialize_with = "numerator")]
+    #[schemars(with = "Numerator")]
     pub numerator: Vec<String>,
     /// Coefficients of 1, s, s², …
     pub denominator: Vec<String>,
+}
+
+/// The numerator of an entry.
+#[derive(Serialize, JsonSchema)]
+struct Numerator<'a> {
+    /// Whether it is exactly zero.
+    zero: bool,
+    /// Coefficients of 1, s, s², …
+    numerator: &'a [String],
+}
+
+fn numerator<S: Serializer>(numerator: &[String], to: S) -> Result<S::Ok, S::Error> {
+    Numerator { zero: numerator.is_empty(), numerator }.serialize(to)
 }
 
 /// The effect of a step of one reference on another output, or on its own.
@@ -514,30 +527,4 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
         modes: &found.modes,
     };
     view.serialize(to)
-}
-
-/// One entry of an exact transfer matrix.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "TransferEntry")]
-struct TransferView<'a> {
-    /// The output.
-    output: &'a str,
-    /// The reference.
-    reference: &'a str,
-    /// Whether it is exactly zero.
-    zero: bool,
-    /// Coefficients of 1, s, s², …
-    numerator: &'a [String],
-    /// Coefficients of 1, s, s², …
-    denominator: &'a [String],
-}
-
-fn transfer<S: Serializer>(all: &[TransferEntry], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(all.iter().map(|one| TransferView {
-        output: &one.output,
-        reference: &one.reference,
-        zero: one.numerator.is_empty(),
-        numerator: &one.numerator,
-        denominator: &one.denominator,
-    }))
 }
