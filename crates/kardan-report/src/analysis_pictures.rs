@@ -38,6 +38,14 @@ pub(super) fn text(x: f64, y: f64, class: &str, text: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
 }
 
+/// A text that runs upwards at `x`, which is written as it is.
+pub(super) fn upward(x: &str, y: f64, class: &str, text: &str) -> String {
+    format!(
+        "<text x=\"{x}\" y=\"{y:.1}\" class=\"{class}\" transform=\"rotate(-90 {x} {y:.1})\">{}</text>\n",
+        escape(text)
+    )
+}
+
 pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
     format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
 }
@@ -56,6 +64,11 @@ pub(super) fn cut(text: &str, length: usize) -> String {
         return text.to_owned();
     }
     text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
+}
+
+/// An entry of a legend: a coloured field with its meaning, as HTML.
+pub(super) fn entry(swatch: &str, meaning: &str) -> String {
+    format!("<span class=\"entry\"><span class=\"swatch {swatch}\"></span>{meaning}</span>")
 }
 
 pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
@@ -142,7 +155,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         return None;
     }
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
-    let mut body = plane.frame("unstable half-plane");
+    let mut body = plane.frame();
     for point in &circles {
         let title = format!("zero at {}", phrases::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
@@ -217,10 +230,10 @@ impl Plane {
     }
 
     /// Grid, axes and the unstable half-plane.
-    pub(super) fn frame(&self, growing: &str) -> String {
+    pub(super) fn frame(&self) -> String {
         let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
         let (x, y) = (|value| self.x(value), |value| self.y(value));
-        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", growing);
+        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "unstable half-plane");
         for (at, label) in &self.real.ticks {
             body += &line((x(*at), top), (x(*at), top + height), "grid");
             body += &text(x(*at), top + height + 18.0, "middle", label);
@@ -232,13 +245,8 @@ impl Plane {
         body += &line((x(0.0), top), (x(0.0), top + height), "axis");
         body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
         body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
-        let (turn_x, turn_y) = (16.0, top + 0.5 * height);
-        body += &format!(
-            "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} \
-             {turn_y:.1})\">{}</text>\n",
-            if flat { "imaginary" } else { "imaginary part [1/s]" }
-        );
-        body
+        let title = if flat { "imaginary" } else { "imaginary part [1/s]" };
+        body + &upward("16", top + 0.5 * height, "middle faint", title)
     }
 
     /// The base line of a legend below the axes.
@@ -282,24 +290,22 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
 fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
     let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
     let mut places = HashMap::new();
-    let mut add = |element: &'a str, kinetic: f64, potential: f64| {
-        if !(kinetic + potential >= 0.0 && (kinetic + potential).is_finite()) {
+    let mut add = |element: &'a str, kind: usize, share: f64| {
+        if !(share >= 0.0 && share.is_finite()) {
             return;
         }
         let found = *places.entry(element).or_insert_with(|| {
             sums.push((element, [0.0; 2], 0.0));
             sums.len() - 1
         });
-        sums[found].1[0] += kinetic;
-        sums[found].1[1] += potential;
-        sums[found].2 += kinetic + potential;
+        sums[found].1[kind] += share;
+        sums[found].2 += share;
     };
     for mode in modes {
         for StoredShare { element, energy: kind, share } in &mode.stored {
-            let potential = *kind == EnergyKind::Potential;
-            add(element.as_str(), if potential { 0.0 } else { *share }, if potential { *share } else { 0.0 });
+            add(element, usize::from(*kind == EnergyKind::Potential), *share);
         }
-        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element.as_str(), 1e-3 * share, 0.0));
+        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element, 0, 1e-3 * share));
     }
     sums.sort_by(|a, b| b.2.total_cmp(&a.2));
     let of = |potential: bool| {
@@ -332,7 +338,7 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
     let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
     let swatch = |group: usize, index: usize, name: &str| {
         let pale = if group == 1 { " potential" } else { "" };
-        format!("<span class=\"entry\"><span class=\"swatch c{index}{pale}\"></span>{}</span> ", escape(name))
+        entry(&format!("c{index}{pale}"), &escape(name)) + " "
     };
     let legend = |group: usize, word: &str| {
         let names = &groups[group];
@@ -434,12 +440,10 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     let x = |distance: f64| left + width * (distance / end).clamp(0.0, 1.0);
     let bottom = top + row * rows.len() as f64;
     let mut body = String::new();
-    let step = if end > 5.0 {
-        2.0
-    } else if end > 2.0 {
-        1.0
-    } else {
-        0.5
+    let step = match end {
+        end if end > 5.0 => 2.0,
+        end if end > 2.0 => 1.0,
+        _ => 0.5,
     };
     for k in 0..=(end / step) as usize {
         let at = step * k as f64;
@@ -461,13 +465,10 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
     body += &text(x(1.0), top - 8.0, "middle", "tolerances");
     let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
-    Some(figure_of(
-        "Distance to the nearest loss",
-        &drawn,
-        "Largest deviation of a parameter, in tolerances. <span class=\"entry\"><span class=\"swatch safe\"></span>proven: no \
-         loss</span><span class=\"entry\"><span class=\"swatch undecided\"></span>undecided</span><span class=\"entry\"><span \
-         class=\"swatch loss\"></span>a loss was found</span>",
-    ))
+    let legend = [("safe", "proven: no loss"), ("undecided", "undecided"), ("loss", "a loss was found")];
+    let legend: String = legend.map(|(swatch, meaning)| entry(swatch, meaning)).concat();
+    let caption = format!("Largest deviation of a parameter, in tolerances. {legend}");
+    Some(figure_of("Distance to the nearest loss", &drawn, &caption))
 }
 
 fn searched(search: &DistanceToUncontrollability) -> bool {

@@ -22,21 +22,8 @@ fn names(experiment: &Experiment) -> [String; 2] {
 fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
     let drawn = |name: &String| experiment.responses.iter().any(|one| one.signal == *name || one.reference == *name);
     let signals = run.series.signals.iter().filter(|signal| drawn(&signal.name)).cloned().collect();
-    Run {
-        name,
-        parameters: Vec::new(),
-        series: Series { time: run.series.time.clone(), signals },
-        energy: run.energy,
-        events: run.events.clone(),
-        outcome: run.outcome.clone(),
-        requirements: Vec::new(),
-        figures: Vec::new(),
-        notes: Vec::new(),
-        warnings: Vec::new(),
-        motor_loads: Vec::new(),
-        effort: run.effort,
-        accuracy: None,
-    }
+    let series = Series { time: run.series.time.clone(), signals };
+    Run { name, series, events: run.events.clone(), ..Run::default() }
 }
 
 fn plot(experiment: &Experiment, response: &Response) -> Plot {

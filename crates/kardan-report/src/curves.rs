@@ -1,5 +1,6 @@
 //! The curves of a plot: signals of runs, with their names and styles.
 
+use super::groups::distinct;
 use super::text::Clock;
 use kardan_results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
@@ -87,12 +88,12 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         let name = label(plot, plot.signals.len() + number, &name).to_string();
         all.extend(references(study, plot, &runs, reference, &name));
     }
-    let (all, logarithmic) = on_axes(study, plot, all);
-    let mut note: Vec<&str> = logarithmic.iter().map(String::as_str).collect();
+    let mut notes = on_axes(study, plot, &mut all);
     if coincident {
-        note.push(
+        notes.push(
             "Curves that coincide within a line width are drawn over each other, the first one widest; the legend \
-             names them.",
+             names them."
+                .into(),
         );
     }
     let moves = all.iter().any(|curve| span(&curve.values).is_some_and(|(low, high)| high > low));
@@ -100,9 +101,10 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
         && moves
         && all.iter().all(|curve| span(&curve.values).is_some_and(|(low, high)| high - low < least_span))
     {
-        note.push("The changes here are less than a billionth of these signals' range in other runs: rounding.");
+        notes
+            .push("The changes here are less than a billionth of these signals' range in other runs: rounding.".into());
     }
-    Curves { all, least_span, note: note.join(" ") }
+    Curves { all, least_span, note: notes.join(" ") }
 }
 
 /// Whether a plot is not over time, and so drawn once.
@@ -136,8 +138,8 @@ fn in_unit<'a>(plot: &'a Plot, signal: &Signal) -> (f64, &'a str) {
     display.map_or((1.0, signal.physical.unit()), |display| (display.unit.size, display.unit.unit.as_str()))
 }
 
-/// The curves over another signal or the frequency, without values that have no logarithm; and notes for the reader.
-fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve<'a>>, Vec<String>) {
+/// Takes values that have no logarithm from the curves over a logarithmic axis; gives notes for the reader.
+fn on_axes(study: &Study, plot: &Plot, curves: &mut [Curve]) -> Vec<String> {
     let mut notes = Vec::new();
     if plot.spectrum {
         notes.push("Amplitudes with a Hann window, mean removed: a sine shows its amplitude.".to_string());
@@ -146,25 +148,20 @@ fn on_axes<'a>(study: &Study, plot: &Plot, curves: Vec<Curve<'a>>) -> (Vec<Curve
             notes.push(format!("No spectrum of {name}: {why}."));
         }
     }
-    let mut out = Vec::new();
     let mut excluded = 0;
-    for mut curve in curves {
-        let rows = curve.time.len();
-        if plot.log_x || plot.log_y {
-            let outside = |x: f64, y: f64| plot.log_x && x <= 0.0 || plot.log_y && y <= 0.0;
-            let clipped = |(x, y): (&f64, &f64)| if outside(*x, *y) { f64::NAN } else { *y };
-            let values: Vec<f64> = curve.time.iter().zip(curve.values.iter()).map(clipped).collect();
-            excluded += values.iter().zip(curve.values.iter()).filter(|(a, b)| a.is_nan() && !b.is_nan()).count();
-            let first = (0..rows).find(|&k| !plot.log_x || curve.time[k] > 0.0).unwrap_or(rows);
-            curve.time = curve.time[first..].to_vec().into();
-            curve.values = values[first..].to_vec().into();
-        }
-        out.push(curve);
+    for curve in curves.iter_mut().filter(|_| plot.log_x || plot.log_y) {
+        let outside = |x: f64, y: f64| plot.log_x && x <= 0.0 || plot.log_y && y <= 0.0;
+        let clipped = |(x, y): (&f64, &f64)| if outside(*x, *y) { f64::NAN } else { *y };
+        let values: Vec<f64> = curve.time.iter().zip(curve.values.iter()).map(clipped).collect();
+        excluded += values.iter().zip(curve.values.iter()).filter(|(a, b)| a.is_nan() && !b.is_nan()).count();
+        let first = curve.time.iter().position(|x| !plot.log_x || *x > 0.0).unwrap_or(curve.time.len());
+        curve.time = curve.time[first..].to_vec().into();
+        curve.values = values[first..].to_vec().into();
     }
     if excluded > 0 {
         notes.push(format!("{excluded} points are not above zero; a logarithmic axis cannot show them."));
     }
-    (out, notes)
+    notes
 }
 
 /// The name of a curve in the legend, by its number among signals and references.
@@ -281,8 +278,7 @@ fn rounding(study: &Study, plot: &Plot, curves: &[Curve]) -> f64 {
     let mut largest = 0.0_f64;
     for name in &plot.signals {
         let Some(signal) = study.runs.iter().find_map(|run| run.series.signal(name)) else { continue };
-        let size = plot.display.as_ref().filter(|display| display.physical == signal.physical);
-        let size = size.map_or(1.0, |display| display.unit.size);
+        let (size, _) = in_unit(plot, signal);
         let all = study.runs.iter().filter_map(|run| run.series.signal(name));
         let ends = all.filter_map(|signal| span(&signal.values)).flat_map(|(low, high)| [low.abs(), high.abs()]);
         largest = largest.max(ends.fold(0.0, f64::max) / size);
@@ -383,12 +379,7 @@ fn mark_coincident(curves: &mut [Curve], least_span: f64) -> bool {
 
 /// The axis label: `angle rk.phi [rad]` for one signal, `angle [rad]` for several, both units if they differ.
 pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
-    let mut kinds: Vec<(Physical, &str)> = Vec::new();
-    for curve in curves {
-        if !kinds.contains(&(curve.physical, curve.unit)) {
-            kinds.push((curve.physical, curve.unit));
-        }
-    }
+    let kinds = distinct(curves.iter().map(|curve| (curve.physical, curve.unit)));
     let of = if plot.spectrum { "amplitude of " } else { "" };
     match (&kinds[..], &plot.signals[..]) {
         ([(kind, unit)], [signal]) => format!("{of}{}", label_of(kind.word(), signal, unit)),

@@ -1,6 +1,7 @@
 //! The pictures of a design: poles of the closed loop, and coupling of steps between channels.
 
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
+use super::groups::distinct;
 use super::model::Picture;
 use super::phrases::{self, design as design_phrases};
 use super::text::{escape, figure, unit};
@@ -28,7 +29,7 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     }
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
-    let mut body = plane.frame("unstable half-plane");
+    let mut body = plane.frame();
     let both =
         |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {
@@ -77,24 +78,14 @@ fn mark((x, y): (f64, f64), kind: &str, decays: bool, title: &str, shape: &str) 
     )
 }
 
-/// A name once, in the order in which it comes first.
-fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
-    let mut names: Vec<&str> = Vec::new();
-    for name in all {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
-    names
-}
-
 /// The effect of a step of each reference (column) on each output (row).
 pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let found = &design.cross_coupling;
     if found.is_empty() {
         return None;
     }
-    let (rows, columns) = (names(found.iter().map(|c| &c.output)), names(found.iter().map(|c| &c.reference)));
+    let rows = distinct(found.iter().map(|c| c.output.as_str()));
+    let columns = distinct(found.iter().map(|c| c.reference.as_str()));
     let (outputs, references) = (&rows[..rows.len().min(CELLS)], &columns[..columns.len().min(CELLS)]);
     let longest = outputs.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(NAME);
     let (left, top, width, height) = (CHARACTER * longest as f64 + 16.0, 40.0, 150.0, 52.0);

@@ -1,7 +1,6 @@
 //! A frame with axes, and its contents.
 
-use super::analysis_pictures::{CHARACTER, line, text};
-use super::text::escape;
+use super::analysis_pictures::{CHARACTER, line, text, upward};
 use super::ticks::{Axis, axis};
 
 /// Room for the labels left of a frame, and above it.
@@ -11,6 +10,12 @@ pub(super) const TOP: f64 = 14.0;
 const ACROSS: f64 = 80.0;
 /// Fewer points are drawn twice as large.
 const SPARSE_POINTS: usize = 100;
+
+fn ticks(axis: &Axis) -> impl Iterator<Item = f64> {
+    let Axis { low, high, step } = *axis;
+    let first = (low / step).ceil();
+    (0..40).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high)
+}
 
 /// A frame with two axes.
 pub(super) struct Frame {
@@ -34,11 +39,19 @@ impl Frame {
     }
 
     pub(super) fn drawn(&self, x: &str, y: &str) -> String {
-        let ticks = |axis: &Axis| {
-            let (step, low, high) = (axis.step, axis.low, axis.high);
-            let first = (low / step).ceil();
-            (0..40).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high)
-        };
+        let bottom = TOP + self.height;
+        let mut body = self.grid_across();
+        for tick in ticks(&self.up) {
+            let (_, at) = self.place((self.across.low, tick));
+            body += &line((self.left, at), (self.left + self.width, at), "grid");
+            body += &text(self.left - 8.0, at + 4.0, "end", &self.up.label(tick));
+        }
+        body += &text(self.left + self.width / 2.0, bottom + 38.0, "middle", x);
+        body + &upward(&format!("{:.0}", self.left - LEFT + 16.0), TOP + self.height / 2.0, "middle", y)
+    }
+
+    /// The grid lines across, with their numbers.
+    pub(super) fn grid_across(&self) -> String {
         let bottom = TOP + self.height;
         let mut body = String::new();
         for tick in ticks(&self.across) {
@@ -46,19 +59,7 @@ impl Frame {
             body += &line((at, TOP), (at, bottom), "grid");
             body += &text(at, bottom + 18.0, "middle", &self.across.label(tick));
         }
-        for tick in ticks(&self.up) {
-            let (_, at) = self.place((self.across.low, tick));
-            body += &line((self.left, at), (self.left + self.width, at), "grid");
-            body += &text(self.left - 8.0, at + 4.0, "end", &self.up.label(tick));
-        }
-        body += &text(self.left + self.width / 2.0, bottom + 38.0, "middle", x);
-        body + &format!(
-            "<text x=\"{x:.0}\" y=\"{:.1}\" class=\"middle\" transform=\"rotate(-90 {x:.0} {:.1})\">{}</text>\n",
-            TOP + self.height / 2.0,
-            TOP + self.height / 2.0,
-            escape(y),
-            x = self.left - LEFT + 16.0
-        )
+        body
     }
 
     pub(super) fn end(&self) -> f64 {
@@ -82,17 +83,13 @@ impl Frame {
         )
     }
 
-    pub(super) fn curve(
-        &self,
-        points: impl Iterator<Item = (f64, f64)>,
-        colour: usize,
-        broken: impl Fn(f64, f64) -> bool,
-    ) -> String {
+    /// Points joined by lines, but from below zero to above it.
+    pub(super) fn curve(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize) -> String {
         let mut path = String::new();
         let mut last: Option<f64> = None;
         for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
             let (x, y) = self.place(point);
-            let start = last.is_none_or(|before| broken(before, point.0));
+            let start = last.is_none_or(|before| before < 0.0 && point.0 > 0.0);
             path += &format!("{}{x:.1} {y:.1}", if start { "M" } else { "L" });
             last = Some(point.0);
         }

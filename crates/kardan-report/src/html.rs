@@ -243,13 +243,8 @@ fn matrix(matrix: &Matrix) -> String {
     }
     let mut tables = String::new();
     for from in (0..width).step_by(ACROSS) {
-        let titles = matrix.columns.iter().skip(from).take(ACROSS).map(|name| format!("#{name}"));
-        let columns: Vec<String> = std::iter::once(String::new()).chain(titles).collect();
-        let rows = matrix.rows.iter().zip(&matrix.entries).map(|(name, row)| {
-            let entries = row.iter().skip(from).take(ACROSS).cloned().map(Cell::Entry);
-            std::iter::once(Cell::from(name)).chain(entries).collect()
-        });
-        tables += &table(&columns, rows.collect::<Vec<Vec<Cell>>>().iter());
+        let part = matrix.table(from..(from + ACROSS).min(width));
+        tables += &table(&part.columns, part.rows.iter());
     }
     format!("<div class=\"matrix\"><h4>{title}</h4>\n{tables}</div>\n")
 }

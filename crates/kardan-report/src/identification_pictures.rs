@@ -1,6 +1,6 @@
 //! The pictures of an identification.
 
-use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
+use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::model::Picture;
 use super::text::{escape, figure};
@@ -60,7 +60,7 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
         let frame = Frame::new(points.iter().chain(&line).copied(), WIDTH, HEIGHT);
         let mut body = frame.drawn(&format!("speed, {speed}"), &format!("friction {}, {unit}", effort(unit)));
         body += &frame.dots(points.into_iter(), 0, 3.4);
-        body += &frame.curve(line.into_iter(), 1, |before, now| before < 0.0 && now > 0.0);
+        body += &frame.curve(line.into_iter(), 1);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, minus all other terms"), (1, "identified")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
         figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")
@@ -111,14 +111,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let mut frame = Frame::new(ends.into_iter().chain([(0.0, 1.0)]), WIDTH, height);
     (frame.left, frame.width) = (left, LEFT + WIDTH - left);
     let bottom = TOP + height;
-    let mut body = String::new();
-    let step = frame.across.step;
-    let first = (frame.across.low / step).ceil();
-    for tick in (0..40).map(|k| (first + f64::from(k)) * step).take_while(|tick| *tick <= frame.across.high) {
-        let (at, _) = frame.place((tick, 0.0));
-        body += &line((at, TOP), (at, bottom), "grid");
-        body += &text(at, bottom + 18.0, "middle", &frame.across.label(tick));
-    }
+    let mut body = frame.grid_across();
     body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the identified value, % of it");
     for (k, (one, value, interval)) in rows.into_iter().enumerate() {
         let y = TOP + 26.0 * k as f64 + 13.0;

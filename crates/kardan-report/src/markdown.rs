@@ -54,12 +54,7 @@ fn blocks(out: &mut String, body: &Body, level: usize) {
                         *out += &format!("\n{height} × {width}: see the exported data.\n");
                         continue;
                     }
-                    let titles = one.columns.iter().map(|name| format!("#{name}"));
-                    let entries = one.rows.iter().zip(&one.entries).map(|(name, row)| {
-                        std::iter::once(Cell::from(name)).chain(row.iter().cloned().map(Cell::Entry)).collect()
-                    });
-                    let columns = std::iter::once(String::new()).chain(titles).collect();
-                    table(out, &Table { columns, rows: entries.collect(), brief: LARGE });
+                    table(out, &one.table(0..width));
                 }
             }
             Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {

@@ -3,7 +3,9 @@
 //!
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
-use super::text::{figure, number};
+use std::ops::Range;
+
+use super::text::{figure, number, with_unit};
 use kardan_results::{ExactMatrix, NamedMatrix, Verdict};
 
 /// A page.
@@ -183,10 +185,25 @@ impl Entry {
 }
 
 impl Matrix {
-    fn new(title: String, unit: &str, [rows, columns]: [&[String]; 2], entries: Vec<Vec<Entry>>) -> Self {
-        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+    fn new(title: &str, unit: &str, [rows, columns]: [&[String]; 2], entries: Vec<Vec<Entry>>) -> Self {
         let names = (0..entries.len()).map(|k| rows.get(k).cloned().unwrap_or_default());
-        Self { title: title + &unit, exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
+        Self { title: with_unit(title, unit), exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
+    }
+}
+
+impl Matrix {
+    /// Some of its columns as a table, behind the names of its rows.
+    pub(super) fn table(&self, columns: Range<usize>) -> Table {
+        let titles = self.columns[columns.clone()].iter().map(|name| format!("#{name}"));
+        let row = |(name, row): (&String, &Vec<Entry>)| {
+            let entries = row.iter().take(columns.end).skip(columns.start).cloned().map(Cell::Entry);
+            std::iter::once(Cell::from(name)).chain(entries).collect()
+        };
+        Table {
+            columns: std::iter::once(String::new()).chain(titles).collect(),
+            rows: self.rows.iter().zip(&self.entries).map(row).collect(),
+            brief: usize::MAX,
+        }
     }
 }
 
@@ -194,7 +211,7 @@ impl From<&NamedMatrix> for Matrix {
     fn from(matrix: &NamedMatrix) -> Self {
         let entry = |&value: &f64| Entry { value, exact: None };
         let entries = matrix.values.iter().map(|row| row.iter().map(entry).collect()).collect();
-        Self::new(matrix.title.clone(), &matrix.unit, [&matrix.rows, &matrix.columns], entries)
+        Self::new(&matrix.title, &matrix.unit, [&matrix.rows, &matrix.columns], entries)
     }
 }
 
@@ -211,7 +228,19 @@ impl From<&ExactMatrix> for Matrix {
         let row = |i: usize| (0..matrix.columns.len()).map(|j| entry(i, j)).collect();
         let entries = (0..matrix.values.len()).map(row).collect();
         let is_exact = matrix.exact.is_some();
-        Self { exact: is_exact, ..Self::new(title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
+        Self { exact: is_exact, ..Self::new(&title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
+    }
+}
+
+impl Cell {
+    /// A verdict with its words, the good one first.
+    pub(super) fn judged(good: bool, [yes, no]: [&str; 2]) -> Self {
+        Self::Mark(good, if good { yes } else { no }.into())
+    }
+
+    /// `yes` or `no` where it is decided.
+    pub(super) fn decided(verdict: Option<bool>) -> Self {
+        verdict.map_or(Self::Mark(false, "not decided".into()), |good| Self::judged(good, ["yes", "no"]))
     }
 }
 
@@ -365,7 +394,7 @@ impl Body {
 
 impl Page {
     /// The non-empty sections: anchor, title, body.
-    pub(super) fn sections<'a>(all: impl IntoIterator<Item = (&'a str, &'a str, Body)>) -> Vec<Section> {
+    pub(super) fn sections<T: Into<String>>(all: impl IntoIterator<Item = (T, T, Body)>) -> Vec<Section> {
         let present = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
         present.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
     }

@@ -7,10 +7,9 @@ use std::collections::hash_map::Entry;
 
 use super::text::{figure, number};
 use kardan_results::{
-    Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
-    DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance,
-    MatrixDistances, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare,
-    Structure, Zeros,
+    BoxVerdict, Certificate, Class, Complex, Construction, Count, Definition, DistanceToUncontrollability,
+    EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance, MatrixDistances, Mode, NamedShare,
+    ParameterPoint, PlacementSearch, Pole, PolynomialRoots, Sampling, ShapePart, StoredShare, Structure, Zeros,
 };
 use kardan_rt::functions::{atan2, hypot};
 
@@ -63,6 +62,16 @@ pub fn pairs(values: &[Pole]) -> Vec<String> {
     joined(values).into_iter().map(counted).collect()
 }
 
+/// Zeros with their unit, or their polynomial where they are not known.
+pub fn roots(zeros: Option<&PolynomialRoots>, unit: &str) -> String {
+    match zeros {
+        None => "not decided".into(),
+        Some(zeros) if !zeros.values.is_empty() => format!("{}{unit}", list(&pairs(&zeros.values), 100)),
+        Some(zeros) if zeros.polynomial == "1" => "none".into(),
+        Some(zeros) => zeros.polynomial.clone(),
+    }
+}
+
 /// `s^2 + 3/2 s + 2` from the coefficients of 1, s, s², …
 pub fn polynomial(coefficients: &[String]) -> String {
     let mut text = String::new();
@@ -110,18 +119,6 @@ pub fn class(class: &Class) -> String {
             }
         ),
     }
-}
-
-/// The causes that violate an assumption, elements with the same reason together.
-pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
-    let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
-    for Breach { element, reason: why } in &assumption.violations {
-        match out.iter_mut().find(|(_, listed)| listed == why) {
-            Some((elements, _)) => elements.push(element),
-            None => out.push((vec![element], why)),
-        }
-    }
-    out
 }
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
@@ -429,9 +426,10 @@ pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec
             search.starts
         ),
         Some(loss) => {
-            let at: Vec<String> =
-                loss.at.iter().map(|ParameterPoint { parameter: name, value, unit }| format!("{name} = {} {unit}", number(*value))).collect();
-            let at: Vec<&str> = at.iter().map(|text| text.trim_end()).collect();
+            let point = |ParameterPoint { parameter, value, unit }: &ParameterPoint| {
+                format!("{parameter} = {} {unit}", number(*value)).trim_end().to_string()
+            };
+            let at: Vec<String> = loss.at.iter().map(point).collect();
             let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };
             let distance = if loss.distance == 0.0 {

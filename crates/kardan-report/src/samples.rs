@@ -1,5 +1,7 @@
 //! The runs of a sweep as points of a page: which of them, and how they are written.
 
+mod still;
+
 use std::collections::BTreeSet;
 
 use super::text::{json_array, json_string, powers};
@@ -139,9 +141,7 @@ impl Samples {
             columns.push(self.column("measured", (self.name(one), &one.unit, display), |row| row.measured[k]));
         }
         for (k, (name, unit)) in head.figures.iter().enumerate() {
-            let figure = found.figures.iter().find(|one| one.name == *name);
-            let display = figure.and_then(|one| one.display.as_ref());
-            columns.push(self.column("figure", (name, unit, display), |row| row.figures[k]));
+            columns.push(self.column("figure", (name, unit, display_of_figure(found, name)), |row| row.figures[k]));
         }
         let (across, up) = self.first(found);
         let bytes = |of: &dyn Fn(&SweepRow) -> u32| -> Vec<u8> {
@@ -172,49 +172,6 @@ impl Samples {
         if same > 1 { &one.text } else { &one.measured }
     }
 
-    /// A few of the runs in the axes drawn first, for a static picture.
-    pub(super) fn static_samples<'s>(&'s self, most: usize, found: &Sweep) -> StaticSamples<'s> {
-        let (across, up) = self.first(found);
-        let mut order: Vec<&SweepRow> = self.drawn_rows.iter().collect();
-        order.sort_by_key(|row| (lot(self.head.seed, row.sample), row.sample, row.variant));
-        order.truncate(most);
-        let SweepHead { varied, requirements, figures, .. } = &self.head;
-        let requirement = up.checked_sub(varied.len()).and_then(|k| requirements.get(k));
-        let figure = up.checked_sub(varied.len() + requirements.len()).and_then(|k| figures.get(k));
-        let display = match (requirement, figure) {
-            (Some(one), _) => one.display.as_ref(),
-            (_, Some((name, _))) => {
-                found.figures.iter().find(|one| one.name == *name).and_then(|one| one.display.as_ref())
-            }
-            _ => None,
-        };
-        let value = |row: &SweepRow| {
-            row.values.iter().chain(&row.measured).chain(&row.figures).nth(up).copied().unwrap_or(f64::NAN)
-        };
-        let (name, unit) = match (requirement, figure) {
-            (Some(one), _) => (self.name(one), one.unit.as_str()),
-            (_, Some((name, unit))) => (name.as_str(), unit.as_str()),
-            _ => (varied[up].name.as_str(), varied[up].unit.as_str()),
-        };
-        let fate = |row: &SweepRow| match up.checked_sub(varied.len()).and_then(|k| row.passed.get(k)) {
-            Some(&passed) => passed < 0.5,
-            None => fails(&row.reason, &row.passed),
-        };
-        StaticSamples {
-            points: order.iter().map(|row| (row.values[across], shown(value(row), display), fate(row))).collect(),
-            bounds: requirement
-                .iter()
-                .flat_map(|one| [one.below, one.above])
-                .flatten()
-                .map(|x| shown(x, display))
-                .collect(),
-            across: titled(&varied[across].name, &varied[across].unit),
-            up: titled(name, display.map_or(unit, |display| &display.unit)),
-            requirement: requirement.map(|one| one.text.as_str()),
-            all: self.all,
-        }
-    }
-
     fn column(
         &self,
         kind: &str,
@@ -236,16 +193,9 @@ impl Samples {
     }
 }
 
-/// Runs for a static picture: their positions, and whether they fail.
-pub(super) struct StaticSamples<'s> {
-    pub(super) points: Vec<(f64, f64, bool)>,
-    pub(super) bounds: Vec<f64>,
-    pub(super) across: String,
-    pub(super) up: String,
-    /// The requirement that is on the axis up, which they fail or not; `None`: any.
-    pub(super) requirement: Option<&'s str>,
-    /// How many runs there are in all.
-    pub(super) all: usize,
+/// The unit in which a figure is shown, where that is not the SI unit.
+fn display_of_figure<'a>(found: &'a Sweep, name: &str) -> Option<&'a DisplayUnit> {
+    found.figures.iter().find(|one| one.name == name)?.display.as_ref()
 }
 
 /// Which rows are drawn, so many of them.
@@ -276,11 +226,6 @@ fn drawn(most: usize, seed: u64, always_drawn: &BTreeSet<u64>, rows: &SweepRows)
 /// A number in the unit that is shown.
 fn shown(value: f64, display: Option<&DisplayUnit>) -> f64 {
     display.map_or(value, |display| display.of(value))
-}
-
-/// The title of an axis.
-fn titled(name: &str, unit: &str) -> String {
-    if unit.is_empty() { powers(name) } else { powers(&format!("{name} [{unit}]")) }
 }
 
 /// Whether a run did not complete, or fails a requirement.

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use kardan_results::SignalNode;
 
-use crate::analysis_pictures::{bar, drawing, figure_of, text};
+use crate::analysis_pictures::{bar, cut, drawing, figure_of, text};
 use crate::model::{Body, Picture, row};
-use crate::text::number;
+use crate::text::{number, with_unit};
 
 /// Width and height of a box, and the room between columns and between rows, px.
 const BOX: [f64; 2] = [184.0, 40.0];
@@ -89,11 +89,7 @@ fn places(nodes: &[SignalNode]) -> BTreeMap<Place<'_>, [f64; 2]> {
 }
 
 fn short(name: &str) -> String {
-    let most = ((BOX[0] - 10.0) / LETTER) as usize;
-    match name.chars().count() > most {
-        true => name.chars().take(most - 1).chain(['…']).collect(),
-        false => name.to_string(),
-    }
+    cut(name, ((BOX[0] - 10.0) / LETTER) as usize)
 }
 
 fn when(node: &SignalNode) -> String {
@@ -157,11 +153,7 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
 /// The graph of the signals of a model: drawn, and as a table.
 pub(super) fn body(nodes: &[SignalNode]) -> Body {
     let rows = nodes.iter().map(|node| {
-        let outputs = node.outputs.iter().map(|output| match output.unit.is_empty() {
-            true => output.name.clone(),
-            false => format!("{} [{}]", output.name, output.unit),
-        });
-        let outputs: Vec<String> = outputs.collect();
+        let outputs: Vec<String> = node.outputs.iter().map(|output| with_unit(&output.name, &output.unit)).collect();
         row![&node.name, node.kind.replace('_', " "), when(node), node.order, outputs.join(", "), node.reads.join(", ")]
     });
     let columns = ["block", "kind", "sample time", "#order", "answers", "reads"];

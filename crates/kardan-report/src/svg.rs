@@ -98,7 +98,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let drawn = curves.iter().any(|curve| curve.values.iter().any(|value| value.is_finite()));
     let title = if !drawn { format!("{} (no data)", plot.title) } else { plot.title.clone() };
     let mut layout = Layout::new((time.low, time.high), (value.low, value.high))
-        .with_theme(theme())
+        .with_theme(Theme { grid_color: "#e4e4e4".into(), font_family: Some(FONTS.into()), ..Theme::light() })
         .with_width(WIDTH)
         .with_title(plain(&title))
         .with_title_size(16)
@@ -219,8 +219,4 @@ fn format(axis: Axis, logarithmic: bool) -> TickFormat {
 /// The text as `kuva` shows it unchanged: it would read `$…$` as mathematics, and XML knows no control characters.
 fn plain(text: &str) -> String {
     bidi_escaped(text).replace(|c: char| c.is_control() || c == '\u{fffe}' || c == '\u{ffff}', " ").replace('$', "\\$")
-}
-
-fn theme() -> Theme {
-    Theme { grid_color: "#e4e4e4".into(), font_family: Some(FONTS.into()), ..Theme::light() }
 }

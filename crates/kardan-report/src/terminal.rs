@@ -216,14 +216,13 @@ fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
         *out += &format!("  {height} × {width}; --json gives all\n");
         return;
     }
-    let cut = |text: &String| super::analysis_pictures::cut(text, NAME);
-    let names: Vec<String> = matrix.rows.iter().map(cut).collect();
-    let columns: Vec<String> = matrix.columns.iter().map(cut).collect();
-    let left = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let cut = |names: &[String]| names.iter().map(|name| super::analysis_pictures::cut(name, NAME)).collect();
+    let matrix = &Matrix { rows: cut(&matrix.rows), columns: cut(&matrix.columns), ..matrix.clone() };
+    let left = matrix.rows.iter().map(|name| name.chars().count()).max().unwrap_or(0);
     let size = |entry: &Entry| entry.rounded_text(DIGITS).0.chars().count();
     let wide = |j: usize| {
         let cells = matrix.entries.iter().filter_map(|row| row.get(j)).map(size);
-        cells.chain([columns[j].chars().count()]).max().unwrap_or(0) + 2
+        cells.chain([matrix.columns[j].chars().count()]).max().unwrap_or(0) + 2
     };
     let mut from = 0;
     while from < width {
@@ -233,14 +232,7 @@ fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
             room = room.saturating_sub(wide(until));
             until += 1;
         }
-        let titles = columns[from..until].iter().map(|name| format!("#{name}"));
-        let row = |(name, row): (&String, &Vec<Entry>)| {
-            let entries = row.iter().take(until).skip(from).cloned().map(Cell::Entry);
-            std::iter::once(Cell::from(name)).chain(entries).collect()
-        };
-        let rows = names.iter().zip(&matrix.entries).map(row).collect();
-        let columns = std::iter::once(String::new()).chain(titles).collect();
-        table(out, &Table { columns, rows, brief: LARGE }, available);
+        table(out, &matrix.table(from..until), available);
         from = until;
     }
 }

@@ -79,6 +79,11 @@ pub(super) fn unit(unit: &str) -> String {
     unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴")
 }
 
+/// A name with its unit, where there is one: `angle [rad]`.
+pub(super) fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.into() } else { format!("{name} [{unit}]") }
+}
+
 /// Powers written as such: `s^12 + 3 s` reads `s¹² + 3 s`.
 pub(super) fn powers(text: &str) -> String {
     let mut out = String::with_capacity(text.len());

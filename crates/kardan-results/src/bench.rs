@@ -1,9 +1,12 @@
 //! Results: the plant of a virtual test bench and its runs.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Design, Identification, Physical, Run};
+use super::design::numbers;
+use super::{DataNumber, Design, Identification, Physical, Run};
 
 /// A value of the plant on a virtual bench.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -19,16 +22,20 @@ pub struct TrueValue {
 }
 
 /// A part of a plan.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct BenchPoint {
     /// When its measurement begins, s.
     pub from: f64,
     /// When it ends, s.
     pub until: f64,
-    /// Speed of each shaft, rad/s; the largest magnitudes in a section of sines or steps.
-    pub speeds: Vec<f64>,
-    /// Torque of each motor that the model predicts, N m; the largest magnitudes in a section.
-    pub torques: Vec<f64>,
+    /// Speed of each shaft by its name, rad/s; the largest magnitudes in a section of sines or steps.
+    #[serde(serialize_with = "numbers")]
+    #[schemars(with = "BTreeMap<String, f64>")]
+    pub speeds: Vec<DataNumber>,
+    /// Torque of each motor by its name that the model predicts, N m; the largest magnitudes in a section.
+    #[serde(serialize_with = "numbers")]
+    #[schemars(with = "BTreeMap<String, f64>")]
+    pub torques: Vec<DataNumber>,
 }
 
 /// The expected accuracy of one parameter.
@@ -45,18 +52,15 @@ pub struct PlannedParameter {
 }
 
 /// An excitation designed to identify parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct BenchPlan {
     /// `constant_speeds`, `multisine` or `random_steps`.
     pub kind: String,
     /// The parameters to identify.
     pub parameters: Vec<PlannedParameter>,
     /// Coefficients that this kind of motion, or the selection of the file, does not identify.
+    #[serde(rename = "fixed_coefficients")]
     pub fixed: Vec<String>,
-    /// Names of the shafts, in the order of the speeds.
-    pub shafts: Vec<String>,
-    /// Names of the motors, in the order of the torques.
-    pub motors: Vec<String>,
     /// The selected parts, in the order of the log.
     pub points: Vec<BenchPoint>,
     /// Candidates within the limits.
@@ -64,8 +68,10 @@ pub struct BenchPlan {
     /// `ln det(XᵀX)` of the selected parts.
     pub log_det: f64,
     /// The same of all candidates, for the number of selected parts.
+    #[serde(rename = "baseline_log_det")]
     pub undesigned_log_det: f64,
-    /// Number of parts of the plan with as much information as one of the undesigned plan, `exp((log det − undesigned)/parameters)`.
+    // `exp((log det − undesigned)/parameters)`
+    /// Number of parts of the plan with as much information as one of the undesigned plan.
     pub gain: f64,
     /// Length, s.
     pub duration: f64,

@@ -49,7 +49,6 @@ pub struct Design {
     /// Keyword of its law.
     pub law: String,
     /// Names of the other controllers of the file, which are in the loop too.
-    #[serde(rename = "other_controllers")]
     pub other_controllers: Vec<String>,
     /// The design model as text: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
@@ -101,8 +100,6 @@ pub struct Design {
     /// The observer.
     pub observer: Option<ObserverResult>,
     /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.
-    #[serde(serialize_with = "transfer")]
-    #[schemars(with = "Vec<TransferView>")]
     pub transfer: Vec<TransferEntry>,
     /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` if decoupling was not requested.
     pub decoupled: Option<bool>,
@@ -177,19 +174,16 @@ impl Design {
 
 /// How outputs can be decoupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Feedback {
     /// By static state feedback: every output its own channel.
     #[default]
-    #[serde(rename = "static")]
     Static,
     /// By static state feedback, in blocks of outputs only.
-    #[serde(rename = "block")]
     Block,
     /// By dynamic state feedback: integrators before some inputs.
-    #[serde(rename = "dynamic")]
     Dynamic,
     /// Impossible: the outputs depend on each other, or no input affects one of them.
-    #[serde(rename = "impossible")]
     Impossible,
 }
 
@@ -306,16 +300,31 @@ pub struct ObserverResult {
 }
 
 /// One entry of an exact transfer matrix.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TransferEntry {
     /// The output.
     pub output: String,
     /// The reference.
     pub reference: String,
     /// Coefficients of 1, s, s², …; empty: exactly zero.
+    #[serde(flatten, serialize_with = "numerator")]
+    #[schemars(with = "Numerator")]
     pub numerator: Vec<String>,
     /// Coefficients of 1, s, s², …
     pub denominator: Vec<String>,
+}
+
+/// The numerator of an entry.
+#[derive(Serialize, JsonSchema)]
+struct Numerator<'a> {
+    /// Whether it is exactly zero.
+    zero: bool,
+    /// Coefficients of 1, s, s², …
+    numerator: &'a [String],
+}
+
+fn numerator<S: Serializer>(numerator: &[String], to: S) -> Result<S::Ok, S::Error> {
+    Numerator { zero: numerator.is_empty(), numerator }.serialize(to)
 }
 
 /// The effect of a step of one reference on another output, or on its own.
@@ -425,7 +434,7 @@ impl DataMatrix {
     }
 }
 
-/// A number of a controller.
+/// A number of a controller or of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DataNumber {
     /// Its name.
@@ -449,7 +458,7 @@ fn matrices<S: Serializer>(all: &[DataMatrix], to: S) -> Result<S::Ok, S::Error>
     by_name(all.iter().map(|one| (one.name.as_str(), &one.values)), to)
 }
 
-fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
+pub(super) fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
     by_name(all.iter().map(|one| (one.name.as_str(), one.value)), to)
 }
 
@@ -518,30 +527,4 @@ fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S:
         modes: &found.modes,
     };
     view.serialize(to)
-}
-
-/// One entry of an exact transfer matrix.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "TransferEntry")]
-struct TransferView<'a> {
-    /// The output.
-    output: &'a str,
-    /// The reference.
-    reference: &'a str,
-    /// Whether it is exactly zero.
-    zero: bool,
-    /// Coefficients of 1, s, s², …
-    numerator: &'a [String],
-    /// Coefficients of 1, s, s², …
-    denominator: &'a [String],
-}
-
-fn transfer<S: Serializer>(all: &[TransferEntry], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(all.iter().map(|one| TransferView {
-        output: &one.output,
-        reference: &one.reference,
-        zero: one.numerator.is_empty(),
-        numerator: &one.numerator,
-        denominator: &one.denominator,
-    }))
 }

@@ -118,12 +118,11 @@ pub struct ParameterPoint {
 
 /// The verdict over a whole box of parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum BoxVerdict {
     /// No loss anywhere in the box, proven.
-    #[serde(rename = "certified")]
     Certified,
     /// A loss was found in the box.
-    #[serde(rename = "lost")]
     Lost,
     /// Neither.
     #[default]

@@ -97,12 +97,11 @@ pub struct NamedShare {
 
 /// The form of stored energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum EnergyKind {
     /// In an inertia.
     #[default]
-    #[serde(rename = "kinetic")]
     Kinetic,
     /// In a spring.
-    #[serde(rename = "potential")]
     Potential,
 }

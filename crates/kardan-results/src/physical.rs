@@ -6,7 +6,6 @@ use std::sync::{Mutex, PoisonError};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::signal_name::Quantity;
 use kardan_math::units::{Dimension, parse_quantity};
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
@@ -121,32 +120,6 @@ impl Physical {
             Physical::Other("") => "number",
             Physical::Other("W") => "power",
             Physical::Other(_) => "quantity",
-        }
-    }
-}
-
-impl Quantity {
-    /// The kind of the numbers.
-    pub fn physical(self) -> Physical {
-        match self {
-            Quantity::Angle => Physical::Angle,
-            Quantity::Speed => Physical::Speed,
-            Quantity::Position => Physical::Position,
-            Quantity::Velocity => Physical::Velocity,
-            Quantity::Force => Physical::Force,
-            Quantity::Charge => Physical::Charge,
-            Quantity::Current => Physical::Current,
-            Quantity::Voltage => Physical::Voltage,
-            Quantity::Multiplier => Physical::of_unit(""),
-            Quantity::Sum => Physical::of_unit("s"),
-            Quantity::State => Physical::of_unit(""),
-            Quantity::Change => Physical::of_unit("1/s"),
-            Quantity::Torque
-            | Quantity::Command
-            | Quantity::Ripple
-            | Quantity::Friction
-            | Quantity::Disturbance
-            | Quantity::Excess => Physical::Torque,
         }
     }
 }

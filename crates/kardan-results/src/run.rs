@@ -78,9 +78,10 @@ pub struct Event {
 }
 
 /// Whether a run reached its end with usable numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum Outcome {
     /// It did.
+    #[default]
     Completed,
     /// It reached its end, but its energy balance does not close: its numbers are wrong from some time on.
     Unbalanced {
@@ -208,7 +209,7 @@ impl IntegrationMethod {
 }
 
 /// The run of one variant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
     /// `beta-10deg`; the model's name if there are no variants.
     pub name: String,

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::physical::Physical;
+
 /// The quantity in the last part of a signal's name: `phi` in `rk.phi`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -43,32 +45,39 @@ pub enum Quantity {
     Change,
 }
 
-const QUANTITY_NAMES: [(Quantity, &str); 18] = [
-    (Quantity::Angle, "phi"),
-    (Quantity::Speed, "w"),
-    (Quantity::Torque, "tau"),
-    (Quantity::Command, "command"),
-    (Quantity::Ripple, "ripple"),
-    (Quantity::Friction, "friction"),
-    (Quantity::Disturbance, "disturbance"),
-    (Quantity::Excess, "excess"),
-    (Quantity::Position, "s"),
+/// Each quantity with its word and the kind of its numbers.
+const QUANTITIES: [(Quantity, &str, Physical); 18] = [
+    (Quantity::Angle, "phi", Physical::Angle),
+    (Quantity::Speed, "w", Physical::Speed),
+    (Quantity::Torque, "tau", Physical::Torque),
+    (Quantity::Command, "command", Physical::Torque),
+    (Quantity::Ripple, "ripple", Physical::Torque),
+    (Quantity::Friction, "friction", Physical::Torque),
+    (Quantity::Disturbance, "disturbance", Physical::Torque),
+    (Quantity::Excess, "excess", Physical::Torque),
+    (Quantity::Position, "s", Physical::Position),
     // For anything but a mass it is a voltage: the caller knows which.
-    (Quantity::Velocity, "v"),
-    (Quantity::Force, "f"),
-    (Quantity::Charge, "q"),
-    (Quantity::Current, "i"),
-    (Quantity::Voltage, "v"),
-    (Quantity::Multiplier, "lambda"),
-    (Quantity::Sum, "sum"),
-    (Quantity::State, "z"),
-    (Quantity::Change, "rate"),
+    (Quantity::Velocity, "v", Physical::Velocity),
+    (Quantity::Force, "f", Physical::Force),
+    (Quantity::Charge, "q", Physical::Charge),
+    (Quantity::Current, "i", Physical::Current),
+    (Quantity::Voltage, "v", Physical::Voltage),
+    (Quantity::Multiplier, "lambda", Physical::Other("")),
+    (Quantity::Sum, "sum", Physical::Other("s")),
+    (Quantity::State, "z", Physical::Other("")),
+    (Quantity::Change, "rate", Physical::Other("1/s")),
 ];
 
 impl Quantity {
     /// The word in a name: `phi`.
     pub fn word(self) -> &'static str {
-        QUANTITY_NAMES.iter().find(|(quantity, _)| *quantity == self).map_or("", |(_, word)| word)
+        QUANTITIES.iter().find(|(quantity, ..)| *quantity == self).map_or("", |(_, word, _)| word)
+    }
+
+    /// The kind of the numbers.
+    pub fn physical(self) -> Physical {
+        let found = QUANTITIES.iter().find(|(quantity, ..)| *quantity == self);
+        found.map_or(Physical::Other(""), |(.., physical)| *physical)
     }
 
     /// The name of this signal of an element: `rk.phi`.
@@ -91,19 +100,8 @@ impl Quantity {
     /// The SI unit; none if the signal defines its own.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Multiplier => "",
-            Self::Angle => "rad",
-            Self::Speed => "rad/s",
-            Self::Position => "m",
-            Self::Velocity => "m/s",
-            Self::Force => "N",
-            Self::Charge => "C",
-            Self::Current => "A",
-            Self::Voltage => "V",
-            Self::Sum => "s",
             Self::State => "1",
-            Self::Change => "1/s",
-            _ => "N m",
+            other => other.physical().unit(),
         }
     }
 }
@@ -141,7 +139,7 @@ impl<'a> SignalName<'a> {
     /// The quantity of its last part, if known; for `v` a velocity.
     pub fn quantity(self) -> Option<Quantity> {
         let word = self.word?;
-        QUANTITY_NAMES.iter().find(|(_, candidate)| *candidate == word).map(|(quantity, _)| *quantity)
+        QUANTITIES.iter().find(|(_, candidate, _)| *candidate == word).map(|(quantity, ..)| *quantity)
     }
 
     /// The element, if the signal is that of one element alone.

@@ -9,15 +9,13 @@ use super::Complex;
 
 /// Location of the poles of a linear system; in discrete time the boundary is the unit circle instead of the imaginary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Stability {
     /// All of them inside.
-    #[serde(rename = "stable")]
     Stable,
     /// None outside, some on the boundary, and these semisimple: no motion grows, and not all decay.
-    #[serde(rename = "marginal")]
     Marginal,
     /// Some outside, or not semisimple on the boundary, which grows like a power of the time.
-    #[serde(rename = "unstable")]
     Unstable,
     /// Not decided.
     #[default]

@@ -206,12 +206,7 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         body += &panel.curve(points(), &solid(one.colour));
         body += &decades(&panel, found, one);
     }
-    let (x, y) = panel.place((-1.0, 0.0));
-    body += &format!(
-        "<path stroke=\"var(--bad)\" stroke-width=\"2\" d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\"><title>-1</title></path>\n",
-        x - 5.0,
-        y - 5.0
-    );
+    body += &panel.critical((-1.0, 0.0));
     let encirclements = |one: &Drawn<'_>| {
         let gain = found.loops.iter().find(|gain| gain.name == one.name && !gain.open);
         match gain.and_then(|gain| gain.unstable_poles) {
@@ -273,14 +268,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
         body += &closed_loop_gain(&panel, contour, turns.clone());
     }
     for turn in turns {
-        let (x, y) = panel.place((360.0 * f64::from(turn) - 180.0, 0.0));
-        if panel.contains((x, y)) {
-            body += &format!(
-                "<path stroke=\"var(--bad)\" stroke-width=\"2\" d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\"><title>-1</title></path>\n",
-                x - 5.0,
-                y - 5.0
-            );
-        }
+        body += &panel.critical((360.0 * f64::from(turn) - 180.0, 0.0));
     }
     for (one, phases) in curves.iter().zip(&phase_curves) {
         body += &panel.curve(phases.iter().copied().zip(one.sizes().map(decibels)), &solid(one.colour));

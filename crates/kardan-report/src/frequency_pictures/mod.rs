@@ -11,8 +11,9 @@ use kardan_results::{
 use kardan_rt::functions::hypot;
 
 use super::analysis_pictures::{drawing, figure_of};
+use super::groups::grouped;
 use super::model::Picture;
-use super::text::{escape, figure, unit};
+use super::text::{escape, figure, unit, with_unit};
 
 use loop_plots::{Drawn, bode, decibels, frequency_axis, gain_axis};
 use panel::{Axis, BETWEEN, HEIGHT, LEFT, Panel, RIGHT, TOP, WIDTH, legend, solid, thin};
@@ -118,10 +119,7 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     if shown.is_empty() || found.frequencies.len() < 2 {
         return None;
     }
-    let of = |one: &ReferenceResponse| {
-        let unit = if one.unit.is_empty() { String::new() } else { format!(" [{}]", unit(&one.unit)) };
-        format!("{} → {}{unit}", one.reference, one.output)
-    };
+    let of = |one: &ReferenceResponse| with_unit(&format!("{} → {}", one.reference, one.output), &unit(&one.unit));
     let curves: Vec<Drawn<'_>> = shown
         .iter()
         .enumerate()
@@ -194,23 +192,12 @@ fn without_rounding(value: f64) -> f64 {
 fn step(found: &StepResponse) -> Option<Picture> {
     let end = found.time.last().copied().filter(|end| *end > 0.0)?;
     let clock = super::text::Clock::until(end);
-    let mut groups: Vec<(&str, bool)> = Vec::new();
-    for signal in &found.signals {
-        if !groups.contains(&(signal.unit.as_str(), signal.motor)) {
-            groups.push((&signal.unit, signal.motor));
-        }
-    }
+    let groups = grouped(found.signals.iter().enumerate().map(|(k, one)| ((one.unit.as_str(), one.motor), (k, one))));
     let across = Axis::fitting([0.0, end * clock.per_second].into_iter(), 0.0, 8);
     let (mut body, mut y) = (String::new(), TOP);
     let mut entries = Vec::new();
     let last = groups.len().checked_sub(1)?;
-    for (k, (shown, motor)) in groups.iter().enumerate() {
-        let own: Vec<_> = found
-            .signals
-            .iter()
-            .enumerate()
-            .filter(|(_, one)| (one.unit.as_str(), one.motor) == (*shown, *motor))
-            .collect();
+    for (k, ((shown, motor), own)) in groups.iter().enumerate() {
         let values =
             own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
         let height = 0.8 * HEIGHT;
@@ -218,7 +205,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
         let what = if *motor { "commanded torques" } else { "outputs" };
         let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
-        for (colour, one) in own {
+        for &(colour, one) in own {
             let points = found
                 .time
                 .iter()

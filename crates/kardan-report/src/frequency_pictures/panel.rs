@@ -2,7 +2,7 @@
 
 use kardan_rt::functions::{log10, powi};
 
-use crate::analysis_pictures::{line, text};
+use crate::analysis_pictures::{line, text, upward};
 use crate::text::{escape, figure};
 use crate::ticks;
 
@@ -115,11 +115,7 @@ impl Panel {
         if !across.is_empty() {
             out += &text(self.x + 0.5 * self.width, below + 35.0, "middle", across);
         }
-        let (x, y) = (14.0, self.y + 0.5 * self.height);
-        out + &format!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\">{}</text>\n",
-            escape(up)
-        )
+        out + &upward("14.0", self.y + 0.5 * self.height, "middle", up)
     }
 
     /// A curve through points, cut off at the frame.
@@ -185,6 +181,19 @@ impl Panel {
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.6\" fill=\"{}\" stroke=\"var(--paper)\"><title>{}</title></circle>\n",
             shade(colour),
             escape(title)
+        )
+    }
+
+    /// A red cross where L is −1, if it is within the frame.
+    pub(super) fn critical(&self, at: (f64, f64)) -> String {
+        let (x, y) = self.place(at);
+        if !self.contains((x, y)) {
+            return String::new();
+        }
+        format!(
+            "<path stroke=\"var(--bad)\" stroke-width=\"2\" d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\"><title>-1</title></path>\n",
+            x - 5.0,
+            y - 5.0
         )
     }
 

@@ -24,10 +24,8 @@ pub(super) enum Mark {
     Line { points: Vec<(f64, f64)>, class: &'static str },
     /// A text with its centre, or start, at this position.
     Label { at: (f64, f64), middle: bool, class: &'static str, text: String },
-    /// A dashed box: left, top, width, height.
-    Frame([f64; 4]),
-    /// A box with several ends.
-    Case([f64; 4]),
+    /// A box: left, top, width, height; its corners are rounded by so much.
+    Box { place: [f64; 4], class: &'static str, radius: f64 },
 }
 
 /// A part with its marks.
@@ -85,6 +83,12 @@ impl Cell {
         self.ports.iter().find(|(own, _)| *own == end).map_or(0.0, |(_, y)| *y)
     }
 
+    /// A line from an edge to the symbol, which reaches this far to either side.
+    fn lead(&mut self, side: Side, y: f64, half: f64, class: &'static str) {
+        let (edge, from) = if side == Side::Left { (-self.left, -half) } else { (self.right, half) };
+        self.groups[0].marks.push(Mark::Line { points: vec![(edge, y), (from, y)], class });
+    }
+
     /// Room for everything that was drawn, with a little air.
     fn closed(mut self) -> Self {
         let boxes: Vec<[f64; 4]> = self.groups.iter().flat_map(|group| &group.marks).map(Mark::bounds).collect();
@@ -115,7 +119,7 @@ impl Mark {
                 let left = if *middle { x - 0.5 * wide } else { *x };
                 [left, y - 0.8 * HEIGHT, left + wide, y + 0.25 * HEIGHT]
             }
-            Self::Frame([x, y, wide, high]) | Self::Case([x, y, wide, high]) => [*x, *y, x + wide, y + high],
+            Self::Box { place: [x, y, wide, high], .. } => [*x, *y, x + wide, y + high],
         }
     }
 
@@ -128,7 +132,7 @@ impl Mark {
         match &mut self {
             Self::Symbol { at, .. } | Self::Label { at, .. } => shift(at),
             Self::Line { points, .. } => points.iter_mut().for_each(shift),
-            Self::Frame([x, y, ..]) | Self::Case([x, y, ..]) => {
+            Self::Box { place: [x, y, ..], .. } => {
                 *x += dx;
                 *y += dy;
             }
@@ -335,11 +339,8 @@ fn gear(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, bottom, bottom + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
     for one in ends {
-        let y = heights[one.end.min(1)];
-        let (x, edge) = if one.side == Side::Left { (-6.0, -left) } else { (6.0, right) };
-        cell.groups[0].marks.push(Mark::Line { points: vec![(edge, y), (x, y)], class: "heavy" });
+        cell.lead(one.side, heights[one.end.min(1)], 6.0, "heavy");
     }
     cell
 }
@@ -370,7 +371,6 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, down, down + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let sides: Vec<Side> = ends.iter().map(|one| one.side).collect();
     let class = weight(part, ends);
     if let [first, second] = ends
         && first.side == second.side
@@ -391,10 +391,9 @@ fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
         cell.below = low + 6.0;
         return cell;
     }
-    let edges = [(Side::Left, -cell.left, -half), (Side::Right, cell.right, half)];
-    for (side, edge, from) in edges {
-        if sides.contains(&side) && (edge - from).abs() > 0.1 {
-            cell.groups[0].marks.push(Mark::Line { points: vec![(edge, 0.0), (from, 0.0)], class });
+    for (side, reach) in [(Side::Left, cell.left), (Side::Right, cell.right)] {
+        if ends.iter().any(|one| one.side == side) && (reach - half).abs() > 0.1 {
+            cell.lead(side, 0.0, half, class);
         }
     }
     cell.ports = ends.iter().map(|one| (one.end, 0.0)).collect();
@@ -460,7 +459,7 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let texts: Vec<String> = placed.iter().map(|(end, ..)| short_end(part, *end)).collect();
     let half = texts.iter().map(|text| width(text)).fold(0.0, f64::max) + 10.0 + 17.0 * (high / 36.0).clamp(1.0, 1.7);
     let mut marks = heading(part, high);
-    marks.push(Mark::Case([-half, -high, 2.0 * half, 2.0 * high]));
+    marks.push(Mark::Box { place: [-half, -high, 2.0 * half, 2.0 * high], class: "box", radius: 3.0 });
     if let Some(svg) = symbols::icon(part.symbol) {
         let size = (high / 36.0).clamp(1.0, 1.7);
         let svg = format!("<g transform=\"scale({size:.2})\">{svg}</g>");
@@ -479,11 +478,8 @@ fn boxed(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     cell.groups.push(group(part, marks));
     stack(&mut cell, high, high + 16.0, &block.attached, &block.uncounted);
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
-    let class = weight(part, ends);
     for (_, side, y, _) in placed.iter().filter(|(.., grounded)| !grounded) {
-        let (edge, from) = if *side == Side::Left { (-left, -half) } else { (right, half) };
-        cell.groups[0].marks.push(Mark::Line { points: vec![(edge, *y), (from, *y)], class });
+        cell.lead(*side, *y, half, weight(part, ends));
     }
     cell.ports = placed.iter().map(|(end, _, y, _)| (*end, *y)).collect();
     cell
@@ -505,7 +501,8 @@ fn folded(hosts: &[&str], elements: &[&str], ends: &[End]) -> Cell {
         placed.extend(here.iter().zip(heights(&here)).map(|(one, y)| (one.end, side, y)));
     }
     high = placed.iter().map(|(_, _, y)| y.abs() + 10.0).fold(high, f64::max);
-    let mut marks = vec![Mark::Frame([-half, -high, 2.0 * half, 2.0 * high])];
+    let place = [-half, -high, 2.0 * half, 2.0 * high];
+    let mut marks = vec![Mark::Box { place, class: "folded", radius: 6.0 }];
     let top = -0.5 * 16.0 * (texts.len() as f64 - 1.0) + 4.0;
     for (k, text) in texts.into_iter().enumerate() {
         marks.push(Mark::Label { at: (0.0, top + 16.0 * k as f64), middle: true, class: "faint", text });
@@ -515,10 +512,8 @@ fn folded(hosts: &[&str], elements: &[&str], ends: &[End]) -> Cell {
     let mut cell = Cell::default();
     cell.groups.push(Group { kind: "folded".into(), name: String::new(), title, marks });
     let mut cell = cell.closed();
-    let (left, right) = (cell.left, cell.right);
     for (_, side, y) in &placed {
-        let (edge, from) = if *side == Side::Left { (-left, -half) } else { (right, half) };
-        cell.groups[0].marks.push(line(&[(edge, *y), (from, *y)]));
+        cell.lead(*side, *y, half, "thin");
     }
     cell.ports = placed.iter().map(|&(end, _, y)| (end, y)).collect();
     cell

@@ -94,14 +94,9 @@ fn mark(mark: &Mark) -> String {
             let anchor = if *middle { " middle" } else { "" };
             format!("<text class=\"label {class}{anchor}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>\n", escape(text))
         }
-        Mark::Frame([x, y, width, height]) => {
+        Mark::Box { place: [x, y, width, height], class, radius } => {
             format!(
-                "<rect class=\"folded\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"6\"/>\n"
-            )
-        }
-        Mark::Case([x, y, width, height]) => {
-            format!(
-                "<rect class=\"box\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"3\"/>\n"
+                "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"{radius}\"/>\n"
             )
         }
     }

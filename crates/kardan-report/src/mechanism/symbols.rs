@@ -17,8 +17,16 @@ impl Drawn {
     }
 }
 
-fn thin(path: &str) -> String {
-    format!("<path class=\"thin\" d=\"{path}\"/>")
+fn path(class: &str, lines: &str) -> String {
+    format!("<path class=\"{class}\" d=\"{lines}\"/>")
+}
+
+fn thin(lines: &str) -> String {
+    path("thin", lines)
+}
+
+fn heavy(lines: &str) -> String {
+    path("heavy", lines)
 }
 
 fn letter(text: &str) -> String {
@@ -28,7 +36,7 @@ fn letter(text: &str) -> String {
 /// A wall with hatching on its right, from −9 to 9.
 fn wall(x: f64) -> String {
     let strokes: String = [-9.0, -3.0, 3.0].iter().map(|y| format!("M{x} {:.0}l5 -5", y + 6.0)).collect();
-    format!("<path class=\"thin\" d=\"M{x} -9V9\"/><path class=\"hatch\" d=\"{strokes}\"/>")
+    thin(&format!("M{x} -9V9")) + &path("hatch", &strokes)
 }
 
 /// The inertia of a shaft as a disc seen from its side.
@@ -49,8 +57,8 @@ pub(super) fn dot() -> Drawn {
 /// A bearing with losses, fixed to the housing.
 pub(super) fn bearing() -> Drawn {
     let lines = thin("M-8 -5H8M-8 5H8");
-    let hatch = "<path class=\"hatch\" d=\"M-7 -5l4 -5M-1 -5l4 -5M5 -5l4 -5M-9 10l4 -5M-3 10l4 -5M3 10l4 -5\"/>";
-    Drawn::new(lines + hatch, 9.0, 10.0)
+    let hatch = path("hatch", "M-7 -5l4 -5M-1 -5l4 -5M5 -5l4 -5M-9 10l4 -5M-3 10l4 -5M3 10l4 -5");
+    Drawn::new(lines + &hatch, 9.0, 10.0)
 }
 
 /// A motor.
@@ -70,22 +78,18 @@ const CAR: &str = "M-17 0H-13M-13 3V-2L-7 -3L-4 -9H6L10 -3L16 -2V3H13M7 3H-4M-10
 pub(super) fn hung(part: &MechanismPart) -> Drawn {
     match part.symbol {
         Symbol::Motor => {
-            let circle = "<path class=\"thin\" d=\"M-14 0H-10\"/><circle class=\"motor\" r=\"10\"/>";
-            let sign = "<text class=\"sign small\" y=\"3.8\">M</text>";
-            Drawn::new(format!("{circle}{sign}"), 14.0, 10.0)
+            let motor = "<circle class=\"motor\" r=\"10\"/><text class=\"sign small\" y=\"3.8\">M</text>";
+            Drawn::new(thin("M-14 0H-10") + motor, 14.0, 10.0)
         }
         Symbol::Torque if part.terminals.iter().any(|end| end.key.starts_with("mass")) => {
-            let arrow = "<path class=\"torque\" d=\"M-10 0H4\"/><path class=\"tip\" d=\"M2 -5L11 0L2 5z\"/>";
-            Drawn::new(format!("{}{arrow}", thin("M-14 0H-10")), 14.0, 8.0)
+            let arrow = path("torque", "M-10 0H4") + &path("tip", "M2 -5L11 0L2 5z");
+            Drawn::new(thin("M-14 0H-10") + &arrow, 14.0, 8.0)
         }
         Symbol::Torque => {
-            let arrow = "<path class=\"torque\" d=\"M-5 8.5A9.5 9.5 0 1 1 6.5 7\"/><path class=\"tip\" d=\"M2.5 11.5l8 -1.5l-4.5 -6.5z\"/>";
-            Drawn::new(format!("{}{arrow}", thin("M-14 0H0")), 14.0, 11.0)
+            let arrow = path("torque", "M-5 8.5A9.5 9.5 0 1 1 6.5 7") + &path("tip", "M2.5 11.5l8 -1.5l-4.5 -6.5z");
+            Drawn::new(thin("M-14 0H0") + &arrow, 14.0, 11.0)
         }
-        Symbol::Sensor => {
-            let flag = format!("<path class=\"sensor\" d=\"M-7 9V-9H10L6 -3.5L10 2H-7\"/>{}", thin("M-14 0H-7"));
-            Drawn::new(flag, 14.0, 10.0)
-        }
+        Symbol::Sensor => Drawn::new(path("sensor", "M-7 9V-9H10L6 -3.5L10 2H-7") + &thin("M-14 0H-7"), 14.0, 10.0),
         Symbol::Clutch => Drawn::new(thin("M-14 0H-3M-3 -8V8M2 -8V8M2 0H8") + &wall(8.0), 14.0, 10.0),
         Symbol::Stop => Drawn::new(thin("M-14 0H-2M-2 -4V4M4 -8V8M4 0H8") + &wall(8.0), 14.0, 10.0),
         Symbol::Relation => Drawn::new(thin("M-14 0H3") + &wall(3.0), 14.0, 10.0),
@@ -117,19 +121,18 @@ fn parallel(part: &MechanismPart) -> Drawn {
     .collect();
     let count = rows.len() as f64;
     let place = |k: usize| 20.0 * (k as f64 - 0.5 * (count - 1.0));
-    let leads = "<path class=\"heavy\" d=\"M-36 0H-24M24 0H36\"/>";
-    let mut path = String::new();
+    let mut lines = String::new();
     if rows.is_empty() {
-        path += "M-24 0H24";
+        lines += "M-24 0H24";
     }
     if rows.len() > 1 {
         let (first, last) = (place(0), place(rows.len() - 1));
-        path += &format!("M-24 {first}V{last}M24 {first}V{last}");
+        lines += &format!("M-24 {first}V{last}M24 {first}V{last}");
     }
     for (k, row) in rows.iter().enumerate() {
-        path += &format!("M-24 {}{row}", place(k));
+        lines += &format!("M-24 {}{row}", place(k));
     }
-    Drawn::new(leads.to_owned() + &thin(&path), 36.0, 10.0 * (count - 1.0).max(0.0) + 10.0)
+    Drawn::new(heavy("M-36 0H-24M24 0H36") + &thin(&lines), 36.0, 10.0 * (count - 1.0).max(0.0) + 10.0)
 }
 
 /// An element with one end to the left and one to the right; backlash is two flanks across the end to the right.
@@ -142,25 +145,24 @@ pub(super) fn between(part: &MechanismPart) -> Drawn {
     drawn
 }
 
+fn source(signs: &str) -> Drawn {
+    Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{signs}"), 34.0, 15.0)
+}
+
 fn draw_rigid_element(part: &MechanismPart) -> Drawn {
     match part.symbol {
         Symbol::SpringDamper => parallel(part),
         Symbol::UniversalJoint => {
-            let ends = "<path class=\"heavy\" d=\"M-26 0H-14M14 0H26\"/>";
+            let ends = heavy("M-26 0H-14M14 0H26");
             let forks = thin("M-2 -12A12 12 0 0 0 -2 12M2 -12A12 12 0 0 1 2 12");
-            let cross = "<path class=\"heavy\" d=\"M-7 -7L7 7M-7 7L7 -7\"/><circle class=\"solid\" r=\"3\"/>";
-            Drawn::new(format!("{ends}{forks}{cross}"), 26.0, 14.0)
+            let cross = heavy("M-7 -7L7 7M-7 7L7 -7") + "<circle class=\"solid\" r=\"3\"/>";
+            Drawn::new(ends + &forks + &cross, 26.0, 14.0)
         }
-        Symbol::Motor => {
-            Drawn::new("<path class=\"heavy\" d=\"M-26 0H-13M13 0H26\"/>".to_owned() + &motor().svg, 26.0, 14.0)
-        }
-        Symbol::Clutch => {
-            let plates = "<path class=\"heavy\" d=\"M-30 0H-4M4 0H30M-4 -12V12M4 -12V12\"/>";
-            Drawn::new(plates.to_owned(), 30.0, 13.0)
-        }
+        Symbol::Motor => Drawn::new(heavy("M-26 0H-13M13 0H26") + &motor().svg, 26.0, 14.0),
+        Symbol::Clutch => Drawn::new(heavy("M-30 0H-4M4 0H30M-4 -12V12M4 -12V12"), 30.0, 13.0),
         Symbol::Stop => {
-            let ends = "<path class=\"heavy\" d=\"M-30 0H-4M10 0H30\"/>";
-            Drawn::new(ends.to_owned() + &thin("M-4 -6V6M10 -12V12M10 -12H-12V-6M10 12H-12V6"), 30.0, 13.0)
+            let stops = thin("M-4 -6V6M10 -12V12M10 -12H-12V-6M10 12H-12V6");
+            Drawn::new(heavy("M-30 0H-4M10 0H30") + &stops, 30.0, 13.0)
         }
         Symbol::Resistor => Drawn::new(
             thin("M-34 0H-18M18 0H34") + "<rect class=\"box\" x=\"-18\" y=\"-7\" width=\"36\" height=\"14\"/>",
@@ -170,17 +172,9 @@ fn draw_rigid_element(part: &MechanismPart) -> Drawn {
         Symbol::Inductor => {
             Drawn::new(thin("M-34 0H-20a5 6 0 0 1 10 0a5 6 0 0 1 10 0a5 6 0 0 1 10 0a5 6 0 0 1 10 0H34"), 34.0, 9.0)
         }
-        Symbol::Capacitor => {
-            Drawn::new(thin("M-34 0H-4M4 0H34") + "<path class=\"heavy\" d=\"M-4 -11V11M4 -11V11\"/>", 34.0, 12.0)
-        }
-        Symbol::CurrentSource => {
-            let arrow = thin("M-34 0H-14M14 0H34M-9 0H5") + "<path class=\"tip\" d=\"M3 -4.5L10 0L3 4.5z\"/>";
-            Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{arrow}"), 34.0, 15.0)
-        }
-        Symbol::Source => {
-            let signs = thin("M-34 0H-14M14 0H34M-9 -3V3M5 0H11M8 -3V3");
-            Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{signs}"), 34.0, 15.0)
-        }
+        Symbol::Capacitor => Drawn::new(thin("M-34 0H-4M4 0H34") + &heavy("M-4 -11V11M4 -11V11"), 34.0, 12.0),
+        Symbol::CurrentSource => source(&(thin("M-34 0H-14M14 0H34M-9 0H5") + &path("tip", "M3 -4.5L10 0L3 4.5z"))),
+        Symbol::Source => source(&thin("M-34 0H-14M14 0H34M-9 -3V3M5 0H11M8 -3V3")),
         _ => Drawn::new(
             thin("M-30 0H-17M17 0H30")
                 + "<rect class=\"box\" x=\"-17\" y=\"-14\" width=\"34\" height=\"28\" rx=\"3\"/>"

@@ -1,13 +1,13 @@
 //! An analysis of structure as a page.
 
-use std::collections::BTreeSet;
-
 use super::descriptor::{descriptor, sentence};
+use super::optional;
 use super::parity::parity;
 use crate::analysis_pictures as pictures;
+use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
-use crate::text::number;
+use crate::text::{number, with_unit};
 use kardan_results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
     FrictionState, MatrixDistance, MatrixDistances, Mechanism, Mode, OppositeModel, ParameterRange, PlacementSearch,
@@ -35,7 +35,6 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
     let structure = &analysis.structure;
     let unfinished = analysis.unfinished.as_ref();
     let elimination = analysis.elimination.iter().flat_map(|found| phrases::elimination(found, structure));
-    let forces = analysis.constraint_forces.as_ref().map(|forces| constraint_forces(forces, drawn));
     let none = Mechanism::default();
     Page {
         name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
@@ -44,30 +43,29 @@ fn page_with(analysis: &Analysis, drawn: bool) -> Page {
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
             super::mechanism(if drawn { &analysis.mechanism } else { &none }),
-            ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+            ("class", "Class", optional(&analysis.class, class)),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("descriptor", "Singular E", descriptor(analysis)),
             ("modes", "Modes", modes(analysis, drawn)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
-            ("opposite-side", "Opposite side of the kink", opposite_side(analysis)),
+            ("opposite-side", "Opposite side of the kink", optional(&analysis.opposite_side, opposite_side)),
             ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
             ("parity", "Monitoring", parity(analysis)),
-            ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
-            (
-                "distance",
-                "Distance of the matrices",
-                analysis.matrix_distance.as_ref().map(distances).unwrap_or_default(),
-            ),
+            ("sensitivity", "Sensitivity", optional(&analysis.sensitivity, sensitivity)),
+            ("distance", "Distance of the matrices", optional(&analysis.matrix_distance, distances)),
             ("reduction", "Reduction", reduction(analysis, drawn)),
-            ("constraint-forces", "Constraint forces", forces.unwrap_or_default()),
+            (
+                "constraint-forces",
+                "Constraint forces",
+                optional(&analysis.constraint_forces, |forces| constraint_forces(forces, drawn)),
+            ),
             ("certificate", "Certificate", certificate(structure)),
             ("remarks", "Notes of the analysis", Body::default().list(analysis.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -141,16 +139,8 @@ fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
 fn properties(analysis: &Analysis) -> Body {
     let Some(found) = &analysis.properties else { return Body::default() };
     let unit = if analysis.discrete.is_some() { "" } else { " 1/s" };
-    let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
-    let roots = |what: &str, zeros: &Option<PolynomialRoots>| {
-        let text = match zeros {
-            None => "not decided".into(),
-            Some(zeros) if zeros.values.is_empty() && zeros.polynomial == "1" => "none".into(),
-            Some(zeros) if zeros.values.is_empty() => zeros.polynomial.clone(),
-            Some(zeros) => format!("{}{unit}", phrases::list(&phrases::pairs(&zeros.values), 100)),
-        };
-        row![what, text]
-    };
+    let judged = |what: &str, decided: Option<bool>| row![what, Cell::decided(decided)];
+    let roots = |what: &str, zeros: &Option<PolynomialRoots>| row![what, phrases::roots(zeros.as_ref(), unit)];
     let indices = |names: &[String], all: &Option<Vec<usize>>| match all {
         Some(all) if !all.is_empty() => {
             let one = |(name, index): (&String, &usize)| format!("{name} {index}");
@@ -203,20 +193,18 @@ fn distances(distances: &MatrixDistances) -> Body {
 }
 
 fn class(class: &Class) -> Body {
-    let assumptions = class.assumptions.iter().map(|one| {
-        let word = if one.satisfied { "satisfied" } else { "broken" };
-        row![&one.statement, Cell::Mark(one.satisfied, word.into())]
-    });
+    let judged = |satisfied: bool| Cell::judged(satisfied, ["satisfied", "broken"]);
+    let assumptions = class.assumptions.iter().map(|one| row![&one.statement, judged(one.satisfied)]);
     let broken = class.assumptions.iter().filter(|one| !one.satisfied);
     let breaches = broken.flat_map(|one| {
-        let breach = |(elements, why): (Vec<&str>, &str)| format!("by {}: {why}", phrases::list(&elements, 100));
-        std::iter::once(format!("broken: {}", one.statement)).chain(phrases::breaches(one).into_iter().map(breach))
+        let causes = grouped(one.violations.iter().map(|cause| (&cause.reason, &cause.element)));
+        let causes = causes.into_iter().map(|(why, elements)| format!("by {}: {why}", phrases::list(&elements, 100)));
+        std::iter::once(format!("broken: {}", one.statement)).chain(causes)
     });
     let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, phrases::constraint_kind(c)]);
     let reasons = class.constraints.iter().filter_map(|c| Some(format!("{}: {}", c.element, c.reason.as_ref()?)));
     // The two sides of a stop have one.
-    let mut listed = BTreeSet::new();
-    let reasons: Vec<String> = reasons.filter(|reason| listed.insert(reason.clone())).collect();
+    let reasons = distinct(reasons);
     let point = &class.operating_point;
     let moved = point.angles.iter().filter(|one| one.angle != 0.0);
     let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
@@ -239,19 +227,10 @@ fn class(class: &Class) -> Body {
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 
-/// `yes` or `no` where it is decided.
-fn decision(decided: Option<bool>, satisfied: bool) -> Cell {
-    match decided {
-        Some(_) => Cell::Mark(satisfied, if satisfied { "yes" } else { "no" }.into()),
-        None => Cell::Mark(false, "not decided".into()),
-    }
-}
-
 /// What the model is on the other side of the kinks at its operating point.
-fn opposite_side(analysis: &Analysis) -> Body {
-    let Some(other_side) = &analysis.opposite_side else { return Body::default() };
+fn opposite_side(other_side: &OppositeModel) -> Body {
     let OppositeModel { reference_side: own, side, controllable, observable, .. } = other_side;
-    let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
+    let judged = |what: &str, decided: Option<bool>| row![what, Cell::decided(decided)];
     Body::default()
         .paragraph(format!(
             "A torque has a kink at the operating point. All other results on this page are for the side where \
@@ -290,8 +269,8 @@ fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
             phrases::pair(mode.eigenvalue),
-            decision(controllable, mode.controllable),
-            decision(observable, mode.observable),
+            Cell::decided(controllable.map(|_| mode.controllable)),
+            Cell::decided(observable.map(|_| mode.observable)),
             phrases::unbroken(&phrases::motion(&mode.shape)),
         ];
         if energy {
@@ -304,10 +283,7 @@ fn modes_table(modes: &[Mode], (controllable, observable): (Option<bool>, Option
     };
     let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "contr.", "obs.", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
-    match modes.is_empty() {
-        true => Body::default(),
-        false => Body::default().table_of(MODES, &headers, modes.iter().enumerate().map(row)),
-    }
+    Body::default().table_of(MODES, &headers, modes.iter().enumerate().map(row))
 }
 
 fn ranks(structure: &Structure) -> Body {
@@ -317,7 +293,7 @@ fn ranks(structure: &Structure) -> Body {
     }
     let judged = |what: &str, decided: Option<bool>, rank: Option<usize>| {
         let rank = rank.map_or(String::new(), |rank| phrases::rank(rank, states, decided.is_some()));
-        row![what, decision(decided, decided == Some(true)), rank]
+        row![what, Cell::decided(decided), rank]
     };
     let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(phrases::failing));
     let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());
@@ -429,7 +405,7 @@ fn placement(analysis: &Analysis) -> Body {
         ("Sensors", "observable", &analysis.placement.outputs),
     ];
     both.iter().fold(Body::default(), |body, (title, property, search)| {
-        body.part(title, search.as_ref().map_or_else(Body::default, |search| sets(search, property)))
+        body.part(title, optional(search, |search| sets(search, property)))
     })
 }
 
@@ -441,7 +417,7 @@ fn sets(search: &PlacementSearch, property: &str) -> Body {
         let mark = if set.efficient && several { "●" } else { "" };
         row![k + 1, set.places.join(", "), set.score, set.cost, mark]
     });
-    let score = if search.unit.is_empty() { "#score".into() } else { format!("#score [{}]", search.unit) };
+    let score = with_unit("#score", &search.unit);
     let listed = Body::default().table_of(SETS, &["##", "places", &score, "#cost", ""], rows);
     let efficient = several && search.sets.iter().any(|set| set.efficient);
     let listed = listed.hint(if efficient { phrases::EFFICIENT } else { "" });

@@ -3,8 +3,7 @@
 use crate::bench_pictures::pictured;
 use crate::charts;
 use crate::model::{Block, Body, Cell, Page, Section, row, warnings};
-use crate::text::figure;
-use crate::text::number;
+use crate::text::{figure, number};
 use kardan_results::{
     BenchPlan, BenchStudy, ClosedLoop, Experiment, IdentifiedParameter, Interval, Response, TrueValue, Verdict,
 };
@@ -35,12 +34,10 @@ pub fn page(study: &BenchStudy) -> Page {
         ("excitation", "Excitation", plan_of(&study.plan)),
         ("bench-notes", "Notes of the bench", Body::default().list(notes)),
     ];
-    let rest = rest.map(|(anchor, title, body)| (anchor.to_owned(), title.to_owned(), body));
-    let all: Vec<(String, String, Body)> = experiments.chain(rest).collect();
-    let all = all.iter().map(|(anchor, title, body)| (anchor.as_str(), title.as_str(), body.clone()));
     let design = &closed_loop.design;
     let mut sections = Page::sections([super::mechanism(&design.mechanism)]);
-    sections.extend(Page::sections(all));
+    sections.extend(Page::sections(experiments));
+    sections.extend(Page::sections(rest));
     let found = identification::page(&study.identification).sections.into_iter();
     sections.extend(found.filter(|one| one.anchor != Section::MECHANISM).map(Section::detail));
     let title = format!("Design of {}", design.controller);
@@ -52,7 +49,7 @@ pub fn page(study: &BenchStudy) -> Page {
         alerts: warnings(&[&study.identification.warnings[..], &design.warnings].concat()),
         sections,
         data: Some(data),
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -189,8 +186,7 @@ fn truth(study: &BenchStudy) -> Body {
     let rows = compared(study).into_iter().map(|(found, truth)| {
         let Interval { lower, upper } = found.interval.unwrap_or(Interval { lower: f64::NAN, upper: f64::NAN });
         let interval = format!("{} … {}", number(lower), number(upper));
-        let good = inside(found, truth.value);
-        let covered = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
+        let covered = Cell::judged(inside(found, truth.value), ["inside", "outside"]);
         row![&found.name, &found.unit, found.model_value, truth.value, found.value, interval, covered]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
@@ -233,12 +229,14 @@ fn plan_of(plan: &BenchPlan) -> Body {
     } else {
         ""
     };
-    let speeds = plan.shafts.iter().map(|name| format!("#{name}.w"));
-    let torques = plan.motors.iter().map(|name| format!("#{name}.tau"));
+    let first = plan.points.first();
+    let speeds = first.into_iter().flat_map(|point| &point.speeds).map(|one| format!("#{}.w", one.name));
+    let torques = first.into_iter().flat_map(|point| &point.torques).map(|one| format!("#{}.tau", one.name));
     let headers: Vec<String> =
         ["#from s", "#until s"].map(String::from).into_iter().chain(speeds).chain(torques).collect();
     let points = plan.points.iter().map(|point| {
-        let numbers = [point.from, point.until].into_iter().chain(point.speeds.iter().chain(&point.torques).copied());
+        let motion = point.speeds.iter().chain(&point.torques).map(|one| one.value);
+        let numbers = [point.from, point.until].into_iter().chain(motion);
         numbers.map(|x| Cell::Text(figure(x, 6))).collect()
     });
     let dwell = match plan.kind.as_str() {

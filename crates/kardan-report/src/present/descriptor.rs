@@ -2,7 +2,7 @@
 
 use crate::model::{Body, Cell, row};
 use crate::phrases;
-use kardan_results::{Analysis, DescriptorSystem, DescriptorVerdicts, PolynomialRoots};
+use kardan_results::{Analysis, DescriptorSystem, DescriptorVerdicts};
 
 /// More orders are counted.
 const ORDERS: usize = 24;
@@ -68,11 +68,7 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
 }
 
 fn verdict(what: &str, found: &DescriptorSystem, of: fn(&DescriptorVerdicts) -> Option<bool>) -> Vec<Cell> {
-    let cell = |side: &DescriptorVerdicts| match of(side) {
-        Some(satisfied) => Cell::Mark(satisfied, if satisfied { "yes" } else { "no" }.into()),
-        None => Cell::Mark(false, "not decided".into()),
-    };
-    row![what, cell(&found.controllability), cell(&found.observability)]
+    row![what, Cell::decided(of(&found.controllability)), Cell::decided(of(&found.observability))]
 }
 
 fn missed(found: &DescriptorSystem) -> Vec<String> {
@@ -114,15 +110,10 @@ fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String>
     if let Some(rank) = found.normal_rank {
         all.push(format!("Normal rank: {rank}."));
     }
-    let zeros = |zeros: &PolynomialRoots| match zeros.values.is_empty() {
-        true if zeros.polynomial == "1" => "none".to_owned(),
-        true => zeros.polynomial.clone(),
-        false => {
-            format!("{}{unit}, the roots of {}", phrases::list(&phrases::pairs(&zeros.values), 100), zeros.polynomial)
-        }
-    };
-    let finite = found.zeros.as_ref().map_or("not decided".to_owned(), zeros);
-    all.push(format!("Finite invariant zeros: {finite}."));
+    let finite = phrases::roots(found.zeros.as_ref(), unit);
+    let known = found.zeros.as_ref().filter(|zeros| !zeros.values.is_empty());
+    let of = known.map_or(String::new(), |zeros| format!(", the roots of {}", zeros.polynomial));
+    all.push(format!("Finite invariant zeros: {finite}{of}."));
     let orders = |all: &Vec<i64>| match all.is_empty() {
         true => "none".to_owned(),
         false => phrases::list(&all.iter().map(i64::to_string).collect::<Vec<_>>(), ORDERS),

@@ -1,7 +1,8 @@
 //! A design as a page.
 
-use super::{alternatives, margins, responses};
+use super::{alternatives, margins, optional, responses};
 use crate::design_pictures as pictures;
+use crate::groups::distinct;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::{self, design as design_phrases, list, pairs};
 use crate::text::number;
@@ -41,20 +42,12 @@ pub fn page(design: &Design) -> Page {
             ("gains", "Gains", new().matrices(&design.gains)),
             ("channels", "Channels", channels(&design.channels)),
             ("poles", "Closed-loop poles", poles(design)),
-            (
-                "sampling",
-                "Sampling, delay and limits",
-                design.margins.as_ref().map(margins::margins).unwrap_or_default(),
-            ),
-            (
-                "opposite-side",
-                "Opposite side of the kink",
-                design.opposite_side.as_ref().map(margins::opposite_side).unwrap_or_default(),
-            ),
+            ("sampling", "Sampling, delay and limits", optional(&design.margins, margins::margins)),
+            ("opposite-side", "Opposite side of the kink", optional(&design.opposite_side, margins::opposite_side)),
             ("frequency", "Frequency and step responses", frequency(design)),
             ("strain", "Torques in the scenario", margins::motor_loads(motor_loads)),
             ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
-            ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
+            ("observer", "Observer", optional(&design.observer, observer)),
             ("proof", "Transfer matrix of the linear loop, exact", proof(design)),
             ("coupling", "Cross coupling", cross_coupling(design)),
             (
@@ -62,14 +55,10 @@ pub fn page(design: &Design) -> Page {
                 "With the parameters of the variant",
                 new().list(design.loop_along_path.iter().flat_map(loop_along_path)),
             ),
-            (
-                "exploration",
-                "Other designs",
-                design.exploration.as_ref().map(alternatives::exploration).unwrap_or_default(),
-            ),
-            ("box", "Box of plants", design.robustness.as_ref().map(alternatives::robustness).unwrap_or_default()),
+            ("exploration", "Other designs", optional(&design.exploration, alternatives::exploration)),
+            ("box", "Box of plants", optional(&design.robustness, alternatives::robustness)),
             ("flatness", "Flatness", new().list(design.flatness.iter().flat_map(flatness))),
-            ("canonical", "Canonically decoupled form", canonical(design)),
+            ("canonical", "Canonically decoupled form", optional(&design.canonical, |found| canonical(found, design))),
             ("controller", "Controller", controller(design)),
             (
                 "remarks",
@@ -77,8 +66,7 @@ pub fn page(design: &Design) -> Page {
                 new().list(design.notes.iter().filter(|note| !note.starts_with(NO_RESPONSES)).cloned()),
             ),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -251,10 +239,6 @@ fn counters(charges: &[String]) -> String {
 fn zero_dynamics(design: &Design) -> Body {
     let found = &design.zero_dynamics;
     let row = |mode: &ZeroMode| {
-        let word = match &mode.warning {
-            None => Cell::Mark(true, "decays".into()),
-            Some(_) => Cell::Mark(false, "warning".into()),
-        };
         row![
             phrases::pair(mode.pole),
             mode.natural_frequency,
@@ -262,7 +246,7 @@ fn zero_dynamics(design: &Design) -> Body {
             phrases::unbroken(&phrases::motion(&mode.shape)),
             phrases::unbroken(&phrases::of_elements(&mode.stored)),
             phrases::unbroken(&phrases::of_elements(&mode.dissipated)),
-            word,
+            Cell::judged(mode.warning.is_none(), ["decays", "warning"]),
         ]
     };
     let headers =
@@ -320,20 +304,9 @@ fn estimates(found: &ObserverResult) -> Vec<String> {
     out
 }
 
-/// Names once each, in the order in which they come first.
-fn once<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
-    let mut out: Vec<&String> = Vec::new();
-    names.for_each(|name| {
-        if !out.contains(&name) {
-            out.push(name);
-        }
-    });
-    out
-}
-
 fn proof(design: &Design) -> Body {
-    let references = once(design.transfer.iter().map(|entry| &entry.reference));
-    let outputs = once(design.transfer.iter().map(|entry| &entry.output));
+    let references = distinct(design.transfer.iter().map(|entry| &entry.reference));
+    let outputs = distinct(design.transfer.iter().map(|entry| &entry.output));
     let cell = |output: &str, reference: &str| match design_phrases::linear(design, reference, output) {
         None => "–".into(),
         Some(entry) if entry.numerator.is_empty() => Cell::Mark(true, design_phrases::transfer(entry)),
@@ -479,11 +452,9 @@ fn flatness(found: &Flatness) -> Vec<String> {
     out
 }
 
-fn canonical(design: &Design) -> Body {
-    design.canonical.as_ref().map_or_else(Body::default, |found| {
-        let all = [&found.transformation, &found.a, &found.b, &found.c];
-        Body::default().list(sizes(found, design)).fold("Matrices", Body::default().matrices(all))
-    })
+fn canonical(found: &Canonical, design: &Design) -> Body {
+    let all = [&found.transformation, &found.a, &found.b, &found.c];
+    Body::default().list(sizes(found, design)).fold("Matrices", Body::default().matrices(all))
 }
 
 /// The sizes of the parts of the canonically decoupled form: one sentence each.

@@ -1,10 +1,11 @@
 //! An identification as a page.
 
+use crate::groups::distinct;
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::list;
 use crate::text::number;
-use kardan_results::{Identification, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
+use kardan_results::{Identification, Interval, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
 /// More rows are counted where space is limited.
 const ROWS: usize = 40;
@@ -34,9 +35,12 @@ pub fn page(found: &Identification) -> Page {
             ("logs", "Logs", found.logs.iter().fold(new(), |body, one| body.and(log(one)))),
             ("notes", "Notes", new().list(found.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
+}
+
+fn range(interval: Option<Interval>) -> String {
+    interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)))
 }
 
 fn parameters(found: &Identification) -> Body {
@@ -45,8 +49,7 @@ fn parameters(found: &Identification) -> Body {
     let reasons = found.parameters.iter().any(|one| one.interval.is_none() && !one.remark.is_empty());
     let rows = found.parameters.iter().map(|one| {
         let name = format!("{}{}", one.name, one.combination);
-        let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
-        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, interval];
+        let mut row = row![name, &one.unit, one.model_value, one.value, one.standard_error, range(one.interval)];
         row.extend(published.then(|| one.published.into()));
         row.extend(reasons.then(|| if one.interval.is_none() { one.remark.as_str().into() } else { "".into() }));
         row
@@ -73,16 +76,13 @@ fn head(found: &Identification) -> Vec<String> {
         number(found.window),
         found.loss
     )];
-    let mut omitted = Vec::new();
-    for (count, why) in [
+    let omitted = [
         (windows.incomplete, "lack samples of a channel"),
         (windows.sticking, "have a friction at rest or of unknown sign"),
         (windows.unsteady, "are not steady"),
-    ] {
-        if count > 0 {
-            omitted.push(format!("{count} {why}"));
-        }
-    }
+    ];
+    let omitted = omitted.into_iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
+    let omitted: Vec<String> = omitted.collect();
     if windows.all > 0 {
         let rest = if omitted.is_empty() { String::new() } else { format!(": {}", omitted.join(", ")) };
         out.push(format!("{} of {} windows are used{rest}.", windows.used, windows.all));
@@ -179,44 +179,10 @@ fn percent(torque: f64, residual: Option<f64>) -> String {
 
 fn suggestions(found: &Identification) -> Body {
     let Some(suggested) = &found.suggestions else { return Body::default() };
-    let mut body = Body::default();
-    if suggested.selected_terms.is_empty() {
-        let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
-            (_, 0) => "No residual test rejects the model: kardan suggests nothing.",
-            (true, _) => "kardan has no term to try for the tests that reject the model.",
-            _ => "No term that was tried predicts left-out segments better.",
-        };
-        body = body.judge(suggested.failed_tests() == 0, why);
-    }
-    for (now, then) in
-        found.validation.iter().zip(&suggested.validation).filter(|_| !suggested.selected_terms.is_empty())
-    {
-        body = body.paragraph(format!(
-            "With {}, the fit on left-out segments of {} is {} ({} without).",
-            list(&suggested.selected_terms, 12),
-            now.row,
-            percent(then.torque, then.cross_validated),
-            percent(now.torque, now.cross_validated),
-        ));
-    }
-    let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
-    for one in suggested.log_cross_validation.iter().filter(|_| !suggested.selected_terms.is_empty()) {
-        let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
-        body = body.paragraph(format!(
-            "Whole logs left out of the fit: {} {after} ({before} without), without terms of single logs.",
-            one.row
-        ));
-    }
-    if !suggested.selected_terms.is_empty() {
-        let summary = match suggested.failed_tests() {
-            0 => "All residual tests then pass.".to_string(),
-            1 => "One residual test still rejects the model.".into(),
-            many => format!("{many} residual tests still reject the model."),
-        };
-        body = body.judge(suggested.failed_tests() == 0, summary);
-        let scale = number(suggested.scale);
-        body = body.paragraph(format!("The residuals then are {scale} times what the sensor noise explains."));
-    }
+    let [mut body, with_terms] = match suggested.selected_terms.is_empty() {
+        true => [nothing_suggested(suggested), Body::default()],
+        false => [gain(found, suggested), extended(suggested, found.confidence)],
+    };
     let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2} %", 100.0 * x));
     let is_listed = |one: &&Suggestion| one.gain.is_some() || one.probability.is_none();
     let tried = suggested.tested_terms.iter().filter(is_listed).map(|one| {
@@ -240,21 +206,55 @@ fn suggestions(found: &Identification) -> Body {
         );
     }
     let lines = suggested.text.lines().map(|line| vec![Cell::Verbatim(line.into())]);
-    body.table_of(ROWS, &["what to write into the model file"], lines).part(
-        "With the terms taken",
-        if suggested.selected_terms.is_empty() { Body::default() } else { extended(suggested, found.confidence) },
-    )
+    body.table_of(ROWS, &["what to write into the model file"], lines).part("With the terms taken", with_terms)
+}
+
+/// Why no term is suggested.
+fn nothing_suggested(suggested: &Suggestions) -> Body {
+    let why = match (suggested.tested_terms.is_empty(), suggested.failed_tests()) {
+        (_, 0) => "No residual test rejects the model: kardan suggests nothing.",
+        (true, _) => "kardan has no term to try for the tests that reject the model.",
+        _ => "No term that was tried predicts left-out segments better.",
+    };
+    Body::default().judge(suggested.failed_tests() == 0, why)
+}
+
+/// What the suggested terms improve.
+fn gain(found: &Identification, suggested: &Suggestions) -> Body {
+    let mut body = Body::default();
+    for (now, then) in found.validation.iter().zip(&suggested.validation) {
+        body = body.paragraph(format!(
+            "With {}, the fit on left-out segments of {} is {} ({} without).",
+            list(&suggested.selected_terms, 12),
+            now.row,
+            percent(then.torque, then.cross_validated),
+            percent(now.torque, now.cross_validated),
+        ));
+    }
+    let torque = |row: &str| found.validation.iter().find(|one| one.row == row).map_or(0.0, |one| one.torque);
+    for one in &suggested.log_cross_validation {
+        let [before, after] = [one.before, one.after].map(|residual| percent(torque(&one.row), Some(residual)));
+        body = body.paragraph(format!(
+            "Whole logs left out of the fit: {} {after} ({before} without), without terms of single logs.",
+            one.row
+        ));
+    }
+    let summary = match suggested.failed_tests() {
+        0 => "All residual tests then pass.".to_string(),
+        1 => "One residual test still rejects the model.".into(),
+        many => format!("{many} residual tests still reject the model."),
+    };
+    let scale = number(suggested.scale);
+    body.judge(suggested.failed_tests() == 0, summary)
+        .paragraph(format!("The residuals then are {scale} times what the sensor noise explains."))
 }
 
 /// Terms that were tried and are not significantly different from zero.
 fn silent(suggested: &Suggestions) -> String {
-    let mut names: Vec<String> = Vec::new();
-    for one in &suggested.tested_terms {
-        let has_gain = suggested.tested_terms.iter().any(|other| other.term == one.term && other.gain.is_some());
-        if !has_gain && one.probability.is_some() && !names.contains(&one.term) {
-            names.push(one.term.clone());
-        }
-    }
+    let all = &suggested.tested_terms;
+    let has_gain = |term: &String| all.iter().any(|other| other.term == *term && other.gain.is_some());
+    let silent = all.iter().filter(|one| one.probability.is_some() && !has_gain(&one.term));
+    let mut names = distinct(silent.map(|one| one.term.clone()));
     if suggested.insignificant_harmonics > 0 {
         names.push(format!("{} harmonics of angles", suggested.insignificant_harmonics));
     }
@@ -277,9 +277,8 @@ fn silent(suggested: &Suggestions) -> String {
 /// The identification with the suggested terms, and its residuals.
 fn extended(suggested: &Suggestions, confidence: f64) -> Body {
     let rows = suggested.parameters.iter().map(|one| {
-        let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
         let name = format!("{}{}", one.name, one.combination);
-        row![name, &one.unit, one.value, one.standard_error, interval, &one.remark]
+        row![name, &one.unit, one.value, one.standard_error, range(one.interval), &one.remark]
     });
     let interval = format!("#{} % interval", number(100.0 * confidence));
     let headers = ["parameter", "unit", "#found", "#standard error", &interval, ""];

@@ -3,7 +3,7 @@
 use crate::model::{Body, Cell, row};
 use crate::phrases;
 use crate::text::number;
-use kardan_results::{ChannelMargin, Margins, MotorLoad, MultiloopMargin, OppositeSide, TorquePeak};
+use kardan_results::{ChannelMargin, ContactMargins, Margins, MotorLoad, OppositeSide, TorquePeak};
 
 /// Limits of a loop with sampling, delay, lag and saturation.
 pub(super) fn margins(found: &Margins) -> Body {
@@ -62,6 +62,11 @@ fn limits(margins: &Margins) -> Body {
     Body::default().table(&["the loop tolerates", "#limit", "unstable motion beyond it"], out)
 }
 
+/// The channel with the error.
+fn with_error(one: &ChannelMargin) -> String {
+    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) }
+}
+
 /// The margins of each single channel of the loop; with the frequencies in rad/s.
 fn channels(channels: &[ChannelMargin]) -> Body {
     let at = |frequency: Option<f64>| match frequency {
@@ -82,8 +87,7 @@ fn channels(channels: &[ChannelMargin]) -> Body {
         let disk = if one.multirate_search { format!("{disk}, searched") } else { disk };
         let [from, to] = phrases::factors(one.disk_gain, |_, factor| number(factor));
         let disk_range = format!("{from} to {to}, {}", degrees(one.disk_phase));
-        let what = if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
-        row![what, format!("{low} to {high}"), phase, delay, disk, disk_range]
+        row![with_error(one), format!("{low} to {high}"), phase, delay, disk, disk_range]
     };
     let headers =
         ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "guaranteed range"];
@@ -94,41 +98,28 @@ fn channels(channels: &[ChannelMargin]) -> Body {
 fn contacts(margins: &Margins) -> Body {
     let least = |channels: &[ChannelMargin]| -> [String; 2] {
         let found = channels.iter().min_by(|a, b| a.disk.total_cmp(&b.disk));
-        found.map_or_else(
-            || ["–".into(), "–".into()],
-            |one| {
-                [
-                    number(one.disk),
-                    if one.is_sensor { format!("reading {}", one.name) } else { format!("torque of {}", one.name) },
-                ]
-            },
-        )
+        found.map_or(["–".into(), "–".into()], |one| [number(one.disk), with_error(one)])
     };
     let stable = |stable: Option<bool>| match stable {
-        Some(stable) => Cell::Mark(stable, if stable { "stable" } else { "unstable" }.into()),
+        Some(stable) => Cell::judged(stable, ["stable", "unstable"]),
         None => Cell::Mark(false, "not known".into()),
     };
     let Some(first) = margins.contacts.first() else { return Body::default() };
     let names = |list: &[String]| if list.is_empty() { "–".to_string() } else { list.join(", ") };
-    let all: Vec<String> = first.closed.iter().chain(&first.open).cloned().collect();
-    let [disk, channel] = least(&margins.channels);
-    let multiloop =
-        |found: &Option<MultiloopMargin>| found.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
-    let here = vec![row!["–", "", names(&all), stable(margins.stable), disk, channel, multiloop(&margins.multiloop)]];
-    let in_contact = margins.contacts.iter().map(|one| {
+    let here = ContactMargins {
+        open: first.closed.iter().chain(&first.open).cloned().collect(),
+        stable: margins.stable,
+        channels: margins.channels.clone(),
+        multiloop: margins.multiloop.clone(),
+        ..ContactMargins::default()
+    };
+    let row = |one: &ContactMargins| {
         let [disk, channel] = least(&one.channels);
-        row![
-            names(&one.closed),
-            &one.flank,
-            names(&one.open),
-            stable(one.stable),
-            disk,
-            channel,
-            multiloop(&one.multiloop)
-        ]
-    });
+        let multiloop = one.multiloop.as_ref().map_or("–".to_string(), |all| number(all.disk[0]));
+        row![names(&one.closed), &one.flank, names(&one.open), stable(one.stable), disk, channel, multiloop]
+    };
     let headers = ["in contact", "flank", "open", "loop", "#least disk margin", "of", "#of all motors at once"];
-    let mut out = Body::default().table(&headers, here.into_iter().chain(in_contact));
+    let mut out = Body::default().table(&headers, [&here].into_iter().chain(&margins.contacts).map(row));
     for one in margins.contacts.iter().filter(|one| !one.channels.is_empty()) {
         let detail = Body::default().paragraph(format!("In contact: {} ({} flank).", one.closed.join(", "), one.flank));
         out = out.detail(detail).detail(channels(&one.channels));

@@ -25,6 +25,11 @@ fn mechanism(found: &Mechanism) -> (&'static str, &'static str, Body) {
     (Section::MECHANISM, "Mechanism", Body::default().detail(drawn))
 }
 
+/// The body of a part of a result, where there is one.
+fn optional<T>(found: &Option<T>, body: impl FnOnce(&T) -> Body) -> Body {
+    found.as_ref().map(body).unwrap_or_default()
+}
+
 /// Poles, one row for each real one and each conjugate pair.
 fn poles(poles: &[Pole]) -> Body {
     let mut rest = poles.to_vec();

@@ -1,5 +1,6 @@
 //! Faults that sensors can detect and isolate, and the relations that do it.
 
+use crate::groups::distinct;
 use crate::model::{Body, Cell, Entry, row};
 use crate::phrases;
 use crate::text::number;
@@ -67,7 +68,8 @@ fn residuals(found: &Parity) -> Body {
         .iter()
         .enumerate()
         .map(|(k, one)| row![format!("r{}", k + 1), Cell::Code(sum(&one.terms)), constant(one), validity(one)]);
-    let limit_lines = found.residuals.iter().enumerate().filter_map(|(k, one)| limits(k, one, one.threshold.as_ref()?));
+    let limit_lines = found.residuals.iter().enumerate();
+    let limit_lines = limit_lines.filter_map(|(k, one)| Some(limits(k, one, one.threshold.as_ref()?)));
     let moved =
         found.residuals.iter().enumerate().filter_map(|(k, one)| tolerances(&format!("r{}", k + 1), &one.terms));
     let angles = found.residuals.iter().any(|one| one.up_to_constant);
@@ -98,32 +100,37 @@ fn validity(one: &Residual) -> String {
     }
 }
 
-fn limits(k: usize, one: &Residual, limit: &Threshold) -> Option<String> {
-    let smallest = one.terms.iter().zip(&limit.min_detectable);
-    let smallest: Vec<String> = smallest.map(|(term, size)| format!("{} {}", term.signal, number(*size))).collect();
+/// `threshold 2 rad (noise 0.3, steps up to 0.1): no false alarm`
+fn threshold(limit: &Threshold, unit: &str) -> String {
     let alarms = match limit.false_alarms_per_hour {
         rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
         _ => "no false alarm: there is no noise, and no step exceeds it".into(),
     };
+    let [value, noise, steps] = [limit.threshold, limit.noise, limit.steps].map(number);
+    format!("threshold {value} {unit} (noise {noise}, steps up to {steps}): {alarms}")
+}
+
+/// How many samples raise an alarm, and a remark on several sample times.
+fn samples(limit: &Threshold) -> (String, &'static str) {
     let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
+    let multirate = " Its sensors have different sample times: add its change within one sample time.";
+    (samples, if limit.multirate { multirate } else { "" })
+}
+
+fn limits(k: usize, one: &Residual, limit: &Threshold) -> String {
+    let smallest = one.terms.iter().zip(&limit.min_detectable);
+    let smallest: Vec<String> = smallest.map(|(term, size)| format!("{} {}", term.signal, number(*size))).collect();
+    let (samples, multirate) = samples(limit);
     let late = match limit.sample_time > 0.0 {
         true => format!("{samples} beyond it raise an alarm, after {} s at the latest", number(limit.detection_time)),
         false => "it is evaluated at every instant".into(),
     };
-    let times = if limit.multirate {
-        " Its sensors have different sample times: add its change within one sample time."
-    } else {
-        ""
-    };
-    Some(format!(
-        "r{}: threshold {} {} (noise {}, steps up to {}): {alarms}; {late}. Changes detected with 99.9 %: {}.{times}",
+    format!(
+        "r{}: {}; {late}. Changes detected with 99.9 %: {}.{multirate}",
         k + 1,
-        number(limit.threshold),
-        one.unit,
-        number(limit.noise),
-        number(limit.steps),
+        threshold(limit, &one.unit),
         smallest.join(", ")
-    ))
+    )
 }
 
 /// The threshold of a residual in time, after its filter.
@@ -133,25 +140,13 @@ fn in_time(one: &FaultVerdict, limit: &Threshold) -> Option<String> {
         1 => String::new(),
         order => format!("^{order}"),
     };
-    let alarms = match limit.false_alarms_per_hour {
-        rate if rate > 0.0 => format!("at most {} false alarms an hour from white Gaussian noise", number(rate)),
-        _ => "no false alarm: there is no noise, and no step exceeds it".into(),
-    };
-    let samples = if limit.debounce == 1 { "one sample".into() } else { format!("{} samples", limit.debounce) };
-    let time_note = if limit.multirate {
-        " Its sensors have different sample times: add its change within one sample time."
-    } else {
-        ""
-    };
+    let (samples, multirate) = samples(limit);
     Some(format!(
-        "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: threshold {} {} (noise {}, steps up to {}): {alarms}. A change by {} {} \
-         is detected with 99.9 % after {} s, {samples} beyond the threshold.{time_note}",
+        "{}: the relation behind 1/({filter} s + 1){times}, by the bilinear rule at {} s: {}. A change by {} {} \
+         is detected with 99.9 % after {} s, {samples} beyond the threshold.{multirate}",
         place(one),
         number(limit.sample_time),
-        number(limit.threshold),
-        one.unit,
-        number(limit.noise),
-        number(limit.steps),
+        threshold(limit, &one.unit),
         limit.min_detectable.first().copied().map(number)?,
         one.fault_unit,
         number(limit.detection_time),
@@ -173,7 +168,7 @@ fn faults(found: &Parity) -> Body {
     if friction {
         columns.insert(2, "with friction unknown");
     }
-    let yes = |validity: bool| Cell::Mark(validity, if validity { "yes" } else { "no" }.into());
+    let yes = |validity: bool| Cell::judged(validity, ["yes", "no"]);
     let rows = found.faults.iter().map(|one| {
         let stays = match one.strongly_detectable {
             _ if !one.detectable => "–".into(),
@@ -233,14 +228,11 @@ fn sentences(found: &Parity) -> Vec<String> {
         |which: &dyn Fn(&&FaultVerdict) -> bool| found.faults.iter().filter(which).map(place).collect::<Vec<_>>();
     let silent = named(&|one| !one.detectable);
     let isolable = named(&|one| one.detectable && one.not_isolable_from.is_empty());
-    let mut groups: Vec<Vec<String>> = Vec::new();
-    for one in found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()) {
+    let groups = distinct(found.faults.iter().filter(|one| !one.not_isolable_from.is_empty()).map(|one| {
         let mut group = named(&|other| one.not_isolable_from.contains(&other.fault) || other.fault == one.fault);
         group.sort();
-        if !groups.contains(&group) {
-            groups.push(group);
-        }
-    }
+        group
+    }));
     let mut out = Vec::new();
     if !silent.is_empty() {
         out.push(format!(

@@ -104,8 +104,8 @@ fn largest(found: &LoopResponses) -> Body {
 /// The least margins of each motor over the motions of the joints.
 fn over_positions(found: &LoopResponses) -> Body {
     let Some(over_positions) = &found.margins_over_position else { return Body::default() };
-    let stable = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).count();
-    let Some((worst, at)) = over_positions.worst() else { return Body::default() };
+    let stable: Vec<_> = over_positions.positions.iter().filter(|one| !one.motors.is_empty()).collect();
+    let (Some(first), Some((worst, at))) = (stable.first(), over_positions.worst()) else { return Body::default() };
     let degrees = |angle: f64| format!("{}°", number(angle.to_degrees()));
     let count = over_positions.positions.len();
     let mut sentences = vec![format!(
@@ -115,12 +115,10 @@ fn over_positions(found: &LoopResponses) -> Body {
         worst.name,
         degrees(at)
     )];
-    if stable < count {
-        sentences.push(format!("At {} of them the loop is not stable, or has no frequency response.", count - stable));
+    if stable.len() < count {
+        let others = count - stable.len();
+        sentences.push(format!("At {others} of them the loop is not stable, or has no frequency response."));
     }
-    let Some(first) = over_positions.positions.iter().find(|one| !one.motors.is_empty()) else {
-        return Body::default();
-    };
     let rows = first.motors.iter().map(|motor| {
         let all = || {
             let of = |one: &ChannelMargin| one.name == motor.name;

@@ -1,8 +1,9 @@
 //! The table of faults as a page.
 
+use crate::groups::grouped;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::{figure, number};
-use kardan_results::{DisplayUnit, EffectMeasured, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
+use kardan_results::{EffectMeasured, MonitorOutcome, Safety, SafetyEffect, SafetyRow, StateEntered, Verdict};
 
 /// Digits of an effect.
 const DIGITS: usize = 3;
@@ -23,8 +24,7 @@ pub fn page(table: &Safety) -> Page {
             ("notes", "Notes", Body::default().list(table.notes.iter().cloned())),
             ("again", "Commands that rerun each row", commands(table)),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -44,15 +44,8 @@ fn verdict(table: &Safety) -> Verdict {
 
 /// The verdicts that do not pass, with their numbers.
 fn kinds(table: &Safety) -> String {
-    let mut found: Vec<(&str, usize)> = Vec::new();
-    for row in table.failing() {
-        let label = row.verdict.label();
-        match found.iter_mut().find(|(candidate, _)| *candidate == label) {
-            Some((_, count)) => *count += 1,
-            None => found.push((label, 1)),
-        }
-    }
-    let counts: Vec<String> = found.iter().map(|(label, count)| format!("{count} {label}")).collect();
+    let found = grouped(table.failing().map(|row| (row.verdict.label(), row)));
+    let counts: Vec<String> = found.iter().map(|(label, rows)| format!("{} {label}", rows.len())).collect();
     counts.join(", ")
 }
 
@@ -120,10 +113,11 @@ fn shown_of(effect: &SafetyEffect, found: &EffectMeasured) -> String {
 }
 
 fn in_unit(value: f64, effect: &SafetyEffect) -> String {
-    match &effect.display {
-        Some(unit) => prevent_line_breaks(&format!("{} {}", figure(DisplayUnit::of(unit, value), DIGITS), unit.unit)),
-        None => prevent_line_breaks(&format!("{} {}", figure(value, DIGITS), effect.unit)),
-    }
+    let (value, unit) = match &effect.display {
+        Some(display) => (display.of(value), &display.unit),
+        None => (value, &effect.unit),
+    };
+    prevent_line_breaks(&format!("{} {unit}", figure(value, DIGITS)))
 }
 
 /// Text without line breaks.
@@ -150,30 +144,24 @@ fn effects(table: &Safety) -> Body {
         let mut cells = head(one, several);
         let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
             let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
-            found
-                .within_bounds
-                .map_or_else(|| Cell::Text(shown.clone()), |satisfied| Cell::Mark(satisfied, shown.clone()))
+            match found.within_bounds {
+                Some(satisfied) => Cell::Mark(satisfied, shown),
+                None => Cell::Text(shown),
+            }
         };
-        let all = table.effects.iter().zip(&one.effects).map(cell);
-        cells.extend(all.collect::<Vec<_>>());
-        cells.resize(columns_of(table, several), Cell::Text(String::new()));
+        cells.extend(table.effects.iter().zip(&one.effects).map(cell));
+        cells.resize(columns.len(), Cell::Text(String::new()));
         cells
     };
     let all = Body::default().table(&columns, table.rows.iter().filter(|row| !row.faults.is_empty()).map(one));
     definitions.fold("All effects of all rows", all)
 }
 
-fn columns_of(table: &Safety, several: bool) -> usize {
-    let values = table.rows.first().map_or(0, |row| row.values.len());
-    1 + usize::from(several) + values + table.effects.len()
-}
-
 fn monitors(table: &Safety) -> Body {
-    let list = |names: &[String]| if names.is_empty() { "nothing".to_string() } else { names.join(", ") };
-    let listed_or_nowhere = |names: &[String]| if names.is_empty() { "nowhere".to_string() } else { names.join(", ") };
-    let rows =
-        table.monitors.iter().map(|one| row![&one.name, list(&one.raised_by), listed_or_nowhere(&one.false_alarms)]);
-    Body::default().table(&["monitor", "raised by", "raised without a fault in"], rows)
+    let list = |names: &[String], none: &str| if names.is_empty() { none.to_string() } else { names.join(", ") };
+    let row =
+        |one: &MonitorOutcome| row![&one.name, list(&one.raised_by, "nothing"), list(&one.false_alarms, "nowhere")];
+    Body::default().table(&["monitor", "raised by", "raised without a fault in"], table.monitors.iter().map(row))
 }
 
 fn commands(table: &Safety) -> Body {

@@ -2,11 +2,11 @@
 
 use crate::charts;
 use crate::curves::{clock, variant_label};
+use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::svg::{self, PlotFile};
-use crate::text::number;
-use crate::text::{Clock, figure};
+use crate::text::{Clock, figure, number, with_unit};
 use kardan_results::{
     self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
     RunVerdict, Signal, Structure, Study, Verdict,
@@ -61,8 +61,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         verdict: Some(verdict(study)),
         alerts: alerts(study),
         sections,
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -87,10 +86,10 @@ fn whose(study: &Study) -> String {
     let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
     let open = format!("Without the laws, linearised at the operating point; {found}.");
     match &study.runs[..] {
-        [first, _, ..] => {
+        [] | [_] => open,
+        [first, ..] => {
             format!("{open} Variant {}; `kardan analyze --variant NAME` shows another.", variant_label(study, first))
         }
-        _ => open,
     }
 }
 
@@ -145,16 +144,9 @@ fn about(study: &Study, text: &str, runs: &[&Run]) -> String {
 
 /// The requirements that are not met.
 fn failed(study: &Study) -> String {
-    let mut all: Vec<(&str, Vec<&Run>)> = Vec::new();
-    for run in &study.runs {
-        for judged in run.requirements.iter().filter(|judged| !judged.passed) {
-            match all.iter_mut().find(|(text, _)| *text == judged.text) {
-                Some((_, runs)) => runs.push(run),
-                None => all.push((&judged.text, vec![run])),
-            }
-        }
-    }
-    behind(&all.iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
+    let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (judged, run)));
+    let failed = judged.filter(|(judged, _)| !judged.passed).map(|(judged, run)| (&judged.text, run));
+    behind(&grouped(failed).iter().map(|(text, runs)| about(study, text, runs)).collect::<Vec<_>>())
 }
 
 /// Doubts about numbers from the comparison with a second run.
@@ -209,22 +201,18 @@ fn ended(study: &Study) -> String {
     if completed == all {
         return format!("All {all} variants completed");
     }
-    let parts = [
-        (count(RunVerdict::Failed), format!("{} failed", count(RunVerdict::Failed))),
-        (
-            count(RunVerdict::Unbalanced),
-            format!(
-                "the energy balance of {} of {all} variants does not close, so that their numbers are wrong",
-                count(RunVerdict::Unbalanced)
+    let mut text = format!("{completed} of {all} variants completed");
+    for verdict in [RunVerdict::Failed, RunVerdict::Unbalanced, RunVerdict::Doubtful] {
+        text += &match (count(verdict), verdict) {
+            (0, _) => String::new(),
+            (some, RunVerdict::Failed) => format!(", {some} failed"),
+            (some, RunVerdict::Unbalanced) => format!(
+                ", the energy balance of {some} of {all} variants does not close, so that their numbers are wrong"
             ),
-        ),
-        (
-            count(RunVerdict::Doubtful),
-            format!("the numbers of {} of {all} variants are doubtful", count(RunVerdict::Doubtful)),
-        ),
-    ];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
-    parts.fold(format!("{completed} of {all} variants completed"), |text, (_, part)| format!("{text}, {part}"))
+            (some, _) => format!(", the numbers of {some} of {all} variants are doubtful"),
+        };
+    }
+    text
 }
 
 /// An alert for each run with incomplete numbers, and for each warning.
@@ -301,13 +289,9 @@ fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
 
 /// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
 pub(super) fn key_figures(study: &Study) -> Body {
-    let mut names: Vec<&String> = Vec::new();
     let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
-    for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let plotted_signals = study.plots.iter().flat_map(|plot| &plot.signals);
+    let names = distinct(plotted_signals.chain(all.map(|signal| &signal.name)));
     let plotted = |run: &Run, name: &String| {
         let of = |plot: &Plot| plot.variants.is_empty() || plot.variants.contains(&run.name);
         study.plots.is_empty() || study.plots.iter().any(|plot| of(plot) && plot.signals.contains(name))
@@ -359,26 +343,16 @@ fn motors(study: &Study) -> Body {
 
 /// The figures, each for every variant.
 fn figures(study: &Study) -> Body {
-    let mut names: Vec<&String> = Vec::new();
-    for figure in study.runs.iter().flat_map(|run| &run.figures) {
-        if !names.contains(&&figure.name) {
-            names.push(&figure.name);
-        }
-    }
+    let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (&figure.name, (run, figure))));
     let mut rows = Vec::new();
-    for name in names {
-        let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (run, figure)));
-        let all: Vec<_> = all.filter(|(_, figure)| &figure.name == name).collect();
+    for (name, all) in grouped(all) {
         for (index, (run, figure)) in all.iter().enumerate() {
             let text = format!("{name}: {}", figure.text);
             let value = measured(figure.value, figure.display.as_ref(), &figure.unit);
             rows.push(row![span(&text, index, all.len()), variant_label(study, run), value]);
         }
     }
-    match rows.is_empty() {
-        true => Body::default(),
-        false => Body::default().table(&["figure", "variant", "#value"], rows),
-    }
+    Body::default().table(&["figure", "variant", "#value"], rows)
 }
 
 /// A number in the requested unit, if there is one.
@@ -392,21 +366,14 @@ pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: 
 
 /// The requirements, each for every variant.
 fn requirements(study: &Study) -> Body {
-    let mut texts: Vec<&String> = Vec::new();
-    for judged in study.runs.iter().flat_map(|run| &run.requirements) {
-        if !texts.contains(&&judged.text) {
-            texts.push(&judged.text);
-        }
-    }
+    let all =
+        study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (&judged.text, (run, judged))));
     let mut rows = Vec::new();
-    for text in texts {
-        let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (run, judged)));
-        let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
-        for (index, (run, requirement)) in judged.iter().enumerate() {
-            let measured = measured(requirement.measured, requirement.display.as_ref(), &requirement.unit);
-            let passed = requirement.passed;
-            let verdict = Cell::Mark(passed, if passed { "passed" } else { "failed" }.into());
-            rows.push(row![span(text, index, judged.len()), variant_label(study, run), measured, verdict]);
+    for (text, all) in grouped(all) {
+        for (index, (run, judged)) in all.iter().enumerate() {
+            let measured = measured(judged.measured, judged.display.as_ref(), &judged.unit);
+            let verdict = Cell::judged(judged.passed, ["passed", "failed"]);
+            rows.push(row![span(text, index, all.len()), variant_label(study, run), measured, verdict]);
         }
     }
     let headers = ["requirement", "variant", "#measured", "verdict"];
@@ -448,15 +415,8 @@ fn accuracy(study: &Study) -> Body {
         }));
         row
     };
-    let titles: Vec<String> = first
-        .errors
-        .iter()
-        .map(|own| match own.unit.unit() {
-            "" => "#error".to_string(),
-            unit => format!("#error [{unit}]"),
-        })
-        .collect();
-    let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
+    let titles = first.errors.iter().map(|own| with_unit("#error", own.unit.unit()));
+    let headers: Vec<String> = std::iter::once("variant".to_string()).chain(titles).collect();
     let those = |which: &dyn Fn(&Accuracy) -> bool| -> String {
         let those = estimated().filter(|(_, found)| which(found)).map(|(run, _)| variant_label(study, run));
         those.collect::<Vec<String>>().join(", ")
@@ -537,20 +497,12 @@ fn listed(events: &[Event], clock: Clock) -> Body {
 
 /// Notes of the runs, each text once with the variants it concerns.
 fn notes(study: &Study) -> Vec<String> {
-    let mut notes: Vec<(&String, Vec<String>)> = Vec::new();
-    for run in &study.runs {
-        for note in &run.notes {
-            match notes.iter_mut().find(|(text, _)| *text == note) {
-                Some((_, variants)) => variants.push(variant_label(study, run)),
-                None => notes.push((note, vec![variant_label(study, run)])),
-            }
-        }
-    }
+    let notes = study.runs.iter().flat_map(|run| run.notes.iter().map(move |note| (note, variant_label(study, run))));
     let item = |(text, variants): (&String, Vec<String>)| {
         let whom = if variants.len() == study.runs.len() { "all variants".into() } else { variants.join("; ") };
         format!("{text} ({whom})")
     };
-    notes.into_iter().map(item).collect()
+    grouped(notes).into_iter().map(item).collect()
 }
 
 /// Elements, coordinates, matrices, laws and poles.

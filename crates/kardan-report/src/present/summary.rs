@@ -6,6 +6,7 @@ use kardan_results::{ChannelMargin, Design, Margins, RequirementResult, Run, Sig
 
 use super::study::{alerts, key_figures, measured, verdict};
 use crate::curves::variant_label;
+use crate::groups::grouped;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
 use crate::text::figure;
@@ -20,23 +21,21 @@ const NAMED: usize = 3;
 pub fn page(study: &Study) -> Page {
     let all = requirements(study);
     let failed: Vec<&Summed<'_>> = all.iter().filter(|one| one.failed.len() + one.unmeasured > 0).collect();
-    let none = Body::default;
-    let figures = if all.is_empty() { key_figures(study) } else { none() };
+    let figures = if all.is_empty() { key_figures(study) } else { Body::default() };
     Page {
         name: if study.model.name.is_empty() { "Study".into() } else { study.model.name.clone() },
         description: study.model.description.lines().next().unwrap_or_default().into(),
         verdict: Some(verdict(study)),
         alerts: first_alerts(study),
         sections: Page::sections([
-            ("failed", "Failed requirements", if failed.is_empty() { none() } else { failures(study, &failed) }),
+            ("failed", "Failed requirements", failures(study, &failed)),
             ("controllers", "Closed loops", closed_loops(study)),
             ("requirements", "Requirements", passed(&all)),
             ("figures", "Key figures", figures),
             ("accuracy", "Accuracy", accuracy(study)),
             ("warnings", "Warnings", warnings(study)),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -52,41 +51,32 @@ struct Summed<'a> {
 }
 
 fn requirements(study: &Study) -> Vec<Summed<'_>> {
-    let mut all: Vec<Summed<'_>> = Vec::new();
-    for (run, one) in study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (run, one))) {
-        let place = all.iter().position(|sum| sum.first.text == one.text).unwrap_or_else(|| {
-            all.push(Summed { first: one, count: 0, failed: Vec::new(), unmeasured: 0, range: None });
-            all.len() - 1
-        });
-        let sum = &mut all[place];
-        sum.count += 1;
-        if !one.passed {
-            sum.failed.push((run, one));
+    let all = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (&one.text, (run, one))));
+    let summed = grouped(all).into_iter().map(|(_, all)| {
+        let measured: Vec<f64> =
+            all.iter().filter_map(|(_, one)| one.measured.filter(|value| value.is_finite())).collect();
+        let range = measured.iter().map(|&value| [value; 2]);
+        Summed {
+            first: all[0].1,
+            count: all.len(),
+            unmeasured: all.len() - measured.len(),
+            range: range.reduce(|[low, high], [value, _]| [low.min(value), high.max(value)]),
+            failed: all.into_iter().filter(|(_, one)| !one.passed).collect(),
         }
-        match one.measured.filter(|value| value.is_finite()) {
-            Some(value) => {
-                let [low, high] = sum.range.unwrap_or([value; 2]);
-                sum.range = Some([low.min(value), high.max(value)]);
-            }
-            None => sum.unmeasured += 1,
-        }
-    }
-    all
+    });
+    summed.collect()
 }
 
 /// The failed requirements with the values that failed.
 fn failures(study: &Study, failed: &[&Summed<'_>]) -> Body {
     let rows = failed.iter().map(|sum| {
         let names: Vec<String> = sum.failed.iter().map(|(run, _)| variant_label(study, run)).collect();
-        let values: Vec<String> = sum.failed.iter().take(NAMED).map(|(_, one)| value_of(one)).collect();
+        let value = |one: &RequirementResult| measured(one.measured, one.display.as_ref(), &one.unit);
+        let values: Vec<String> = sum.failed.iter().take(NAMED).map(|(_, one)| value(one)).collect();
         let more = if sum.failed.len() > NAMED { ", …" } else { "" };
         row![&sum.first.text, phrases::list(&names, NAMED), values.join(", ") + more]
     });
     Body::default().table_of(ROWS, &["requirement", "failed in", "#measured"], rows)
-}
-
-fn value_of(one: &RequirementResult) -> String {
-    measured(one.measured, one.display.as_ref(), &one.unit)
 }
 
 /// Each requirement in one row.
@@ -111,11 +101,7 @@ fn passed(all: &[Summed<'_>]) -> Body {
 
 /// Stability and margins of each controller.
 fn closed_loops(study: &Study) -> Body {
-    let rows: Vec<_> =
-        study.designs.iter().filter_map(|design| Some(closed_loop(design, design.margins.as_ref()?))).collect();
-    if rows.is_empty() {
-        return Body::default();
-    }
+    let rows = study.designs.iter().filter_map(|design| Some(closed_loop(design, design.margins.as_ref()?)));
     let headers = ["controller", "closed loop", "#gain margin", "#phase margin", "#delay margin", "#disk margin"];
     Body::default().table_of(ROWS, &headers, rows)
 }

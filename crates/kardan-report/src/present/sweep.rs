@@ -1,7 +1,7 @@
 //! The results of a sweep as a page.
 
+use super::optional;
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
-use crate::sample_pictures::still;
 use crate::samples::{Again, Samples};
 use crate::text::{escape, figure, number};
 use kardan_results::{
@@ -34,7 +34,7 @@ pub fn page_with(found: &Sweep, samples: &Samples, again: &Again) -> Page {
 fn explored(samples: &Samples, found: &Sweep) -> Body {
     let drawing = "<div class=\"samples\" id=\"samples-plots\"></div>\n";
     let picture = Picture { drawing: drawing.into(), ..Picture::default() };
-    Body::default().hint(samples.describe()).pictures([picture]).pictures(still(samples, found))
+    Body::default().hint(samples.describe()).pictures([picture]).pictures(samples.still(found))
 }
 
 /// The commands that rerun the samples of least and largest numbers.
@@ -51,11 +51,8 @@ fn cases(found: &Sweep, again: &Again) -> Body {
     let mut rows = Vec::new();
     let mut add = |name: &String, variant: &String, word: String, value: String, sample: u64| {
         let number = found.variants.iter().position(|one| one == variant).unwrap_or(0);
-        let mut cells = row![name];
-        cells.extend(several(found).then(|| Cell::Text(variant.clone())));
-        cells.extend(row![word, value, sample.to_string()]);
-        cells.push(Cell::Verbatim(again.of(sample, number).unwrap_or_default()));
-        rows.push(cells);
+        let command = Cell::Verbatim(again.of(sample, number).unwrap_or_default());
+        rows.push(named_row(found, name, variant, row![word, value, sample.to_string(), command]));
     };
     for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
         let (Some(ends), Some(quantiles)) = (values.extreme_samples, values.quantiles) else { continue };
@@ -94,16 +91,8 @@ pub fn page(found: &Sweep) -> Page {
         verdict: Some(verdict(found)),
         alerts: warnings(&found.warnings),
         sections: Page::sections([
-            (
-                "worst",
-                "The worst case that was found",
-                found.worst.as_ref().map_or_else(Body::default, |one| worst(found, one)),
-            ),
-            (
-                "rare",
-                "Probability of a rare failure",
-                found.rare.as_ref().map_or_else(Body::default, |one| rare(found, one)),
-            ),
+            ("worst", "The worst case that was found", optional(&found.worst, |one| worst(found, one))),
+            ("rare", "Probability of a rare failure", optional(&found.rare, |one| rare(found, one))),
             ("requirements", "Probability of each requirement", requirements(found)),
             ("rules", "Where requirements fail", rules(found)),
             ("figures", "Figures", figures(found)),
@@ -114,8 +103,7 @@ pub fn page(found: &Sweep) -> Page {
             ("varied", "Varied parameters", varied(found)),
             ("notes", "Notes", Body::default().list(found.notes.iter().cloned())),
         ]),
-        data: None,
-        samples: None,
+        ..Page::default()
     }
 }
 
@@ -170,6 +158,14 @@ fn titles(found: &Sweep, first: &str, further_titles: &[&str]) -> Vec<String> {
     out
 }
 
+/// Cells of such columns.
+fn named_row(found: &Sweep, first: impl Into<Cell>, variant: &str, further_cells: Vec<Cell>) -> Vec<Cell> {
+    let mut out = vec![first.into()];
+    out.extend(several(found).then(|| variant.into()));
+    out.extend(further_cells);
+    out
+}
+
 fn percent(part: f64) -> String {
     format!("{} %", share(part, DIGITS))
 }
@@ -200,23 +196,21 @@ fn requirements(found: &Sweep) -> Body {
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let columns = titles(found, "requirement", &["#met in", "#fails in", "#probability", &interval, "#fails at most"]);
     let one = |one: &SweptRequirement| {
-        let mut cells = vec![Cell::Mark(one.failed == 0, one.text.clone())];
-        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
         let interval = one.interval.map(|[low, high]| format!("{} to {}", percent(low), percent(high)));
-        cells.extend(row![
+        let cells = row![
             one.passed.to_string(),
             one.failed.to_string(),
             one.probability.map_or_else(String::new, percent),
             interval.unwrap_or_default(),
             one.interval.map_or_else(String::new, |[low, _]| at_most(1.0 - low))
-        ]);
-        cells
+        ];
+        named_row(found, Cell::Mark(one.failed == 0, one.text.clone()), &one.variant, cells)
     };
     let hint = "The interval is that of Clopper and Pearson for independent samples; samples of a Latin hypercube or \
                 of Sobol's sequence usually spread no more, those of Halton's sequence of many parameters may.";
-    let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
     let drawn = found.requirements.iter().any(|one| one.interval.is_some());
-    if drawn { body.hint(hint.to_string()) } else { body }
+    let body = Body::default().table_of(usize::MAX, &columns, found.requirements.iter().map(one));
+    body.hint(if drawn { hint } else { "" })
 }
 
 /// Where requirements fail, each with its rules.
@@ -286,16 +280,13 @@ const SHARES_HINT: &str = "Parameters: standard deviations of the number per sta
 fn figures(found: &Sweep) -> Body {
     let columns = titles(found, "figure", &[&COLUMNS[..], &["parameters"]].concat());
     let rows = found.figures.iter().map(|one| {
-        let mut cells = row![&one.name];
-        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
-        cells.extend(numbers(&one.values, &one.unit, one.display.as_ref()));
+        let mut cells = numbers(&one.values, &one.unit, one.display.as_ref());
         cells.push(Cell::Text(shares(&one.values)));
-        cells
+        named_row(found, &one.name, &one.variant, cells)
     });
     let body = Body::default().table_of(usize::MAX, &columns, rows);
     let values = found.figures.iter().map(|one| (&one.name, &one.variant, &one.values));
-    let body = body.list(list_missing_values(found, values));
-    if found.figures.is_empty() { body } else { body.hint(SHARES_HINT.to_string()) }
+    body.list(list_missing_values(found, values)).hint(if found.figures.is_empty() { "" } else { SHARES_HINT })
 }
 
 /// How many runs have a number, where some have none.
@@ -322,12 +313,10 @@ fn measured(found: &Sweep) -> Body {
     let columns = titles(found, "requirement", &[&COLUMNS[..], &["worst samples", "parameters"]].concat());
     let with = found.requirements.iter().filter(|one| one.measured.count > 0);
     let rows = with.map(|one| {
-        let mut cells = row![&one.text];
-        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
-        cells.extend(numbers(&one.measured, &one.unit, one.display.as_ref()));
+        let mut cells = numbers(&one.measured, &one.unit, one.display.as_ref());
         let ends = one.measured.extreme_samples.map(|[least, most]| format!("least {least}, largest {most}"));
         cells.extend(row![ends.unwrap_or_default(), shares(&one.measured)]);
-        cells
+        named_row(found, &one.text, &one.variant, cells)
     });
     let values = found.requirements.iter().map(|one| (&one.text, &one.variant, &one.measured));
     Body::default().table_of(usize::MAX, &columns, rows).list(list_missing_values(found, values))
@@ -342,7 +331,7 @@ fn format_margin(worst: &SweptWorst) -> String {
 }
 
 fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
-    let variant = if found.variants.len() > 1 { format!(", variant {}", worst.variant) } else { String::new() };
+    let variant = if several(found) { format!(", variant {}", worst.variant) } else { String::new() };
     let before = worst
         .margin_before_search
         .map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
@@ -374,7 +363,7 @@ fn rare(found: &Sweep, rare: &SweptRare) -> Body {
         ]
     });
     let mut hint = format!("It ended as {}.", rare.stop_reason);
-    if found.variants.len() > 1 {
+    if several(found) {
         hint += &format!(" A sample fails where any of its variants does: {}.", rare.variant);
     }
     if let (Some(deviation), Some(most)) = (rare.deviation, rare.deviation_upper_bound) {
@@ -397,63 +386,44 @@ fn indices(found: &Sweep) -> Body {
     let columns = titles(found, "number", &["parameter", "#alone", "#95 % interval", "#in all", "#95 % interval "]);
     let rows = numbers_of(found).flat_map(|(name, variant, values, _)| {
         values.indices.iter().map(move |one| {
-            let mut cells = row![name];
-            cells.extend(several(found).then(|| Cell::Text(variant.clone())));
             let interval = |[low, high]: [f64; 2]| format!("{} to {}", figure(low, 3), figure(high, 3));
-            cells.extend(row![
+            let cells = row![
                 &one.parameter,
                 figure(one.first, 3),
                 interval(one.first_interval),
                 figure(one.total, 3),
                 interval(one.total_interval)
-            ]);
-            cells
+            ];
+            named_row(found, name, variant, cells)
         })
     });
-    let body = Body::default().table_of(usize::MAX, &columns, rows);
     let hint = "Parts of the variance: what a parameter explains alone, and what would remain if all others were known. Their difference is its interaction with others.";
-    if numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty()) {
-        body
-    } else {
-        body.hint(hint.to_string())
-    }
+    let none = numbers_of(found).all(|(_, _, values, _)| values.indices.is_empty());
+    Body::default().table_of(usize::MAX, &columns, rows).hint(if none { "" } else { hint })
 }
 
 fn effects(found: &Sweep) -> Body {
     let columns = titles(found, "number", &["parameter", "#size", "#its error", "#mean", "#deviation"]);
     let rows = numbers_of(found).flat_map(|(name, variant, values, unit)| {
         values.effects.iter().map(move |one| {
-            let mut cells = row![name];
-            cells.extend(several(found).then(|| Cell::Text(variant.clone())));
             let cell = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, unit, None));
-            cells.extend(row![
-                &one.parameter,
-                cell(Some(one.size)),
-                cell(one.size_error),
-                cell(Some(one.mean)),
-                cell(one.deviation)
-            ]);
-            cells
+            let [size, size_error, mean, deviation] =
+                [Some(one.size), one.size_error, Some(one.mean), one.deviation].map(cell);
+            named_row(found, name, variant, row![&one.parameter, size, size_error, mean, deviation])
         })
     });
-    let body = Body::default().table_of(usize::MAX, &columns, rows);
     let hint = "Change of the number with one parameter alone, over all of its probability (Morris): size μ*, mean \
                 μ, deviation σ. A deviation near the size shows nonlinearity or interaction with others.";
-    if numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty()) {
-        body
-    } else {
-        body.hint(hint.to_string())
-    }
+    let none = numbers_of(found).all(|(_, _, values, _)| values.effects.is_empty());
+    Body::default().table_of(usize::MAX, &columns, rows).hint(if none { "" } else { hint })
 }
 
 fn failures(found: &Sweep) -> Body {
     let columns = titles(found, "why", &["#runs", "#first sample"]);
     let rows = found.failures.iter().map(|one| {
         let example = if one.example == one.reason { String::new() } else { format!("; the first: {}", one.example) };
-        let mut cells = row![format!("{}{example}", one.reason)];
-        cells.extend(several(found).then(|| Cell::Text(one.variant.clone())));
-        cells.extend(row![one.count.to_string(), one.first.to_string()]);
-        cells
+        let cells = row![one.count.to_string(), one.first.to_string()];
+        named_row(found, format!("{}{example}", one.reason), &one.variant, cells)
     });
     Body::default().table_of(usize::MAX, &columns, rows)
 }

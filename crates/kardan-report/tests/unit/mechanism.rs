@@ -59,11 +59,11 @@ fn check(what: &str, scene: &Scene) {
                         assert!(!overlap(*bounds, thick), "{what}: {one:?} on the line {mark:?}");
                     }
                 }
-                Mark::Label { .. } | Mark::Frame(_) | Mark::Case(_) => {}
+                Mark::Label { .. } | Mark::Box { .. } => {}
             }
         }
     }
-    let body = |mark: &&&Mark| matches!(mark, Mark::Symbol { .. } | Mark::Frame(_) | Mark::Case(_));
+    let body = |mark: &&&Mark| matches!(mark, Mark::Symbol { .. } | Mark::Box { .. });
     for wire in &scene.wires {
         let Mark::Line { points, .. } = wire else { continue };
         for [a, b, c, d] in segments(points) {

@@ -1,14 +1,11 @@
 //! A virtual bench as JSON.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::identification::IdentificationView;
 use super::printed::printed;
-use kardan_results::serial::by_name;
-use kardan_results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
+use kardan_results::{BenchPlan, BenchStudy, Experiment, Outcome, Response, TrueValue};
 
 /// A log: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -30,7 +27,7 @@ pub(super) struct BenchView<'a> {
     /// Name of the model.
     model: &'a str,
     /// The excitation; `null` if the controllers and the scenario of the file ran.
-    plan: Option<PlanView<'a>>,
+    plan: Option<&'a BenchPlan>,
     /// True values of the plant that the model does not contain.
     truth: &'a [TrueValue],
     /// One log for each repetition.
@@ -46,7 +43,7 @@ pub(super) struct StudyView<'a> {
     /// Name of the model.
     model: &'a str,
     /// The excitation.
-    plan: PlanView<'a>,
+    plan: &'a BenchPlan,
     /// True values of the plant that the model does not contain.
     truth: &'a [TrueValue],
     /// One log for each repetition.
@@ -63,58 +60,6 @@ pub(super) struct StudyView<'a> {
     experiments: Vec<ExperimentView<'a>>,
     /// Notes to the reader.
     notes: Vec<&'a str>,
-}
-
-/// An excitation designed to identify parameters.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "BenchPlan")]
-struct PlanView<'a> {
-    /// `constant_speeds`, `multisine` or `random_steps`.
-    kind: &'a str,
-    /// The parameters to identify.
-    parameters: &'a [PlannedParameter],
-    /// Coefficients that this kind of motion, or the selection of the file, does not identify.
-    fixed_coefficients: &'a [String],
-    /// The selected parts, in the order of the log.
-    points: Vec<PointView<'a>>,
-    /// Candidates within the limits.
-    candidates: usize,
-    /// `ln det(XᵀX)` of the selected parts.
-    log_det: f64,
-    /// The same of all candidates, for the number of selected parts.
-    baseline_log_det: f64,
-    /// Number of parts of the plan with as much information as one of the undesigned plan.
-    gain: f64,
-    /// Length, s.
-    duration: f64,
-}
-
-/// A part of a plan.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "BenchPoint")]
-struct PointView<'a> {
-    /// When its measurement begins, s.
-    from: f64,
-    /// When it ends, s.
-    until: f64,
-    /// Speed of each shaft by its name, rad/s; the largest magnitudes in a section of sines or steps.
-    #[schemars(with = "BTreeMap<String, f64>")]
-    speeds: ByName<'a>,
-    /// Torque of each motor by its name that the model predicts, N m; the largest magnitudes in a section.
-    #[schemars(with = "BTreeMap<String, f64>")]
-    torques: ByName<'a>,
-}
-
-/// Numbers by name.
-struct ByName<'a> {
-    names: &'a [String],
-    values: &'a [f64],
-}
-
-impl Serialize for ByName<'_> {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        by_name(self.names.iter().map(String::as_str).zip(self.values), to)
-    }
 }
 
 /// How a run ended.
@@ -183,7 +128,7 @@ pub fn bench_json(
     logs: &[LogFiles],
     notes: &[String],
 ) -> String {
-    printed(BenchView { model, plan: plan.map(planned), truth, logs, notes })
+    printed(BenchView { model, plan, truth, logs, notes })
 }
 
 /// Gives a study on the bench as one JSON object on one line, in SI.
@@ -193,7 +138,7 @@ pub fn bench_study_json(study: &BenchStudy, logs: &[LogFiles], files: &[String])
     let found = &study.closed_loop;
     printed(StudyView {
         model: &study.model,
-        plan: planned(&study.plan),
+        plan: &study.plan,
         truth: &study.truth,
         logs,
         files,
@@ -223,24 +168,4 @@ fn outcome(outcome: &Outcome) -> OutcomeView<'_> {
 
 fn ending<S: Serializer>(ended: &Outcome, to: S) -> Result<S::Ok, S::Error> {
     outcome(ended).serialize(to)
-}
-
-fn planned(plan: &BenchPlan) -> PlanView<'_> {
-    let points = plan.points.iter().map(|point| PointView {
-        from: point.from,
-        until: point.until,
-        speeds: ByName { names: &plan.shafts, values: &point.speeds },
-        torques: ByName { names: &plan.motors, values: &point.torques },
-    });
-    PlanView {
-        kind: &plan.kind,
-        parameters: &plan.parameters,
-        fixed_coefficients: &plan.fixed,
-        points: points.collect(),
-        candidates: plan.candidates,
-        log_det: plan.log_det,
-        baseline_log_det: plan.undesigned_log_det,
-        gain: plan.gain,
-        duration: plan.duration,
-    }
 }

@@ -16,6 +16,8 @@ const REASON: &str = "reason";
 const IDENTITY: &str = "kardan:sweep";
 const SAMPLES: &str = "kardan:samples";
 const SEED: &str = "kardan:seed";
+/// Why a file is rejected that another program wrote.
+const NO_ROWS: &str = "it contains no rows of a sweep";
 
 /// The results of a sweep as one JSON object on one line, in SI.
 ///
@@ -85,13 +87,13 @@ pub enum RowsError {
 /// The pairs of the metadata with the rows, if no bit of them has changed; the identity of their sweep.
 fn read(bytes: Vec<u8>) -> Result<(String, write::Rows), String> {
     let read = write::read_rows(bytes).map_err(|error| format!("it cannot be read: {error}"))?;
-    let identity = value(&read, IDENTITY).map(String::from);
-    identity.map(|identity| (identity, read)).ok_or_else(|| "it contains no rows of a sweep".into())
+    let identity = named(&read.metadata, IDENTITY).cloned();
+    identity.map(|identity| (identity, read)).ok_or_else(|| NO_ROWS.into())
 }
 
-/// A value of the metadata.
-fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
-    read.metadata.iter().find(|(candidate, _)| candidate == key).map(|(_, value)| value.as_str())
+/// What has this name: a value of the metadata, a column.
+fn named<'r, T>(all: &'r [(String, T)], name: &str) -> Option<&'r T> {
+    all.iter().find(|(candidate, _)| candidate == name).map(|(_, value)| value)
 }
 
 /// How many samples the sweep of a file of rows has, and its seed.
@@ -100,8 +102,8 @@ fn value<'r>(read: &'r write::Rows, key: &str) -> Option<&'r str> {
 /// The file is damaged, or contains no rows of a sweep.
 pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
     let (_, read) = read(bytes)?;
-    let number = |key: &str| value(&read, key).and_then(|value| value.parse().ok());
-    number(SAMPLES).zip(number(SEED)).ok_or_else(|| "it contains no rows of a sweep".to_string())
+    let number = |key: &str| named(&read.metadata, key).and_then(|value| value.parse().ok());
+    number(SAMPLES).zip(number(SEED)).ok_or_else(|| NO_ROWS.into())
 }
 
 /// The identity of the sweep of rows, and each row with the numbers of its columns: the varied values among others.
@@ -110,11 +112,8 @@ pub fn samples_and_seed(bytes: Vec<u8>) -> Result<(u64, u64), String> {
 /// The file is damaged, or contains no rows of a sweep.
 pub fn rows_of_any_sweep(bytes: Vec<u8>) -> Result<(String, Vec<RowAgain>), String> {
     let (identity, read) = read(bytes)?;
-    let samples = read.numbers.iter().find(|(name, _)| name == SAMPLE).map(|(_, values)| values);
-    let variants = read.texts.iter().find(|(name, _)| name == VARIANT).map(|(_, values)| values);
-    let (Some(samples), Some(variants)) = (samples, variants) else {
-        return Err("it contains no rows of a sweep".into());
-    };
+    let columns = named(&read.numbers, SAMPLE).zip(named(&read.texts, VARIANT));
+    let (samples, variants) = columns.ok_or(NO_ROWS)?;
     if read.numbers.iter().any(|(_, column)| column.len() != samples.len()) || variants.len() < samples.len() {
         return Err("its columns have different lengths".into());
     }
@@ -141,15 +140,12 @@ pub fn read_sweep_rows(head: &SweepHead, bytes: Vec<u8>) -> Result<Vec<SweepRow>
 /// The rows of this sweep.
 fn own_rows(head: &SweepHead, read: &write::Rows) -> Result<Vec<SweepRow>, String> {
     let columns = columns(head);
-    let number = |name: &str| read.numbers.iter().find(|(candidate, _)| candidate == name).map(|(_, values)| values);
-    let text = |name: &str| read.texts.iter().find(|(candidate, _)| candidate == name).map(|(_, values)| values);
     let lost = |name: &str| format!("it has no column `{name}`");
-    let samples = number(SAMPLE).ok_or_else(|| lost(SAMPLE))?;
-    let [variants, reasons] = [VARIANT, REASON].map(text);
-    let (variants, reasons) = (variants.ok_or_else(|| lost(VARIANT))?, reasons.ok_or_else(|| lost(REASON))?);
-    let differences = number(DIFFERENCE).ok_or_else(|| lost(DIFFERENCE))?;
-    let values: Vec<&Vec<f64>> =
-        columns.iter().map(|(name, _)| number(name).ok_or_else(|| lost(name))).collect::<Result<_, _>>()?;
+    let number = |name: &str| named(&read.numbers, name).ok_or_else(|| lost(name));
+    let text = |name: &str| named(&read.texts, name).ok_or_else(|| lost(name));
+    let (samples, variants, reasons) = (number(SAMPLE)?, text(VARIANT)?, text(REASON)?);
+    let differences = number(DIFFERENCE)?;
+    let values: Vec<&Vec<f64>> = columns.iter().map(|(name, _)| number(name)).collect::<Result<_, _>>()?;
     if values.iter().chain([&differences]).any(|column| column.len() != samples.len())
         || variants.len().min(reasons.len()) < samples.len()
     {

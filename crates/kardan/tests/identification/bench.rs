@@ -9,7 +9,7 @@ use kardan::identify::{coefficients, d_optimal, expected_errors, information};
 use kardan::model::builtin;
 use kardan::num::{Matrix, Random};
 use kardan::project::Named;
-use kardan::results::{Outcome, Run};
+use kardan::results::{DataNumber, Outcome, Run};
 use kardan::study::{self, BenchRun, BenchSettings, PreparedBench, Project, Silent, bench, prepare_bench};
 
 fn source() -> &'static str {
@@ -103,10 +103,10 @@ fn the_log_is_one_of_a_bench() {
     assert_eq!(plan.points.len(), 6);
     let limit = |shaft: &str| if shaft == "wg" { 120.0 } else { 6.0 };
     for point in &plan.points {
-        for (shaft, speed) in plan.shafts.iter().zip(&point.speeds) {
+        for DataNumber { name: shaft, value: speed } in &point.speeds {
             assert!(speed.abs() <= limit(shaft) * (1.0 + 1e-9), "{shaft} at {speed} rad/s");
         }
-        for (motor, torque) in plan.motors.iter().zip(&point.torques) {
+        for DataNumber { name: motor, value: torque } in &point.torques {
             assert!(torque.abs() <= if motor == "wg_motor" { 0.8 * 1.3 } else { 0.8 * 8.0 });
         }
     }
@@ -162,7 +162,7 @@ fn constant_speeds_are_reached_and_obey_the_truth() {
             let at = window(&log, &format!("{shaft}.phi"), from, point.until);
             (at[at.len() - 1] - at[0]) / (point.until - from)
         };
-        for (shaft, planned) in plan.shafts.iter().zip(&point.speeds) {
+        for DataNumber { name: shaft, value: planned } in &point.speeds {
             let allowed = if shaft == "wg" { 0.3 } else { 0.06 };
             assert!((speed(shaft) - planned).abs() < allowed, "{shaft}: {} for {planned} rad/s", speed(shaft));
         }
@@ -176,7 +176,7 @@ fn constant_speeds_are_reached_and_obey_the_truth() {
         ];
         assert!(imbalance.iter().all(|x| x.abs() < 0.008), "{imbalance:?} at {:?}", point.speeds);
         // What the model expected is something else.
-        let expected = |motor: &str| point.torques[plan.motors.iter().position(|m| *m == motor).unwrap()];
+        let expected = |motor: &str| point.torques.iter().find(|one| one.name == motor).unwrap().value;
         largest = largest
             .max((torque("cs") + 1.02 * torque("fs") - expected("cs_motor") - 1.02 * expected("fs_motor")).abs());
     }
@@ -235,7 +235,7 @@ fn the_plan_is_better_than_the_grid() {
         })
     };
     let speed = |point: &kardan::results::BenchPoint, name: &str| {
-        point.speeds[plan.shafts.iter().position(|shaft| shaft == name).unwrap()]
+        point.speeds.iter().find(|one| one.name == name).unwrap().value
     };
     let chosen: Vec<Matrix<f64>> = plan.points.iter().map(|p| block(speed(p, "wg"), speed(p, "cs"))).collect();
     let (log_det, errors) = expected_errors(&information(&chosen, 0..chosen.len())).unwrap();
@@ -270,9 +270,9 @@ fn a_grid_is_played_as_it_is_written() {
     let written = source().replace("levels = 8\npoints = 24\n", &format!("{speeds}\n"));
     let points = |source: &str| {
         let plan = prepared(source, &BenchSettings::default()).plan().unwrap().clone();
-        let of = |name: &str| plan.shafts.iter().position(|shaft| shaft == name).unwrap();
-        let (wg, cs) = (of("wg"), of("cs"));
-        let mut all: Vec<(f64, f64)> = plan.points.iter().map(|point| (point.speeds[wg], point.speeds[cs])).collect();
+        let of = |all: &[DataNumber], name: &str| all.iter().find(|one| one.name == name).unwrap().value;
+        let both = plan.points.iter().map(|point| (of(&point.speeds, "wg"), of(&point.speeds, "cs")));
+        let mut all: Vec<(f64, f64)> = both.collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         all
     };

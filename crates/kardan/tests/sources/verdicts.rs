@@ -73,7 +73,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
         Test("kardan/tests/analysis/box_proof.rs", "a_loss_in_the_box_is_never_overlooked"),
         &[
             "no loss of {what} within {} tolerances: proven",
-            "proven: no loss</span>",
+            "proven: no loss",
             "is nowhere lost in the box of tolerances",
             "It is proven that there is no loss",
         ],

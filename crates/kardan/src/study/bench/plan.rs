@@ -12,7 +12,7 @@ use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{Kinematics, Reduced};
 use kardan_model::tables::ExcitationPlan;
 use kardan_results::signal_name;
-use kardan_results::{BenchPlan, BenchPoint, PlannedParameter};
+use kardan_results::{BenchPlan, BenchPoint, DataNumber, PlannedParameter};
 
 /// Fraction of the torque limits that a plan uses; the rest is for the servo loops.
 const TORQUE: f64 = 0.8;
@@ -265,8 +265,6 @@ impl Planner<'_> {
             kind: self.spec.plan.into(),
             fixed: fixed.map(|one| one.name.clone()).collect(),
             parameters: coefficients.iter().zip(errors).map(parameter).collect(),
-            shafts: self.reduced.equations.coordinates.clone(),
-            motors: self.motors.iter().map(|&k| self.reduced.equations.inputs[k].element.clone()).collect(),
             points,
             candidates: candidates.len(),
             log_det,
@@ -396,11 +394,12 @@ impl Planner<'_> {
             if sequence.longest() > self.spec.duration {
                 return Err(Refusal::TooLong(sequence.longest()));
             }
+            let motors = self.motors.iter().map(|&k| &self.reduced.equations.inputs[k].element);
             points.push(BenchPoint {
                 from: 0.0,
                 until: 0.0,
-                speeds: rating.shaft_speeds(&candidate.speeds),
-                torques: candidate.torques.clone(),
+                speeds: named(&self.reduced.equations.coordinates, &rating.shaft_speeds(&candidate.speeds)),
+                torques: named(motors, &candidate.torques),
             });
         }
         sequence.legs.push(Leg { way: self.ramp(rating, &now, &vec![0.0; r], limits)?, dwell_samples: 0 });
@@ -523,6 +522,10 @@ impl Rating {
         }
         if speeds.len() > r { out.into_iter().map(f64::abs).collect() } else { out }
     }
+}
+
+fn named<'a>(names: impl IntoIterator<Item = &'a String>, values: &[f64]) -> Vec<DataNumber> {
+    names.into_iter().zip(values).map(|(name, value)| DataNumber::new(name, *value)).collect()
 }
 
 fn block(rows: &[f64], columns: usize) -> Matrix<f64> {
