@@ -4,7 +4,7 @@ mod rows;
 mod signals;
 
 use super::Coefficient;
-use super::extra::{Extra, ExtraDirection};
+use super::extra::Extra;
 use super::teeth::Teeth;
 use kardan_math::num::{Matrix, dot, echelon};
 use kardan_mechanics::assemble::{CoefficientKind as Kind, DirectionalTerm, SpringLaw};
@@ -42,7 +42,7 @@ struct Term {
 
 impl Term {
     fn projection(&self, of: &[f64]) -> f64 {
-        self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+        along(&self.row, of)
     }
 }
 
@@ -122,30 +122,19 @@ impl Regressor {
             equations.springs.iter().map(spring).collect(),
             equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
         ];
-        let fixed = super::coefficients(reduced).into_iter().flat_map(|one| {
-            let Coefficient { kind, terms, value, .. } = one;
-            terms.into_iter().map(move |term| (kind as usize, term, value))
-        });
-        let is_fitted = |kind: usize, term: usize| {
-            coefficients.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term))
-        };
-        let values = |kind: Kind, count: usize| {
-            let mut out = vec![0.0; count];
-            super::coefficients(reduced)
-                .iter()
-                .filter(|one| one.kind == kind)
-                .for_each(|one| one.terms.iter().for_each(|&term| out[term] = one.value));
-            out
-        };
-        let nominal = [
-            values(Kind::Inertia, equations.inertias.len()),
-            values(Kind::Damping, equations.dampers.len()),
-            values(Kind::Stiffness, equations.springs.len()),
-            values(Kind::Friction, equations.frictions.len()),
-        ];
+        let (mut nominal, mut fixed) = (terms.each_ref().map(|of_kind| vec![0.0; of_kind.len()]), Vec::new());
+        for Coefficient { kind, terms, value, .. } in super::coefficients(reduced) {
+            for term in terms {
+                nominal[kind as usize][term] = value;
+                let is_fitted = coefficients.iter().any(|one| one.kind == kind && one.terms.contains(&term));
+                if value != 0.0 && !is_fitted {
+                    fixed.push((kind as usize, term, value));
+                }
+            }
+        }
         let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
-            fixed: fixed.filter(|(kind, term, value)| *value != 0.0 && !is_fitted(*kind, *term)).collect(),
+            fixed,
             stribeck: equations
                 .frictions
                 .iter()
@@ -211,12 +200,12 @@ impl Regressor {
     /// If the length does not match.
     pub fn errors(&self, slopes: &mut [f64]) {
         let Some(error_columns) = &self.error_columns else { return };
-        let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
+        let (r, rows) = (self.degrees_of_freedom, self.rows());
         let fixed_columns = self.inputs.len() + 3 * r;
         let first = self.columns() + 1 + fixed_columns;
         let (of_fixed, of_columns) = slopes.split_at_mut(rows * fixed_columns);
         for i in 0..rows {
-            let row = &self.all[(r - rows + i) * n + first..(r - rows + i + 1) * n];
+            let row = &self.row(i)[first..];
             of_fixed[i * fixed_columns..(i + 1) * fixed_columns].copy_from_slice(&row[..fixed_columns]);
             for k in 0..error_columns.len() {
                 of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[fixed_columns + k * r..][..r]);
@@ -230,12 +219,11 @@ impl Regressor {
     /// If a number is not that of a friction, a spring or an input.
     pub fn with_extras(mut self, extras: &[Extra]) -> Self {
         for extra in extras {
-            let exists = match extra.direction() {
-                ExtraDirection::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
-                ExtraDirection::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
-                ExtraDirection::Input(k) => k < self.inputs.len(),
-                ExtraDirection::Teeth(k) => k < self.teeth.len(),
-                ExtraDirection::Laws => true,
+            let exists = match *extra {
+                Extra::Backlash { spring, .. } => spring < self.terms[Kind::Stiffness as usize].len(),
+                Extra::Offset { input } => input < self.inputs.len(),
+                Extra::Teeth { teeth, .. } => teeth < self.teeth.len(),
+                _ => extra.friction().is_none_or(|k| k < self.terms[Kind::Friction as usize].len()),
             };
             assert!(exists, "a friction, a spring, an input or a gear of the model");
             assert!(
@@ -292,7 +280,6 @@ impl Regressor {
     pub fn backlash(&self, backlash: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
         let own = &self.backlashes[backlash];
-        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);
         let (of_terms, of_extras) = parts.split_at_mut(self.coefficients.len());
@@ -307,19 +294,13 @@ impl Regressor {
             }
         }
         for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
-            let lever = match extra.direction() {
-                ExtraDirection::Friction(k) => self.terms[Kind::Friction as usize][k].projection(&own.cut),
-                ExtraDirection::Spring(k) => self.terms[Kind::Stiffness as usize][k].projection(&own.cut),
-                ExtraDirection::Input(k) => projection(&self.inputs[k]),
-                ExtraDirection::Teeth(k) => projection(&self.teeth[k].row),
-                ExtraDirection::Laws => 0.0,
-            };
+            let lever = along(direction(extra, &self.terms, &self.inputs, &self.teeth), &own.cut);
             if lever != 0.0 {
                 *part = lever * self.extra_signal(extra, torques)?;
             }
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
-                    let share = -projection(row) * self.law_torques.share(law, parameter);
+                    let share = -along(row, &own.cut) * self.law_torques.share(law, parameter);
                     *part += share;
                     fixed -= self.law_values[parameter] * share;
                 }
@@ -375,15 +356,24 @@ impl Regressor {
     /// If a length does not fit.
     pub fn fill(&mut self, motion: Motion<'_>, torques: &[f64], x: &mut [f64], y: &mut [f64]) -> bool {
         let certain = self.collect(motion, torques, None);
-        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
-        let rows = self.rows();
+        self.copy_rows(x, y);
+        certain
+    }
+
+    /// A row that remains after the elimination.
+    fn row(&self, number: usize) -> &[f64] {
+        let at = (self.unmeasured.len() + number) * self.width;
+        &self.all[at..at + self.width]
+    }
+
+    /// Copies the rows that remain to X and y.
+    fn copy_rows(&self, x: &mut [f64], y: &mut [f64]) {
+        let (rows, p) = (self.rows(), self.columns());
         assert!(x.len() == rows * p && y.len() == rows, "lengths of a regressor");
         for i in 0..rows {
-            let row = &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
-            x[i * p..(i + 1) * p].copy_from_slice(&row[..p]);
-            y[i] = row[p];
+            x[i * p..(i + 1) * p].copy_from_slice(&self.row(i)[..p]);
+            y[i] = self.row(i)[p];
         }
-        certain
     }
 
     /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of the measurements give at the model's own values,
@@ -400,26 +390,18 @@ impl Regressor {
         (covariance, speeds): (&mut [f64], &mut [f64]),
     ) -> bool {
         let certain = self.collect(motion, torques, Some(variances));
-        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
-        let rows = self.rows();
-        let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
-        assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
-        let row = |i: usize| &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
-        let noise = p + 1 + self.inputs.len() + 3 * r;
+        self.copy_rows(x, y);
+        let (rows, first) = (self.rows(), self.columns() + 1);
+        assert!(covariance.len() == rows * rows && speeds.len() == self.extras.len(), "lengths of a regressor");
+        let noise = |i: usize| &self.row(i)[first..first + self.inputs.len() + 3 * self.degrees_of_freedom];
         for i in 0..rows {
-            x[i * p..(i + 1) * p].copy_from_slice(&row(i)[..p]);
-            y[i] = row(i)[p];
             for j in 0..rows {
-                covariance[i * rows + j] = dot(&row(i)[p + 1..noise], &row(j)[p + 1..noise]);
+                covariance[i * rows + j] = dot(noise(i), noise(j));
             }
         }
+        let frictions = &self.terms[Kind::Friction as usize];
         for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
-            *speed = match extra.direction() {
-                ExtraDirection::Friction(k) => {
-                    self.terms[Kind::Friction as usize][k].projection(&self.kinematics.speeds).abs()
-                }
-                _ => 0.0,
-            };
+            *speed = extra.friction().map_or(0.0, |k| frictions[k].projection(&self.kinematics.speeds).abs());
         }
         certain
     }
@@ -427,6 +409,29 @@ impl Regressor {
     /// Gear loads at the motion of the last [`Self::fill`] and the sign of the speed along them; none where unknown.
     pub fn carried(&self) -> &[Option<[f64; 2]>] {
         &self.carried
+    }
+}
+
+/// The part of a quantity of the shafts along a direction.
+fn along(row: &[(usize, f64)], of: &[f64]) -> f64 {
+    row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+}
+
+/// The direction of an extra column over the shafts; empty for laws, each of which has its own.
+fn direction<'a>(
+    extra: &Extra,
+    terms: &'a [Vec<Term>; 4],
+    inputs: &'a [Vec<(usize, f64)>],
+    teeth: &'a [Teeth],
+) -> &'a [(usize, f64)] {
+    match *extra {
+        Extra::Backlash { spring, .. } => &terms[Kind::Stiffness as usize][spring].row,
+        Extra::Offset { input } => &inputs[input],
+        Extra::Teeth { teeth: number, .. } => &teeth[number].row,
+        _ => match extra.friction() {
+            Some(friction) => &terms[Kind::Friction as usize][friction].row,
+            None => &[],
+        },
     }
 }
 
