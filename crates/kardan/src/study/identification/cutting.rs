@@ -144,12 +144,7 @@ impl Balance<'_> {
     /// Names and directions of the unknowns.
     fn unknown(&self) -> Vec<(String, Vec<Row>)> {
         let equations = &self.reduced.equations;
-        let row = |kind: Kind, term: usize| match kind {
-            Kind::Inertia => equations.inertias[term].row.clone(),
-            Kind::Damping => equations.dampers[term].row.clone(),
-            Kind::Stiffness => equations.springs[term].row.clone(),
-            Kind::Friction => equations.frictions[term].row.clone(),
-        };
+        let row = |kind: Kind, term: usize| equations.coefficient_row((kind, term)).to_vec();
         let rows = |one: &Coefficient| one.terms.iter().map(|&term| row(one.kind, term)).collect();
         let mut out: Vec<_> = self.sought.iter().map(|one| (one.name.clone(), rows(one))).collect();
         for law in &equations.laws {
@@ -173,24 +168,11 @@ impl Balance<'_> {
         let sought =
             |kind: Kind, term: usize| self.sought.iter().any(|one| one.kind == kind && one.terms.contains(&term));
         let open = law_parameters(&self.request.extras);
-        let fixed =
-            |kind: Kind, term: usize, zero: bool, row: &[(usize, Rational)]| !zero && !sought(kind, term) && apart(row);
-        equations.inertias.iter().enumerate().any(|(k, one)| fixed(Kind::Inertia, k, one.value.is_zero(), &one.row))
-            || equations
-                .dampers
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Damping, k, one.value.is_zero(), &one.row))
-            || equations
-                .springs
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Stiffness, k, one.value.stiffness.is_zero(), &one.row))
-            || equations
-                .frictions
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Friction, k, one.value.torque.is_zero(), &one.row))
+        let is_fixed = |(kind, term): (Kind, usize)| {
+            let zero = equations.coefficient((kind, term)).is_zero();
+            !zero && !sought(kind, term) && apart(equations.coefficient_row((kind, term)))
+        };
+        equations.coefficient_slots().into_iter().any(is_fixed)
             || equations.inputs.iter().zip(self.torques).any(|(one, slot)| slot.is_some() && apart(&one.row))
             || equations
                 .laws

@@ -313,14 +313,9 @@ pub(super) fn plant_excluding(plant: &Plant, silent: &[&UnknownParameter]) -> Pl
 /// Sets a coefficient to zero.
 pub(super) fn silence(equations: &mut Equations, coefficient: &Coefficient) {
     for &term in &coefficient.terms {
-        match coefficient.kind {
-            Kind::Inertia => equations.inertias[term].value = Exact::zero(),
-            Kind::Damping => equations.dampers[term].value = Exact::zero(),
-            Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
-            Kind::Friction => {
-                let law = &mut equations.frictions[term].value;
-                (law.torque, law.stribeck) = (Exact::zero(), None);
-            }
+        *equations.coefficient_mut((coefficient.kind, term)) = Exact::zero();
+        if coefficient.kind == Kind::Friction {
+            equations.frictions[term].value.stribeck = None;
         }
     }
 }

@@ -263,13 +263,13 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     for (k, _) in &columns.identifiable {
         let one = &columns.coefficients[*k];
         let Some(&term) = one.terms.first() else { continue };
-        let (row, part, what) = match one.kind {
-            Kind::Inertia => (&equations.inertias[term].row, 2, "acceleration"),
-            Kind::Damping => (&equations.dampers[term].row, 1, "speed"),
-            Kind::Stiffness => (&equations.springs[term].row, 0, "twist"),
+        let (part, what) = match one.kind {
+            Kind::Inertia => (2, "acceleration"),
+            Kind::Damping => (1, "speed"),
+            Kind::Stiffness => (0, "twist"),
             Kind::Friction => continue,
         };
-        let g = in_coordinates(row, &basis);
+        let g = in_coordinates(equations.coefficient_row((one.kind, term)), &basis);
         let square = (0..samples.len()).map(|s| powi(dot(&g, samples.motion(s, part)), 2)).sum::<f64>();
         let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
         let share = variance / windows / (square / samples.len().max(1) as f64);

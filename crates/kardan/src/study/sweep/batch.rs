@@ -44,22 +44,12 @@ pub(super) struct Batch<'p> {
     ready: Mutex<Vec<Ensemble>>,
 }
 
-/// All coefficients.
-fn slots(reduced: &Reduced) -> Vec<Slot> {
-    let equations = &reduced.equations;
-    let kinds = [
-        (CoefficientKind::Inertia, equations.inertias.len()),
-        (CoefficientKind::Damping, equations.dampers.len()),
-        (CoefficientKind::Stiffness, equations.springs.len()),
-        (CoefficientKind::Friction, equations.frictions.len()),
-    ];
-    kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
-}
-
 /// All other dependencies of a run, as text.
 fn rest(variant: &PreparedVariant) -> String {
     let mut reduced = variant.reduced.clone();
-    slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
+    for slot in reduced.equations.coefficient_slots() {
+        *reduced.equations.coefficient_mut(slot) = Exact::one();
+    }
     let PreparedVariant { scenario, computed, start_notes, .. } = variant;
     format!("{reduced:?} {scenario:?} {computed:?} {start_notes:?}")
 }
@@ -94,7 +84,7 @@ fn followed(
             .find(|value| *value != base[k])
             .ok_or_else(|| format!("`{name}` has only one value"))?;
         let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs depend on `{name}`"))?;
-        if slots(&changed.reduced) != *all || rest(&changed) != expected {
+        if changed.reduced.equations.coefficient_slots() != *all || rest(&changed) != expected {
             return Err(more());
         }
         for (slot, from) in all.iter().zip(&mut from) {
@@ -141,7 +131,7 @@ impl<'p> Batch<'p> {
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;
-        let all = slots(&first.reduced);
+        let all = first.reduced.equations.coefficient_slots();
         let from = followed(&all, spread, (&base, &first), &prepared_with)?;
         let varying: Vec<(Slot, (usize, f64))> =
             all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
