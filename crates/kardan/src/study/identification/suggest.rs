@@ -112,13 +112,10 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     let mut elements: Vec<&str> = equations.frictions.iter().map(|term| term.element.as_str()).collect();
     elements.dedup();
     for &element in &elements {
-        let one = |word: &str, law: Law| vec![ExtraTerm::new(element, word, law)];
-        out.push(one("friction_asymmetry", Law::FrictionAsymmetry));
-        out.push(one("damping_asymmetry", Law::DampingAsymmetry));
-        out.push(one("quadratic_damping", Law::Quadratic));
-        out.push(one("stribeck", Law::Stribeck { shape: Shape::Gaussian, speed: None }));
-        out.push(one("friction_drift", Law::Drift));
-        out.push(one("friction_recordings", Law::Recordings));
+        let stribeck = Law::Stribeck { shape: Shape::Gaussian, speed: None };
+        let over_speed = [Law::FrictionAsymmetry, Law::DampingAsymmetry, Law::Quadratic, stribeck];
+        let laws = over_speed.into_iter().chain([Law::Drift, Law::Recordings]);
+        out.extend(laws.map(|law| vec![ExtraTerm::new(element, law)]));
         let measured = plant.harmonics.iter().any(|(harmonic, _)| harmonic.shaft == element);
         for (order, ripple) in orders.iter().flat_map(|&order| [(order, false), (order, true)]).filter(|_| measured) {
             out.push(ExtraTerm::harmonics(element, order, ripple).to_vec());
@@ -126,7 +123,7 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     }
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
     let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
-    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, "offset", Law::Offset)]));
+    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, Law::Offset)]));
     let basis = plant.basis();
     let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
     for friction in &equations.frictions {
@@ -136,7 +133,7 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
         };
         for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
             let load = Law::Load { torque: input.element.clone() };
-            out.push(vec![ExtraTerm::new(&friction.element, "load_loss", load)]);
+            out.push(vec![ExtraTerm::new(&friction.element, load)]);
         }
     }
     out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
@@ -197,7 +194,7 @@ fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f
 /// Half the width of the backlash of a spring, identified on windows above a twist.
 fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
-    own.extras.push(ExtraTerm::new(spring, "backlash_torque", Law::Backlash { clear }));
+    own.extras.push(ExtraTerm::new(spring, Law::Backlash { clear }));
     let all = columns(whole.plant, &own, whole.chosen.method);
     let built = rows(whole.plant, &own, &all, material);
     let samples = match whole.chosen.method {
@@ -241,7 +238,7 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
             continue;
         }
         if let Some(clear) = clear_of(whole, material, &spring.element, largest) {
-            out.push(vec![ExtraTerm::new(&spring.element, "backlash_torque", Law::Backlash { clear })]);
+            out.push(vec![ExtraTerm::new(&spring.element, Law::Backlash { clear })]);
         }
     }
     out
