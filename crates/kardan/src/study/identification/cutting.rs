@@ -12,23 +12,17 @@ use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::schema::Table;
 
 /// The gear data of a cut, with remarks about it.
-#[derive(Clone)]
-pub(super) struct Cut {
-    pub teeth: Teeth,
+struct Cut {
+    teeth: Teeth,
     /// Unknown coefficients that enter with the values of the file.
-    pub load_independent: Vec<String>,
+    load_independent: Vec<String>,
     /// Whether the load contains all information of the logs besides the unknowns: then any loss fits.
-    pub explains_itself: bool,
+    explains_itself: bool,
 }
 
 /// Whether the gear loss exists only to provide a direction.
 fn is_lossless(gear: &GearLoss) -> bool {
     gear.loss.is_none() && [&gear.forth, &gear.back].iter().all(|part| part.to_f64().abs() < 1e-8)
-}
-
-/// The cuts of all gear losses in order, or the reason why a cut is impossible.
-pub(super) fn cuts(balance: &Balance<'_>) -> Vec<Result<Cut, String>> {
-    balance.reduced.equations.gear_losses().map(|(unilateral, gear)| balance.cut(unilateral, gear)).collect()
 }
 
 /// Inputs of the cut computation.
@@ -50,6 +44,11 @@ type Condition = (Row, Rational);
 type Row = Vec<(usize, Rational)>;
 
 impl Balance<'_> {
+    /// The cuts of all gear losses in order, or the reason why a cut is impossible.
+    fn cuts(&self) -> impl Iterator<Item = Result<Cut, String>> {
+        self.reduced.equations.gear_losses().map(|(unilateral, gear)| self.cut(unilateral, gear))
+    }
+
     fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
@@ -111,7 +110,7 @@ impl Balance<'_> {
     }
 
     /// The cut of a backlash whose torque is an unmeasured input, and the unknowns that enter its torque.
-    fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
+    pub fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         let row = &equations.inputs[input].row;
@@ -134,9 +133,7 @@ impl Balance<'_> {
         let teeth = Teeth {
             row: equations.inputs[input].row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
-            fixed: [0.0; 2],
-            loss: None,
-            rest_speed: 0.0,
+            ..Teeth::default()
         };
         Some((teeth, entering))
     }
@@ -197,16 +194,11 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
     Some((0..n).map(|k| kernel[(k, column)].over(&kernel[(n, column)])).collect())
 }
 
-/// The cut of the backlash whose torque is that of an input.
-pub(super) fn cut_of_backlash(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
-    balance.cut_of_backlash(input)
-}
-
 /// Errors of gear-loss terms, and notes about other gears.
 pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
     let request = balance.request;
-    for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(cuts(balance)) {
+    for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(balance.cuts()) {
         let element = &unilateral.element;
         let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
         match (cut, own) {
@@ -241,8 +233,8 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
 /// Gear losses for a regressor; gears without a cut are lossless.
 pub(super) fn teeth(balance: &Balance<'_>) -> Vec<Teeth> {
     let n = balance.reduced.equations.coordinates.len();
-    let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], fixed: [0.0; 2], loss: None, rest_speed: 0.0 };
-    cuts(balance).into_iter().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
+    let none = || Teeth { cut: vec![0.0; n], ..Teeth::default() };
+    balance.cuts().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
 }
 
 /// All gears whose losses the file does not specify.
@@ -259,7 +251,7 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
 /// Gear-loss terms that the logs can identify. The load must follow from the motion: a measured torque includes everything that the balance does not
 /// explain, and the loss would explain it by itself.
 pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
-    let all = balance.reduced.equations.gear_losses().zip(cuts(balance));
+    let all = balance.reduced.equations.gear_losses().zip(balance.cuts());
     let inputs = &balance.reduced.equations.inputs;
     let of_torque = |cut: &Cut| {
         inputs

@@ -1,7 +1,7 @@
 //! Selection of the fitted samples of the logs, and the fit.
 
 use super::extra::{ExtraTerm, Law};
-use super::fitted::short;
+use super::numbers::short;
 use super::plant::{Columns, Plant, columns};
 use super::request::{FitRequest, Method};
 use super::rows::{Built, Material, rows, settled};

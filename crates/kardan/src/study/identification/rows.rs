@@ -4,7 +4,7 @@ use kardan_rt::functions::powi;
 
 use super::backlashes::Backlash;
 use super::channels::Quantity;
-use super::cutting::{cut_of_backlash, teeth};
+use super::cutting::teeth;
 use super::extra::with_recordings;
 use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
@@ -156,13 +156,11 @@ fn speeds_of_rest(
     material: &Material<'_>,
 ) -> Vec<f64> {
     let basis = plant.basis();
-    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = reduced.equations.gear_losses().map(|(unilateral, _)| in_coordinates(&unilateral.row, &basis));
-    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
-    let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
-    let gear_losses =
-        reduced.equations.gear_losses().map(|(unilateral, _)| reduced.equations.domain_of_unilateral(unilateral));
-    let domains: Vec<Domain> = frictions.chain(gear_losses).collect();
+    let equations = &reduced.equations;
+    let frictions = equations.frictions.iter().map(|term| (&term.row, equations.domain_of(term)));
+    let gears = equations.gear_losses().map(|(gear, _)| (&gear.row, equations.domain_of_unilateral(gear)));
+    let (directions, domains): (Vec<Vec<f64>>, Vec<Domain>) =
+        frictions.chain(gears).map(|(row, domain)| (in_coordinates(row, &basis), domain)).unzip();
     let mut rest = rest_speeds(plant, &directions, noise, motion, material);
     if let Some((speed, domain)) = request.rest_speed {
         rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
@@ -237,8 +235,8 @@ fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
     let own = plant.backlashes.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let (cut, mut untold) =
-            cut_of_backlash(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
+        let balance = plant.balance(&plant.reduced, &columns.coefficients, request);
+        let (cut, mut untold) = balance.cut_of_backlash(number)?;
         untold.retain(free);
         // Only the fit determines their size at a speed.
         let curved =

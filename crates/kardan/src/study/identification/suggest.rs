@@ -1,23 +1,20 @@
 //! Terms suggested by the residuals: each is tried on segments that were not fitted.
 
-use kardan_rt::functions::powi;
-
 use super::backlashes::Backlash;
 use super::channels::{Harmonic, Quantity};
 use super::compare::{Whole, align_places, fold_squares};
 use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
-use super::fitted::Fitted;
+use super::fitted::{Fitted, stiffness};
 use super::fitting::{cross_validated, fit_options};
+use super::numbers::rms;
 use super::parameters::is_in_file;
 use super::plant::{Columns, columns, in_coordinates};
 use super::request::{FitRequest, Method};
 use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
-use kardan_identify::{
-    Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
-};
+use kardan_identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -203,12 +200,7 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
     };
     let chosen: Vec<usize> = (0..samples.len()).collect();
     let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
-    let equations = &whole.plant.reduced.equations;
-    let number = equations.springs.iter().position(|term| term.element == spring)?;
-    let sought = all.identifiable.iter().position(|(k, _)| {
-        all.coefficients[*k].kind == Kind::Stiffness && all.coefficients[*k].terms.contains(&number)
-    });
-    let stiffness = sought.map_or(equations.springs[number].value.stiffness.to_f64(), |k| found.values[k]);
+    let (_, stiffness) = stiffness(whole.plant, &all, &found, spring);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
@@ -263,6 +255,14 @@ struct Tried {
     samples: Samples,
     options: FitOptions,
     fit: Fit,
+}
+
+impl Tried {
+    /// Whether the whole interval of a value is negative.
+    fn is_negative(&self, column: usize, confidence: f64) -> bool {
+        let fit = &self.fit;
+        fit.values[column] + fit.quantile(column, confidence) * fit.standard_errors[column] < 0.0
+    }
 }
 
 /// Cross-validated predictions.
@@ -373,45 +373,31 @@ impl<'a> Search<'a> {
 
     /// A parameter that becomes impossibly negative with a term, and is not negative without it.
     fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
-        let columns = &self.whole.chosen.columns;
-        let below = |of: &Tried, column: usize| {
-            let fit = &of.fit;
-            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
-        };
+        let (columns, confidence) = (&self.whole.chosen.columns, self.whole.request.confidence);
         columns.identifiable.iter().enumerate().find_map(|(column, (number, with))| {
             let one = &columns.coefficients[*number];
             let bounded = with.is_empty() && one.kind != Kind::Damping;
-            (bounded && below(tried, column) && !below(now, column)).then(|| one.name.clone())
+            (bounded && tried.is_negative(column, confidence) && !now.is_negative(column, confidence))
+                .then(|| one.name.clone())
         })
     }
 
     /// A loss, or a width, that would be negative.
     fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
-        let (extras, fit, end) = (&self.pool[k].extras, &tried.fit, tried.samples.columns);
-        let bounded = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
-        let below = |column: usize| {
-            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
-        };
-        let first = end - extras.len();
-        extras
-            .iter()
-            .enumerate()
-            .filter(|_| bounded)
-            .find(|(number, _)| below(first + number))
-            .map(|(_, one)| one.name.clone())
+        let extras = &self.pool[k].extras;
+        if !matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. }) {
+            return None;
+        }
+        let first = tried.samples.columns - extras.len();
+        let below = |number: &usize| tried.is_negative(first + number, self.whole.request.confidence);
+        (0..extras.len()).find(below).map(|number| extras[number].name.clone())
     }
 
     /// A backlash whose half width, identified with all terms, is not below the twist that should exceed it.
     fn unclear(&self, k: usize, tried: &Tried) -> bool {
         let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
         let Law::Backlash { clear } = extra.law else { return false };
-        let springs = &self.whole.plant.reduced.equations.springs;
-        let number = springs.iter().position(|term| term.element == extra.element);
-        let own = |one: &Coefficient| one.kind == Kind::Stiffness && number.is_some_and(|k| one.terms.contains(&k));
-        let sought =
-            columns.identifiable.iter().position(|(identifiable, _)| own(&columns.coefficients[*identifiable]));
-        let model_stiffness = number.map_or(f64::NAN, |k| springs[k].value.stiffness.to_f64());
-        let stiffness = sought.map_or(model_stiffness, |column| tried.fit.values[column]);
+        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extra.element);
         !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
     }
 
@@ -536,16 +522,13 @@ impl<'a> Search<'a> {
         let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
         let folds: Vec<usize> = plain.samples.places.iter().map(|place| place.log).collect();
         let all: Vec<usize> = (0..folds.len()).collect();
-        let rms = |tried: &Tried| -> Option<Vec<f64>> {
+        let errors = |tried: &Tried| -> Option<Vec<f64>> {
             let (samples, r) = (&tried.samples, tried.samples.rows);
             let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
-            let of = |row: usize| {
-                let squares = all.iter().map(|&k| powi(samples.y(k)[row] - predicted[k * r + row], 2));
-                (squares.sum::<f64>() / all.len() as f64).sqrt()
-            };
-            Some((0..r).map(of).collect())
+            let error = |k: usize, row: usize| samples.y(k)[row] - predicted[k * r + row];
+            Some((0..r).map(|row| rms(all.len(), |k| error(k, row))).collect())
         };
-        let (Some(before), Some(after)) = (rms(plain), self.tried(&lasting).as_ref().and_then(rms)) else {
+        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting).as_ref().and_then(errors)) else {
             return Vec::new();
         };
         let names = self.row_names();

@@ -3,7 +3,8 @@
 use kardan_rt::functions::powi;
 
 use super::extra::Law;
-use super::fitted::{Fitted, short};
+use super::fitted::Fitted;
+use super::numbers::{rms, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
@@ -196,9 +197,6 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
 fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
     let Fitted { samples, fit, cross_validated, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
-    let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
-        ((0..n).map(|k| powi(of(k, row), 2)).sum::<f64>() / n.max(1) as f64).sqrt()
-    };
     fitted
         .row_names()
         .into_iter()
@@ -206,10 +204,9 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
         .map(|(row, name)| Validation {
             unit: fitted.row_unit(&name).into(),
             row: name,
-            torque: rms(&|k, row| samples.y(k)[row], row),
-            in_sample: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
-            cross_validated: cross_validated
-                .map(|cross_validated| rms(&|k, row| samples.y(k)[row] - cross_validated[k * r + row], row)),
+            torque: rms(n, |k| samples.y(k)[row]),
+            in_sample: rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row)),
+            cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
         })
         .collect()
 }
@@ -225,18 +222,17 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
         let width = m + 3 * samples.degrees_of_freedom;
         (0..n).any(|k| errors.slopes[k * size + row * width..][..m].iter().any(|x| *x != 0.0))
     };
-    let rms = |of: &dyn Fn(usize) -> f64| ((0..n).map(|k| powi(of(k), 2)).sum::<f64>() / n.max(1) as f64).sqrt();
-    let part = |row: usize, column: usize| rms(&|k| samples.x(k)[row * p + column]);
-    let noise = |row: usize| rms(&|k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
+    let part = |row: usize, column: usize| rms(n, |k| samples.x(k)[row * p + column]);
+    let noise = |row: usize| rms(n, |k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
     let mut out = Vec::new();
     for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
-        let measured = rms(&|k| samples.y(k)[row]);
+        let measured = rms(n, |k| samples.y(k)[row]);
         let sizes = |values: &dyn Fn(usize) -> f64| {
             (0..columns.identifiable.len()).map(|k| part(row, k) * values(k).abs()).fold(measured, f64::max)
         };
         let largest = sizes(&|k| fit.values[k]);
         let before = sizes(&|k| columns.coefficients[columns.identifiable[k].0].value);
-        let residual = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        let residual = rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row));
         if largest < NOTHING * before {
             out.push(format!(
                 "the coefficients of {name}, on which no measured torque acts, vanish: a term of it is missing, or its motion is \
