@@ -2,7 +2,7 @@
 
 use crate::study::measure::measures::{Window, measured};
 use crate::study::requests::safety_spec::{Effect, SafetySpec};
-use kardan_results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
+use kardan_results::{EffectMeasured, Outcome, Run, SafetyRow, SafetyVerdict, StateEntered};
 
 /// The evaluated signals of a run.
 pub(super) struct Traces {
@@ -64,17 +64,6 @@ fn is_true(value: f64) -> bool {
     value > 0.5
 }
 
-/// A run with a fault, judged.
-pub(super) struct Judged {
-    pub(super) detected_after: Option<f64>,
-    pub(super) detection_uncertainty: Option<f64>,
-    pub(super) reaction: Vec<StateEntered>,
-    pub(super) effects: Vec<EffectMeasured>,
-    pub(super) worst: Option<usize>,
-    pub(super) verdict: SafetyVerdict,
-    pub(super) note: Option<String>,
-}
-
 /// Start times of faults: the first and the last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Begins {
@@ -89,11 +78,12 @@ impl Begins {
     }
 }
 
-pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins) -> Judged {
+/// The row of a run with a fault, judged.
+pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins, row: SafetyRow) -> SafetyRow {
     let first = run.first(begins.all[0]);
     let at = detection(run, free, first);
     let detected_after = at.map(|row| begins.since(run.time[row]));
-    let detection_uncertainty = at.map(|row| {
+    let detection_resolution = at.map(|row| {
         let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
         before.min(begins.since(run.time[row]))
     });
@@ -121,14 +111,16 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     if run.failed.is_none() && before(run, free, first) {
         notes.push("the detection condition is true before the fault begins, with and without it".into());
     }
-    Judged {
-        detected_after,
-        detection_uncertainty,
+    SafetyRow {
+        fault_time: Some(begins.all[0]),
+        detection_time: detected_after,
+        detection_resolution,
         reaction: reaction(spec, run, free, (first, begins)),
         worst: worst(spec, &effects),
         effects,
         verdict,
         note: (!notes.is_empty()).then(|| notes.join("; ")),
+        ..row
     }
 }
 

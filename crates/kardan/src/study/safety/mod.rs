@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use judged::{Begins, Judged, Traces, judge};
+use judged::{Begins, Traces, judge};
 
 use crate::study::progress::Counted;
 use crate::study::read::variant_diagnostics::is_error;
@@ -76,6 +76,11 @@ impl Project {
             return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
         }
         let grid = combined(&lists);
+        let monitors = spec.monitors.iter().map(|name| MonitorOutcome {
+            name: name.clone(),
+            raised_by: Vec::new(),
+            false_alarms: Vec::new(),
+        });
         let mut out = Safety {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -84,7 +89,7 @@ impl Project {
             effects: spec.effects.iter().map(|effect| effect.definition.clone()).collect(),
             rows: Vec::with_capacity(all),
             missing: all,
-            monitors: spec.monitors.iter().map(|name| monitor_outcome(name)).collect(),
+            monitors: monitors.collect(),
             notes: cases.notes.clone(),
             warnings: diagnostics.iter().map(ToString::to_string).collect(),
         };
@@ -271,38 +276,26 @@ impl Table<'_> {
             if counted.stop().is_some() {
                 return None;
             }
-            let Some(begins) = begin(variant, faults) else {
+            let not_run = |verdict: SafetyVerdict, note: String| {
                 counted.count(1);
-                let note = "no part of the loop of this variant reads or computes the failing part".to_string();
-                return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
+                Some((self.row(name, faults, verdict, Some(note)), Vec::new()))
+            };
+            let Some(begins) = begin(variant, faults) else {
+                let note = "no part of the loop of this variant reads or computes the failing part";
+                return not_run(SafetyVerdict::Absent, note.into());
             };
             if variant.failing(faults).is_err() {
-                counted.count(1);
-                let note = "these faults affect one part at the same time".to_string();
-                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+                return not_run(SafetyVerdict::Failed, "these faults affect one part at the same time".into());
             }
             let (at, end) = (begins.all[1], variant.scenario.duration);
             if at >= end {
-                counted.count(1);
                 let note = format!("it would begin at {at} s, and the run ends at {end} s");
-                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+                return not_run(SafetyVerdict::Failed, note);
             }
             let traces = run(faults)?;
-            let Judged { detected_after, detection_uncertainty, reaction, effects, worst, verdict, note } =
-                judge(spec, &traces, &free, begins);
-            let begins = begins.all[0];
-            let raised = traces.raised_beside(&free, begins);
+            let raised = traces.raised_beside(&free, begins.all[0]);
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
-            let row = self.row(name, faults, verdict, note);
-            let row = SafetyRow {
-                fault_time: Some(begins),
-                detection_time: detected_after,
-                detection_resolution: detection_uncertainty,
-                reaction,
-                effects,
-                worst,
-                ..row
-            };
+            let row = judge(spec, &traces, &free, begins, self.row(name, faults, SafetyVerdict::Failed, None));
             Some((row, raised.collect::<Vec<_>>()))
         };
         let found: Vec<_> = self.cases.list.par_iter().map(one).collect();
@@ -387,10 +380,6 @@ fn in_shell(word: &str) -> String {
         true => word.to_string(),
         false => format!("'{}'", word.replace('\'', "'\\''")),
     }
-}
-
-fn monitor_outcome(name: &str) -> MonitorOutcome {
-    MonitorOutcome { name: name.to_string(), raised_by: Vec::new(), false_alarms: Vec::new() }
 }
 
 fn add_outcomes(all: &mut [MonitorOutcome], found: Vec<(usize, Option<String>, String)>) {
