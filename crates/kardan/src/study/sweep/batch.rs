@@ -151,19 +151,10 @@ impl<'p> Batch<'p> {
             *coefficient = coefficient.clone().named(name.clone());
             reduced.equations.run_parameters.push(name);
         }
-        let mut scenario = first.scenario.clone();
-        scenario.recorded = Some(recorded.clone());
-        let out = Self {
-            variant,
-            reduced,
-            scenario,
-            varying: varying.iter().map(|(slot, _)| *slot).collect(),
-            from: varying.iter().map(|(_, from)| *from).collect(),
-            tolerance,
-            count,
-            draws,
-            ready: Mutex::new(Vec::new()),
-        };
+        let scenario = Scenario { recorded: Some(recorded.clone()), ..first.scenario.clone() };
+        let (varying, from) = varying.into_iter().unzip();
+        let out =
+            Self { variant, reduced, scenario, varying, from, tolerance, count, draws, ready: Mutex::new(Vec::new()) };
         let first = out.ensemble()?;
         out.put_back(first);
         Ok(out)

@@ -283,12 +283,10 @@ impl Project {
         (chosen, batch): (&[(&PreparedVariant, &VariantSettings)], &[Option<Batch<'_>>]),
         counted: &Counted<'_>,
     ) -> Vec<SweepRow> {
-        let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
-            let values = values.clone();
-            SweepRow { sample, variant, values, ..blank(prepared) }
+        let of_sample = |(sample, values): (u64, &'v Vec<f64>)| {
+            (0..chosen.len()).map(move |variant| blank(prepared, (sample, variant), values))
         };
-        let mut found: Vec<SweepRow> =
-            cases.flat_map(|case| (0..chosen.len()).map(move |variant| blank(case, variant))).collect();
+        let mut found: Vec<SweepRow> = cases.flat_map(of_sample).collect();
         let apart = (plan.head.samples / (plan.head.samples / SELDOM).clamp(LEAST_COMPARED, COMPARED)).max(1);
         let (mut remaining, mut all_compared): (Vec<&mut SweepRow>, Vec<&mut SweepRow>) =
             (found.iter_mut().collect(), Vec::new());

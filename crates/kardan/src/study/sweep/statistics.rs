@@ -7,8 +7,7 @@ use super::points::Axis;
 use super::reasons::reasons;
 use kardan_math::num::Matrix;
 use kardan_results::{
-    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
-    SweptValues,
+    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptIndex, SweptRequirement, SweptShare, SweptValues,
 };
 
 /// Confidence of intervals of probabilities.
@@ -84,17 +83,13 @@ impl SweepStatistics<'_> {
         out.measured = self.spread(&out.variant, |row| row.measured[number]);
     }
 
-    pub fn fill_figure(&self, number: usize, out: &mut SweptFigure) {
-        out.values = self.spread(&out.variant, |row| row.figures[number]);
-    }
-
     /// Incomplete runs, by reason, the most frequent first.
     pub fn failures(&self) -> Vec<SweptFailure> {
         reasons(self.rows.iter(), self.variants)
     }
 
     /// The numbers of a variant; a value measured up to an early end does not count.
-    fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
+    pub fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
         let number = |row: SweepRowOf<'_>| if row.reason.is_empty() { number(row) } else { f64::NAN };
         let with: Vec<(SweepRowOf<'_>, f64)> =
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
