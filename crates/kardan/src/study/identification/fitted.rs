@@ -1,12 +1,14 @@
 //! A fit with its data.
 
 use super::backlashes::Backlash;
+use super::compare::Whole;
 use super::plant::{Columns, Plant};
 use super::request::FitRequest;
 use kardan_identify::{Coefficient, Fit, Samples};
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 
 pub(super) struct Fitted<'a> {
+    pub whole: &'a Whole<'a>,
     pub plant: &'a Plant,
     pub request: &'a FitRequest,
     pub columns: &'a Columns,
@@ -15,10 +17,6 @@ pub(super) struct Fitted<'a> {
     pub fit: &'a Fit,
     /// Cross-validated predictions, sample by sample, row by row.
     pub cross_validated: Option<&'a [f64]>,
-    pub method: &'a str,
-    pub window: f64,
-    /// Standard deviations of a window's angles, speeds and accelerations.
-    pub noise: &'a [Vec<f64>; 3],
     pub backlashes: &'a [Backlash],
 }
 

@@ -146,15 +146,14 @@ impl Project {
         chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
         let options = fit_options(&request, &chosen.columns, chosen.method);
         let fit = chosen.fit(&options)?;
-        let whole = Whole { document, settings: &set, request: &request, plant: &plant, chosen: &chosen };
-        Fitting { whole, material, options, fit, early }.validated(settings, progress)
+        let whole = Whole { document, settings: &set, material, request: &request, plant: &plant, chosen: &chosen };
+        Fitting { whole, options, fit, early }.validated(settings, progress)
     }
 }
 
 /// The identified parameters, before validation.
 struct Fitting<'a> {
     whole: Whole<'a>,
-    material: Material<'a>,
     options: FitOptions,
     fit: Fit,
     /// The fraction of the logs read, if not all.
@@ -186,7 +185,7 @@ impl Fitting<'_> {
             ..out.clone()
         });
         if request.compare && !ends() {
-            out.candidates = compare(&self.whole, &self.material, progress)?;
+            out.candidates = compare(&self.whole, progress)?;
             if out.candidates.is_empty() {
                 let note = "kardan has no models to compare: the requested terms are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
@@ -194,7 +193,7 @@ impl Fitting<'_> {
         }
         if request.suggest && !ends() {
             store_partial(&|| Identification { incomplete_reason: missing("suggestions are missing"), ..out.clone() });
-            out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.backlashes(), progress);
+            out.suggestions = suggest(&self.whole, &self.options, &self.backlashes(), progress);
         }
         if ends() {
             out.incomplete_reason = missing("the remaining validation and comparison are missing");
@@ -217,18 +216,16 @@ impl Fitting<'_> {
         let Whole { request, plant, chosen, .. } = self.whole;
         let backlashes = self.backlashes();
         let mut out = summary(&Fitted {
+            whole: &self.whole,
             plant,
             request,
             columns: &chosen.columns,
             samples: &chosen.samples,
             fit: &self.fit,
             cross_validated,
-            method: chosen.method.word(),
-            window: self.material.window,
-            noise: &chosen.built.noise,
             backlashes: &backlashes,
         });
-        out.logs = self.material.logs();
+        out.logs = self.whole.material.logs();
         out.windows = chosen.windows();
         out.notes.splice(0..0, chosen.notes.iter().cloned());
         out.warnings.splice(0..0, chosen.warnings.iter().cloned());

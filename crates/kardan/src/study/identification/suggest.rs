@@ -2,16 +2,15 @@
 
 use super::backlashes::Backlash;
 use super::channels::{Harmonic, Quantity};
-use super::compare::{Whole, align_places, fold_squares};
+use super::compare::{Whole, fold_squares};
 use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, stiffness};
 use super::fitting::{cross_validated, fit_options};
 use super::numbers::rms;
 use super::parameters::is_in_file;
-use super::plant::{Columns, columns, in_coordinates};
+use super::plant::{columns, in_coordinates};
 use super::request::{FitRequest, Method};
-use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
 use kardan_identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics};
@@ -102,7 +101,7 @@ impl Pooled {
 
 /// All candidate terms: of each friction, each measured torque, each angle, of gears and springs. A loss proportional to a torque is
 /// among them only in rows of the balance without that torque: otherwise the torque would explain itself.
-fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
+fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, request) = (whole.plant, whole.request);
     let equations = &plant.reduced.equations;
     let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
@@ -134,7 +133,7 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
         }
     }
     out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
-    out.extend(backlashes(whole, material));
+    out.extend(backlashes(whole));
     out.retain(|columns| !request.extras.iter().any(|own| own.term == columns[0].term));
     out
 }
@@ -173,10 +172,10 @@ fn round_to_two_digits(x: f64) -> f64 {
 
 /// A twist that certainly exceeds the backlash of a spring: more than half the width identified with it. None if that is nearly the
 /// largest twist.
-fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f64) -> Option<f64> {
+fn clear_of(whole: &Whole<'_>, spring: &str, largest: f64) -> Option<f64> {
     let mut clear = round_to_two_digits(CLEAR * largest);
     for _ in 0..CLEARINGS {
-        let half = half_width(whole, material, spring, clear)?;
+        let half = half_width(whole, spring, clear)?;
         if half * JUST_BEYOND < clear {
             return Some(clear);
         }
@@ -189,15 +188,10 @@ fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f
 }
 
 /// Half the width of the backlash of a spring, identified on windows above a twist.
-fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
+fn half_width(whole: &Whole<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
     own.extras.push(ExtraTerm::new(spring, Law::Backlash { clear }));
-    let all = columns(whole.plant, &own, whole.chosen.method);
-    let built = rows(whole.plant, &own, &all, material);
-    let samples = match whole.chosen.method {
-        Method::Steady => settled(&built, &own, material.window),
-        Method::Dynamic => built.samples,
-    };
+    let (all, samples) = whole.samples(whole.plant, &own, false);
     let chosen: Vec<usize> = (0..samples.len()).collect();
     let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
     let (_, stiffness) = stiffness(whole.plant, &all, &found, spring);
@@ -205,7 +199,7 @@ fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f
 }
 
 /// A backlash of each spring, with `min_deflection` a fraction of its largest twist.
-fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>> {
+fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);
     let damper = |element: &str| {
@@ -229,7 +223,7 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
         if is_sought || !(largest > 0.0) {
             continue;
         }
-        if let Some(clear) = clear_of(whole, material, &spring.element, largest) {
+        if let Some(clear) = clear_of(whole, &spring.element, largest) {
             out.push(vec![ExtraTerm::new(&spring.element, Law::Backlash { clear })]);
         }
     }
@@ -239,7 +233,6 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
 /// The samples with the columns of all terms, and the owner of each column.
 struct Search<'a> {
     whole: &'a Whole<'a>,
-    material: &'a Material<'a>,
     /// The fit options of the current model.
     options: &'a FitOptions,
     samples: Samples,
@@ -288,9 +281,9 @@ impl Validated {
 }
 
 impl<'a> Search<'a> {
-    fn new(whole: &'a Whole<'a>, material: &'a Material<'a>, options: &'a FitOptions) -> Self {
+    fn new(whole: &'a Whole<'a>, options: &'a FitOptions) -> Self {
         let chosen = whole.chosen;
-        let (mut orders, mut terms) = (&ORDERS[..], pool(whole, material, &ORDERS));
+        let (mut orders, mut terms) = (&ORDERS[..], pool(whole, &ORDERS));
         let columns_of_all: usize = terms.iter().map(Vec::len).sum();
         if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
             orders = &ORDERS[..QUICK_ORDERS];
@@ -301,7 +294,7 @@ impl<'a> Search<'a> {
         let mut pooled = Vec::new();
         for extras in terms {
             let mut single = FitRequest { extras, ..whole.request.clone() };
-            single.split_by_recording(whole.plant, material);
+            single.split_by_recording(whole.plant, &whole.material);
             if !single.extras.is_empty() {
                 let first = base + own.extras.len() - whole.request.extras.len();
                 let columns = (first..first + single.extras.len()).collect();
@@ -309,13 +302,7 @@ impl<'a> Search<'a> {
                 pooled.push(Pooled { extras: single.extras, columns, informative: Vec::new() });
             }
         }
-        let all = columns(whole.plant, &own, chosen.method);
-        let mut rows = rows(whole.plant, &own, &all, material);
-        align_places(&mut rows.samples, &chosen.built.samples);
-        let mut samples = match chosen.method {
-            Method::Steady => settled(&rows, &own, material.window),
-            Method::Dynamic => rows.samples,
-        };
+        let (_, mut samples) = whole.samples(whole.plant, &own, true);
         let (size, p) = (samples.rows * samples.columns, samples.columns);
         for one in &mut pooled {
             let is_informative =
@@ -335,7 +322,7 @@ impl<'a> Search<'a> {
             pooled.iter().any(|one: &Pooled| one.extras[0].harmonic().is_some_and(|own| own.order == *order))
         };
         let orders = orders.iter().copied().filter(harmonic).collect();
-        Self { whole, material, options, samples, pool: pooled, base, orders }
+        Self { whole, options, samples, pool: pooled, base, orders }
     }
 
     /// The model with some of the terms, on the samples with information about them.
@@ -511,7 +498,7 @@ impl<'a> Search<'a> {
     /// Each log predicted by the others, with the current model and with terms; without terms of single logs, which are unknown in
     /// a log that was not fitted.
     fn validation_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<ValidationLogs> {
-        let logs = self.material.recorded.len();
+        let logs = self.whole.material.recorded.len();
         if logs < LOGS || self.whole.chosen.method == Method::Steady {
             return Vec::new();
         }
@@ -558,12 +545,11 @@ impl<'a> Search<'a> {
 /// not fitted.
 pub(super) fn suggest(
     whole: &Whole<'_>,
-    material: &Material<'_>,
     options: &FitOptions,
     backlashes: &[Backlash],
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
-    let search = Search::new(whole, material, options);
+    let search = Search::new(whole, options);
     let mut out = Suggestions {
         harmonic_orders: search.orders.clone(),
         untested_terms: not_tried(whole),
@@ -580,17 +566,15 @@ pub(super) fn suggest(
     let validated = search.validated(&last);
     let mut own = whole.request.clone();
     own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
-    let own_columns: Columns = columns(whole.plant, &own, whole.chosen.method);
+    let own_columns = columns(whole.plant, &own, whole.chosen.method);
     let found = summary(&Fitted {
+        whole,
         plant: whole.plant,
         request: &own,
         columns: &own_columns,
         samples: &last.samples,
         fit: &last.fit,
         cross_validated: validated.as_ref().map(|one| one.predicted.as_slice()),
-        method: whole.chosen.method.word(),
-        window: material.window,
-        noise: &whole.chosen.built.noise,
         backlashes,
     });
     out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();

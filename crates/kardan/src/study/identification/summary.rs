@@ -29,7 +29,7 @@ const NOTHING: f64 = 1e-3;
 const NOISE: f64 = 0.01;
 
 pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
-    let Fitted { plant, request, columns, samples, fit, method, window, .. } = fitted;
+    let Fitted { whole, plant, request, columns, samples, fit, .. } = fitted;
     let inputs = &plant.reduced.equations.inputs;
     let names = |of: &dyn Fn(usize) -> bool| {
         (0..inputs.len()).filter(|&k| of(k)).map(|k| inputs[k].element.clone()).collect::<Vec<_>>()
@@ -40,8 +40,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
         mechanism: plant.model.mechanism.clone(),
-        method: (*method).to_string(),
-        window: *window,
+        method: whole.chosen.method.word().into(),
+        window: whole.material.window,
         measured: names(&|k| plant.torques[k].is_some()),
         eliminated: names(&|k| plant.unmeasured.contains(&k)),
         samples: samples.len(),
@@ -251,7 +251,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
 
 /// Parameters whose signal contains much sensor noise: errors of their regressor make them too small.
 fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
-    let Fitted { plant, columns, samples, noise, .. } = fitted;
+    let Fitted { whole, plant, columns, samples, .. } = fitted;
     let equations = &plant.reduced.equations;
     let basis = plant.basis();
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
@@ -267,7 +267,7 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
         };
         let g = in_coordinates(equations.coefficient_row((one.kind, term)), &basis);
         let square = (0..samples.len()).map(|s| powi(dot(&g, samples.motion(s, part)), 2)).sum::<f64>();
-        let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
+        let variance: f64 = g.iter().zip(&whole.chosen.built.noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
         let share = variance / windows / (square / samples.len().max(1) as f64);
         if share > NOISE {
             out.push(format!(
