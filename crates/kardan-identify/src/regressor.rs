@@ -34,6 +34,27 @@ pub struct Variances<'a> {
     pub acceleration: &'a [f64],
 }
 
+/// What a regressor contains besides the coefficients of a model.
+pub struct RegressorOptions {
+    /// Further columns, after those of the coefficients.
+    pub extras: Vec<Extra>,
+    /// Torques of expressions with open parameters, the values of these for the propagated noise, and the numbers of the harmonics that
+    /// they use.
+    pub laws: (LawTorques, Vec<f64>, Vec<usize>),
+    /// Load-dependent gear losses.
+    pub teeth: Vec<Teeth>,
+    /// Backlashes, whose torques are among the unmeasured ones.
+    pub backlashes: Vec<Teeth>,
+    /// Whether windows with unknown gear losses and backlashes count: their columns are NaN.
+    pub lenient: bool,
+    /// Time of a mean, s: a sign is known if the speed does not change it over that time.
+    pub window: f64,
+    /// The speed of each friction below which its sign is unknown, rad/s.
+    pub rest_speeds: Vec<f64>,
+    /// Whether [`Regressor::errors`] contains the effect of errors of the measured motion.
+    pub errors: bool,
+}
+
 /// A term: its direction over the shafts, its relaxed angle (of a spring).
 struct Term {
     row: Vec<(usize, f64)>,
@@ -176,19 +197,6 @@ impl Regressor {
         }
     }
 
-    /// The same with the effect of errors of the measured motion on the rows, by column; after [`Self::with_extras`]. [`Self::errors`] then
-    /// fills it, and [`super::Samples::with_errors`] requests it.
-    pub fn with_errors(mut self) -> Self {
-        let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
-            (*kind != Kind::Friction as usize).then_some((column, *kind))
-        };
-        let error_columns: Vec<(usize, usize)> = self.coefficients.iter().enumerate().filter_map(motion).collect();
-        self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
-        self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        self.error_columns = Some(error_columns);
-        self
-    }
-
     /// The columns with computed errors.
     pub fn error_columns(&self) -> Option<&[(usize, usize)]> {
         self.error_columns.as_deref()
@@ -213,16 +221,18 @@ impl Regressor {
         }
     }
 
-    /// The same with more columns, after those of the coefficients.
+    /// The same with further columns, laws, gear losses and backlashes.
     ///
     /// # Panics
-    /// If a number is not that of a friction, a spring or an input.
-    pub fn with_extras(mut self, extras: &[Extra]) -> Self {
-        for extra in extras {
+    /// If a number is not that of a friction, a spring, an input or a gear, or there is not a speed of rest for each friction.
+    pub fn with(mut self, options: RegressorOptions) -> Self {
+        let RegressorOptions { extras, laws, teeth, backlashes, lenient, window, rest_speeds, errors } = options;
+        assert_eq!(rest_speeds.len(), self.rest_speeds.len(), "one for each friction");
+        for extra in &extras {
             let exists = match *extra {
                 Extra::Backlash { spring, .. } => spring < self.terms[Kind::Stiffness as usize].len(),
                 Extra::Offset { input } => input < self.inputs.len(),
-                Extra::Teeth { teeth, .. } => teeth < self.teeth.len(),
+                Extra::Teeth { teeth: number, .. } => number < teeth.len(),
                 _ => extra.friction().is_none_or(|k| k < self.terms[Kind::Friction as usize].len()),
             };
             assert!(exists, "a friction, a spring, an input or a gear of the model");
@@ -233,43 +243,20 @@ impl Regressor {
         }
         let fitted = |extra: &Extra, k: usize| matches!(extra, Extra::Stribeck { friction } if *friction == k);
         self.stribeck.retain(|(k, ..)| !extras.iter().any(|extra| fitted(extra, *k)));
-        self.width += extras.len();
-        self.width -= self.extras.len();
-        self.extras = extras.to_vec();
-        let all = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
-        let harmonics = all.max().map_or(0, |most| most + 1);
-        self.harmonics = vec![0.0; harmonics];
-        self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        self
-    }
-
-    /// The same with torques of expressions with open parameters, at these values for the propagated noise, and the numbers of the
-    /// harmonics that they use; before [`Self::with_extras`].
-    pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
-        self.law_torques = torques;
-        self.law_values = values.to_vec();
-        self.law_harmonics = harmonics.to_vec();
-        self.law_waves = vec![0.0; harmonics.len()];
-        self
-    }
-
-    /// The same with load-dependent gear losses; before [`Self::with_extras`].
-    pub fn with_teeth(mut self, teeth: Vec<Teeth>) -> Self {
+        (self.law_torques, self.law_values, self.law_harmonics) = laws;
+        self.law_waves = vec![0.0; self.law_harmonics.len()];
+        let harmonics = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        self.harmonics = vec![0.0; harmonics.max().map_or(0, |most| most + 1)];
         self.carried = vec![None; teeth.len()];
-        self.teeth = teeth;
-        self
-    }
-
-    /// The same, but windows with unknown gear losses and backlashes count: their columns are NaN.
-    pub fn lenient(mut self, lenient: bool) -> Self {
-        self.lenient = lenient;
-        self
-    }
-
-    /// The same with backlashes, whose torques are among the unmeasured ones.
-    pub fn with_backlashes(mut self, backlashes: Vec<Teeth>) -> Self {
-        self.backlashes = backlashes;
-        self
+        self.width += extras.len();
+        if errors {
+            let kinds = self.coefficients.iter().map(|(kind, _)| *kind).enumerate();
+            let error_columns: Vec<_> = kinds.filter(|(_, kind)| *kind != Kind::Friction as usize).collect();
+            self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
+            self.error_columns = Some(error_columns);
+        }
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
+        Self { extras, teeth, backlashes, lenient, half: window / 2.0, rest_speeds, ..self }
     }
 
     /// The angle of a backlash (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without the contribution of the columns to that
@@ -307,22 +294,6 @@ impl Regressor {
             }
         }
         Some([own.projection(&self.kinematics.angles), fixed])
-    }
-
-    /// The same with a separate speed for each friction of the equations, below which its sign is unknown, rad/s.
-    ///
-    /// # Panics
-    /// If there is not one for each.
-    pub fn with_rest_speeds(mut self, speeds: &[f64]) -> Self {
-        assert_eq!(speeds.len(), self.rest_speeds.len(), "one for each friction");
-        self.rest_speeds.copy_from_slice(speeds);
-        self
-    }
-
-    /// The same for means over a time (s): a sign is known if the speed does not change it over that time.
-    pub fn with_window(mut self, width: f64) -> Self {
-        self.half = width / 2.0;
-        self
     }
 
     /// Location of the next motion in the logs, for extra columns and laws that need it: its recording, the time since its start and its clock

@@ -11,7 +11,8 @@ use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::reading::Recording;
 use super::request::FitRequest;
 use kardan_identify::{
-    Coefficient, Extra, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
+    Coefficient, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Variances, Where,
+    steady_segments,
 };
 use kardan_math::num::{Matrix, Rational, dot, echelon, rational_to_f64};
 use kardan_mechanics::equations::{Domain, UnilateralConstraint};
@@ -84,19 +85,19 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut backlashes, cuts): (Vec<Backlash>, Vec<_>) = cut_backlashes(plant, columns, request).into_iter().unzip();
     backlashes.iter_mut().zip(&cuts).for_each(|(backlash, cut)| backlash.grain = grain(plant, cut, &basis, material));
-    let (torques, values, waves) =
+    let laws =
         law_torques(&reduced, &request.extras, &plant.harmonics).expect("the plant was checked for more of them");
-    let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0)
-        .with_laws(torques, &values, &waves)
-        .with_teeth(teeth)
-        .with_backlashes(cuts)
-        .with_extras(&columns.extras)
-        .lenient(request.lenient)
-        .with_window(material.window)
-        .with_rest_speeds(rest);
-    if has_silent_rows(plant, &reduced, material) {
-        regressor = regressor.with_errors();
-    }
+    let options = RegressorOptions {
+        extras: columns.extras.clone(),
+        laws,
+        teeth,
+        backlashes: cuts,
+        lenient: request.lenient,
+        window: material.window,
+        rest_speeds: rest.to_vec(),
+        errors: has_silent_rows(plant, &reduced, material),
+    };
+    let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0).with(options);
     let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
     if let Some(error_columns) = regressor.error_columns() {
         samples = samples.with_errors(error_columns.to_vec());
