@@ -1,14 +1,17 @@
 //! Repeats rows of a sweep as full runs.
 
+use super::batch::Batch;
 use super::integrated;
 use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::varied::Varied;
+use crate::study::run::runs::tolerance;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 use kardan_model::{Setting, VariantSettings};
 use kardan_results::{ParameterValue, RowAgain, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_simulate::Method;
 
 /// Most rows of one repetition.
 const MOST_ROWS: usize = 100;
@@ -114,7 +117,8 @@ impl Project {
         let prepared = self.prepared();
         let number = prepared.all().position(|candidate| candidate.name == variant.name)?;
         let (recorded, one_lane) = (recorded_signals(prepared), Some(1));
-        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent).ok()?;
+        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, &Silent));
+        let lanes = Batch::new(self, (variant, own), spread, (tolerance, &recorded, (one_lane, draws))).ok()?;
         let mut row = blank(prepared, (sample, number), values);
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)

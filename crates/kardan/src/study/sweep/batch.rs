@@ -10,13 +10,13 @@ use crate::study::measure::figure::FigureOf;
 use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::requests::varied::Varied;
 use crate::study::run::runs::judged;
-use crate::study::{Prepared, PreparedVariant};
+use crate::study::{Prepared, PreparedVariant, Project};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::Reduced;
+use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
-use kardan_model::{Document, VariantSettings};
 use kardan_results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
 pub use kardan_simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 
@@ -106,16 +106,18 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. No tolerance: the user
+    /// requested a method.
     ///
     /// # Errors
-    /// The further difference that prevents lanes.
+    /// The further difference that prevents lanes; empty if the user requested a method.
     pub fn new(
-        (document, prepared): (&Document, &Prepared),
+        project: &Project,
         (variant, own): (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
-        (tolerance, recorded, (count, draws)): (Tolerance, &Recorded, (Option<usize>, bool)),
+        (tolerance, recorded, (count, draws)): (Option<Tolerance>, &Recorded, (Option<usize>, bool)),
     ) -> Result<Self, String> {
+        let (prepared, tolerance) = (project.prepared(), tolerance.ok_or_else(String::new)?);
         let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
             FigureOf::Measure(measure) => Some(&**measure),
             FigureOf::Value(_) => None,
@@ -127,7 +129,7 @@ impl<'p> Batch<'p> {
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let found = sampled(document, (variant, own), spread, (values, None)).ok();
+            let found = sampled(project.document(), (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;

@@ -194,8 +194,9 @@ impl Project {
         let rows_of_block = |block: u64| previous.range(plan.samples_of(block..block + 1));
         let mut stopping_rule = StoppingRule::of(plan);
         let recorded = recorded_signals(prepared);
+        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, progress));
         let lanes =
-            |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, (plan.lanes, plan.draws())), progress);
+            |variant| Batch::new(self, variant, &plan.spread, (tolerance, &recorded, (plan.lanes, plan.draws())));
         let found: Vec<Result<Batch<'_>, String>> = chosen.iter().copied().map(lanes).collect();
         if plan.own_blocks().any(|block| rows_of_block(block).is_empty()) {
             note_scalar_runs(&chosen, &found, progress);
@@ -345,26 +346,6 @@ impl Project {
                 }
             }
         }
-    }
-
-    /// Lanes for a variant.
-    ///
-    /// # Errors
-    /// Why its runs cannot use lanes; empty if the user requested a method.
-    fn lanes_of<'p>(
-        &self,
-        variant: (&'p PreparedVariant, &VariantSettings),
-        spread: &[Varied],
-        settings: &Settings,
-        (recorded, lanes): (&Recorded, (Option<usize>, bool)),
-        progress: &dyn Progress,
-    ) -> Result<Batch<'p>, String> {
-        if settings.method != Method::Automatic {
-            return Err(String::new());
-        }
-        let prepared = self.prepared();
-        let tolerance = tolerance(prepared, settings, progress);
-        Batch::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
     }
 }
 
