@@ -49,6 +49,11 @@ impl Balance<'_> {
         self.reduced.equations.gear_losses().map(|(unilateral, gear)| self.cut(unilateral, gear))
     }
 
+    /// The requested loss of a gear.
+    fn gear_loss(&self, element: &str) -> Option<&ExtraTerm> {
+        self.request.extras.iter().find(|one| one.element == element && matches!(one.law, Law::Teeth { .. }))
+    }
+
     fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
@@ -91,12 +96,7 @@ impl Balance<'_> {
             }
         }
         try_condition(&unilateral.row, &mut motion);
-        let sought = self
-            .request
-            .extras
-            .iter()
-            .any(|one| one.element == unilateral.element && matches!(one.law, Law::Teeth { .. }));
-        let fixed = !sought && !is_lossless(gear);
+        let fixed = self.gear_loss(&unilateral.element).is_none() && !is_lossless(gear);
         let [forth, back] = [&gear.forth, &gear.back].map(|part| if fixed { part.to_f64() } else { 0.0 });
         let loss = gear.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
         let teeth = Teeth {
@@ -197,11 +197,9 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
 /// Errors of gear-loss terms, and notes about other gears.
 pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
-    let request = balance.request;
     for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(balance.cuts()) {
         let element = &unilateral.element;
-        let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
-        match (cut, own) {
+        match (cut, balance.gear_loss(element)) {
             (Err(why), Some(own)) => {
                 let message = format!("the gear loss of `{element}` cannot be identified: {why}");
                 return Err(vec![Diagnostic::error("identify::gear-loss", message)

@@ -267,11 +267,8 @@ impl Declared<'_> {
         let element = self.element(direction, out);
         let torque = self.element("torque", out);
         let own = |law: Law| vec![ExtraTerm::new(&element, law)];
-        let translational = self
-            .document
-            .elements
-            .iter()
-            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.translational));
+        let own_element = self.document.elements.get(&element);
+        let translational = own_element.is_some_and(|one| one.kind.keyword == "mass" || one.table.translational);
         let domain = if translational { Domain::Translation } else { Domain::Rotation };
         let reader = TableReader::new(self.document, &[]);
         let mut number = |key: &str, dimension: Dimension| {

@@ -168,13 +168,8 @@ impl Fitted<'_> {
             self.request.backlashes.as_ref().is_none_or(|backlashes| backlashes.contains(&backlash.element))
         };
         let of = |backlash: &Backlash| {
-            let stops = self
-                .plant
-                .reduced
-                .equations
-                .unilaterals
-                .iter()
-                .filter(|unilateral| unilateral.element == backlash.element);
+            let unilaterals = self.plant.reduced.equations.unilaterals.iter();
+            let stops = unilaterals.filter(|unilateral| unilateral.element == backlash.element);
             // δ is at most the first value, and at least the negative of the second.
             let ends = stops.map(|unilateral| match &unilateral.value {
                 UnilateralConstraint::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],

@@ -215,11 +215,8 @@ fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
             largest =
                 largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
         }
-        let is_sought = whole
-            .request
-            .extras
-            .iter()
-            .any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
+        let own = |extra: &ExtraTerm| extra.element == spring.element && matches!(extra.law, Law::Backlash { .. });
+        let is_sought = whole.request.extras.iter().any(own);
         if is_sought || !(largest > 0.0) {
             continue;
         }

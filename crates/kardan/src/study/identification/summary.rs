@@ -90,12 +90,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
 
 /// `a.inertia up by 1 and b.inertia down by 9`
 fn free_combination(row: &[Rational], columns: &Columns) -> String {
-    let parts: Vec<(f64, &str)> = row
-        .iter()
-        .zip(&columns.coefficients)
-        .filter(|(x, _)| **x != Rational::ZERO)
-        .map(|(x, one)| (rational_to_f64(x), one.name.as_str()))
-        .collect();
+    let entering = row.iter().zip(&columns.coefficients).filter(|(x, _)| **x != Rational::ZERO);
+    let parts: Vec<(f64, &str)> = entering.map(|(x, one)| (rational_to_f64(x), one.name.as_str())).collect();
     if let [(_, name)] = parts.as_slice() {
         return format!("{name}: it does not enter the torques of this kind of test");
     }
@@ -117,18 +113,14 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
     for row in &fit.undetermined {
         // The combination as fractions of its largest entry, scaled by the size of each column.
         let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        let parts: Vec<String> = row
-            .iter()
-            .zip(&names)
-            .filter(|(x, _)| x.abs() > 1e-6 * largest)
-            .map(|(x, name)| format!("{} {name}", short(x / largest)))
-            .collect();
+        let parts: Vec<_> = row.iter().zip(&names).filter(|(x, _)| x.abs() > 1e-6 * largest).collect();
         out.push(match parts.as_slice() {
-            [_] => format!(
-                "{}: what it acts on never moved in the logs",
-                names[row.iter().position(|x| x.abs() > 1e-6 * largest).unwrap_or(0)]
-            ),
-            _ => format!("in these logs {} always occur together", parts.join(" : ")),
+            [(_, name)] => format!("{name}: what it acts on never moved in the logs"),
+            _ => {
+                let parts: Vec<String> =
+                    parts.iter().map(|(x, name)| format!("{} {name}", short(*x / largest))).collect();
+                format!("in these logs {} always occur together", parts.join(" : "))
+            }
         });
     }
     let count = columns.identifiable.len() + fitted.request.extras.len();

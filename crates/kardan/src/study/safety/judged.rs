@@ -87,16 +87,11 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
         let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
         before.min(begins.since(run.time[row]))
     });
-    let measures = spec.effects.iter().enumerate();
-    let found: Vec<Result<f64, &str>> = measures
-        .map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins)))
-        .collect();
-    let effects: Vec<EffectMeasured> = spec
-        .effects
-        .iter()
-        .zip(&found)
-        .map(|(effect, found)| measured_effect(effect, found.as_ref().ok().copied()))
-        .collect();
+    let one =
+        |(k, effect): (usize, &Effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins));
+    let found: Vec<Result<f64, &str>> = spec.effects.iter().enumerate().map(one).collect();
+    let pairs = spec.effects.iter().zip(&found);
+    let effects: Vec<EffectMeasured> = pairs.map(|(effect, found)| measured_effect(effect, found.ok())).collect();
     let in_time =
         detected_after.is_some_and(|after| spec.detection_time_limit.is_none_or(|limit| after <= limit * (1.0 + 1e-9)));
     let verdict = match run.failed.as_ref().or(free.failed.as_ref()) {

@@ -407,12 +407,8 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     {
         out.notes.push(format!("No fault of this list makes `{condition}` true."));
     }
-    let alarms: BTreeSet<&str> = out
-        .rows
-        .iter()
-        .filter(|row| row.verdict == SafetyVerdict::FalseAlarm)
-        .map(|row| row.variant.as_str())
-        .collect();
+    let false_alarms = out.rows.iter().filter(|row| row.verdict == SafetyVerdict::FalseAlarm);
+    let alarms: BTreeSet<&str> = false_alarms.map(|row| row.variant.as_str()).collect();
     if !alarms.is_empty() {
         out.notes.push(format!("The detection condition is true without a fault in {}.", quoted(alarms)));
     }

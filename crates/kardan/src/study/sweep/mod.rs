@@ -182,12 +182,8 @@ impl Project {
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
         let all_settings = self.document().variant_settings();
-        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan
-            .head
-            .variants
-            .iter()
-            .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
-            .collect();
+        let named = |name: &String| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name);
+        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan.head.variants.iter().filter_map(named).collect();
         let requested = plan.samples_of(plan.own_blocks()).count();
         let counted = Counted::new(progress, rows.len(), requested.saturating_mul(chosen.len())).of_whole_runs();
         let previous = std::mem::take(rows).in_order();

@@ -171,11 +171,9 @@ impl SweepStatistics<'_> {
         let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
         let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
         let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
-        let mut shares: Vec<SweptShare> = moving
-            .iter()
-            .enumerate()
-            .map(|(i, &j)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] })
-            .collect();
+        let share =
+            |(i, &j): (usize, &usize)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] };
+        let mut shares: Vec<SweptShare> = moving.iter().enumerate().map(share).collect();
         shares.sort_by(|a, b| b.slope.abs().total_cmp(&a.slope.abs()));
         (shares, Some(explained.clamp(0.0, 1.0)))
     }
