@@ -257,7 +257,7 @@ fn prepare_excluding(
     if fails(&out) {
         return Err(out);
     }
-    let chosen = choose(&prepared.variants, settings).map_err(|diagnostic| vec![*diagnostic])?;
+    let chosen = choose(&prepared.variants, settings)?;
     let nominal = Arc::clone(&prepared.variants[chosen]);
     let own = document.variant_settings().swap_remove(chosen).settings;
     let mut spec = BenchSpec::read(document, &own, &mut out);
@@ -318,14 +318,12 @@ fn prepare_excluding(
 }
 
 /// The number of the selected variant.
-fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
+fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Vec<Diagnostic>> {
     if let Some(name) = &settings.variant {
         let names = || variants.iter().map(|variant| variant.name.as_str());
         return names().position(|candidate| candidate == name).ok_or_else(|| {
-            let help = unknown_name(name, names());
-            Box::new(
-                Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help),
-            )
+            let message = format!("there is no variant `{}`", shortened(name));
+            vec![Diagnostic::error("variant::unknown", message).help(unknown_name(name, names()))]
         });
     }
     let BenchRun::Control(name) = &settings.run else { return Ok(0) };
@@ -339,9 +337,8 @@ fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result
             true => "the file has no `[control.NAME]`".to_string(),
             false => unknown_name(name, all),
         };
-        Box::new(
-            Diagnostic::error("control::unknown", format!("there is no controller `{}`", shortened(name))).help(help),
-        )
+        let message = format!("there is no controller `{}`", shortened(name));
+        vec![Diagnostic::error("control::unknown", message).help(help)]
     })
 }
 
