@@ -153,6 +153,7 @@ impl Regressor {
                 }
             }
         }
+        let formulas: Vec<_> = equations.laws.iter().map(|law| law.value.as_ref()).collect();
         let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
             fixed,
@@ -171,7 +172,7 @@ impl Regressor {
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
-            law_torques: law_torques_of(reduced),
+            law_torques: LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open"),
             law_values: Vec::new(),
             law_harmonics: Vec::new(),
             law_waves: Vec::new(),
@@ -404,10 +405,4 @@ fn direction<'a>(
             None => &[],
         },
     }
-}
-
-/// The laws of torques of a model, with all parameters known.
-fn law_torques_of(reduced: &Reduced) -> LawTorques {
-    let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
-    LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
 }

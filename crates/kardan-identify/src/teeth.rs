@@ -20,11 +20,6 @@ pub struct Teeth {
 }
 
 impl Teeth {
-    /// Whether their loss is unknown.
-    pub fn loses_nothing(&self) -> bool {
-        self.loss.is_none() && self.fixed == [0.0; 2]
-    }
-
     /// `zᵀa`
     pub fn lever(&self) -> f64 {
         self.projection(&self.cut)

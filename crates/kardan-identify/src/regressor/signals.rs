@@ -101,7 +101,7 @@ impl Regressor {
 
     /// Gear losses, with the values of the file.
     pub(super) fn lost(&mut self, teeth: usize) -> Option<f64> {
-        if self.teeth[teeth].loses_nothing() {
+        if self.teeth[teeth].loss.is_none() && self.teeth[teeth].fixed == [0.0; 2] {
             return Some(0.0);
         }
         let [carried, sign] = self.carried[teeth]?;

@@ -64,11 +64,6 @@ impl Quantity {
         matches!(self, Self::Speed(own, _) if own == shaft)
     }
 
-    /// Whether it is the speed of a shaft.
-    fn is_turning(&self) -> bool {
-        matches!(self, Self::Speed(..)) && self.dimension() == Dimension::ANGULAR_VELOCITY
-    }
-
     /// Whether it is the torque or the force of an input.
     pub fn is_torque_of(&self, input: &str) -> bool {
         matches!(self, Self::Torque(own, _) if own == input)
@@ -208,10 +203,11 @@ pub(super) fn wire_by_name(
 fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     let unit = unit.trim();
     let per_minute = Exact::from_ratio(1, 60);
+    let is_turning = matches!(quantity, Quantity::Speed(..)) && quantity.dimension() == Dimension::ANGULAR_VELOCITY;
     match header_unit(unit) {
         Ok((factor, dimension)) if dimension == quantity.dimension() => Ok(factor.to_f64()),
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => Ok(1.0),
-        Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => {
+        Ok((factor, dimension)) if is_turning && dimension == Dimension::FREQUENCY => {
             match factor == per_minute {
                 // Radians per minute is not a usual unit.
                 true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),

@@ -11,8 +11,8 @@ use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::reading::Recording;
 use super::request::FitRequest;
 use kardan_identify::{
-    Coefficient, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Variances, Where,
-    steady_segments,
+    Coefficient, Errors, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Variances,
+    Where, steady_segments,
 };
 use kardan_math::num::{Matrix, Rational, dot, echelon, rational_to_f64};
 use kardan_mechanics::equations::{Domain, UnilateralConstraint};
@@ -99,8 +99,8 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     };
     let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0).with(options);
     let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
-    if let Some(error_columns) = regressor.error_columns() {
-        samples = samples.with_errors(error_columns.to_vec());
+    if let Some(columns) = regressor.error_columns() {
+        samples.errors = Some(Errors { columns: columns.to_vec(), ..Errors::default() });
     }
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];

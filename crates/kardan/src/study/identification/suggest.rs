@@ -81,10 +81,6 @@ impl Pooled {
         &self.extras[0].term
     }
 
-    fn is_harmonic(&self) -> bool {
-        self.extras[0].harmonic().is_some()
-    }
-
     /// Whether a missing term of this kind may explain a failing test.
     fn is_raised_by(&self, test: TestKind) -> bool {
         match self.extras[0].law {
@@ -458,7 +454,7 @@ impl<'a> Search<'a> {
         for (number, &(k, test)) in trials.iter().enumerate() {
             progress.advance(1, "suggestions", number as f64 / trials.len() as f64);
             let (suggestion, gain) = self.attempt(k, test, level, (now, &before), accepted);
-            if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
+            if self.pool[k].extras[0].harmonic().is_some() && suggestion.gain.is_none() {
                 out.insignificant_harmonics += 1;
                 continue;
             }
