@@ -98,16 +98,15 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
 
 /// Fits rows as they are.
 fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted: usize) -> Option<Fit> {
-    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten();
-    let shapes = (0..samples.extras)
-        .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (fixed_speed(k).unwrap_or(1.0), shape)))
-        .collect();
+    let shape_of = |k: usize| options.shapes.get(k).copied().flatten();
+    let starting = |k: usize| shape_of(k).map(|(shape, speed)| (speed.unwrap_or(1.0), shape));
+    let shapes = (0..samples.extras).map(starting).collect();
     let mut data = Whitened::new(samples, chosen, shapes);
     if data.len() == 0 {
         return None;
     }
     let searched: Vec<usize> =
-        (0..samples.extras).filter(|&k| data.shapes[k].is_some() && fixed_speed(k).is_none()).collect();
+        (0..samples.extras).filter(|&k| shape_of(k).is_some_and(|(_, speed)| speed.is_none())).collect();
     let mut at_end = Vec::new();
     for round in 0..if searched.len() > 1 { 3 } else { 1 } {
         at_end.clear();

@@ -108,7 +108,7 @@ impl Linearised<'_> {
 pub(super) fn standard_errors(data: &Whitened, solution: &Solution, options: &FitOptions) -> StandardErrors {
     let Whitened { shapes, weights, .. } = data;
     let (p, w) = (data.columns, data.columns - data.extras);
-    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten().is_some();
+    let fixed_speed = |k: usize| options.shapes.get(k).copied().flatten().is_some_and(|(_, speed)| speed.is_some());
     let searched: Vec<usize> =
         (0..data.extras).filter(|&k| shapes[k].is_some() && !fixed_speed(k) && solution.values[w + k] != 0.0).collect();
     let linearised = Linearised { data, solution, searched };

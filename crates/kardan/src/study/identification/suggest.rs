@@ -336,9 +336,7 @@ impl<'a> Search<'a> {
             samples = samples.averaged(&retained.map(|k| k..k + 1).collect::<Vec<_>>());
         }
         let mut options = self.options.clone();
-        let shapes =
-            terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
-        options.shapes.extend(shapes);
+        options.shapes.extend(terms.iter().flat_map(|&k| &self.pool[k].extras).map(ExtraTerm::shape));
         let all: Vec<usize> = (0..samples.len()).collect();
         let fit = fit(&samples, &all, &options)?;
         Some(Tried { samples, options, fit })
