@@ -122,14 +122,14 @@ pub(super) fn unknown_parameter(
         ));
         return None;
     }
-    let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
-    let help = unknown_name(name, names());
-    let help = match signal_name::parameter(name) {
-        Some((element, key)) => kind_of_parameter(key).map_or(help, |(kind, of)| {
-            format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
-        }),
-        None => help,
-    };
+    let declared = signal_name::parameter(name).and_then(|(element, key)| {
+        let (kind, of) = kind_of_parameter(key)?;
+        Some(format!(
+            "declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`"
+        ))
+    });
+    let names = all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
+    let help = declared.unwrap_or_else(|| unknown_name(name, names));
     out.push(
         Diagnostic::error("name::unknown", format!("the model has no parameter `{}` to identify", shortened(name)))
             .help(help),

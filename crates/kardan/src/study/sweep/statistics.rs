@@ -4,11 +4,8 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::indices::{effects, sobol_indices};
 use super::points::Axis;
-use super::reasons::reasons;
 use kardan_math::num::Matrix;
-use kardan_results::{
-    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptIndex, SweptRequirement, SweptShare, SweptValues,
-};
+use kardan_results::{SweepRowOf, SweepRows, SweptEffect, SweptIndex, SweptRequirement, SweptShare, SweptValues};
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
@@ -81,11 +78,6 @@ impl SweepStatistics<'_> {
             out.interval = Some(clopper_pearson(passed, all, self.confidence));
         }
         out.measured = self.spread(&out.variant, |row| row.measured[number]);
-    }
-
-    /// Incomplete runs, by reason, the most frequent first.
-    pub fn failures(&self) -> Vec<SweptFailure> {
-        reasons(self.rows.iter(), self.variants)
     }
 
     /// The numbers of a variant; a value measured up to an early end does not count.

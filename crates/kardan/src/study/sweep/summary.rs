@@ -3,6 +3,7 @@
 use super::goal::{InterimAnalyses, SweepGoal};
 use super::plan::{Shard, SweepPlan};
 use super::points::moved;
+use super::reasons::reasons;
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
@@ -36,7 +37,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
             true => 0,
             false => (own_samples.end - own_samples.start) * plan.head.variants.len() as u64 - rows.len() as u64,
         },
-        failures: statistics.failures(),
+        failures: reasons(rows.iter(), &plan.head.variants),
         compared: compared(plan, rows),
         confidence: CONFIDENCE,
         stopping_rule: until,
