@@ -395,13 +395,9 @@ pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
     }
     let table = entries.table("bench").and_then(|bench| bench.get("truth"));
     table.and_then(Named::read).ok_or_else(|| {
-        vec![
-            Diagnostic::error(
-                "bench::truth",
-                "the file with the true values has no table `[bench.truth]` of quantities",
-            )
-            .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
-        ]
+        let message = "the file with the true values has no table `[bench.truth]` of quantities";
+        let help = "write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`";
+        vec![Diagnostic::error("bench::truth", message).help(help)]
     })
 }
 
@@ -513,16 +509,12 @@ impl PreparedBench {
         let spec = &self.spec;
         let declared = signal_names(&self.plant, &self.scenario);
         let equations = &self.plant.equations;
-        let readings: Vec<(String, String)> = encoders(&self.plant)
-            .into_iter()
-            .map(|(sensor, shaft)| {
-                (
-                    signal_name::Quantity::Angle.of(&equations.coordinates[shaft]),
-                    signal_name::Quantity::Angle.of(&sensor),
-                )
-            })
-            .collect();
-        let motor = |k: usize| signal_name::Quantity::Torque.of(&equations.inputs[k].element);
+        let angle_of = |name: &String| signal_name::Quantity::Angle.of(name);
+        let torque_of = |name: &String| signal_name::Quantity::Torque.of(name);
+        let readings = encoders(&self.plant).into_iter();
+        let readings: Vec<(String, String)> =
+            readings.map(|(sensor, shaft)| (angle_of(&equations.coordinates[shaft]), angle_of(&sensor))).collect();
+        let motor = |k: usize| torque_of(&equations.inputs[k].element);
         let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
         if names.is_empty() && !excited {
             names = declared.iter().map(|(name, _)| name.clone()).collect();
@@ -530,16 +522,13 @@ impl PreparedBench {
         if names.is_empty() {
             names = readings.iter().map(|(angle, _)| angle.clone()).collect();
             if names.is_empty() {
-                names =
-                    self.plant.coordinate_names().iter().map(|name| signal_name::Quantity::Angle.of(name)).collect();
+                names = self.plant.coordinate_names().iter().map(angle_of).collect();
             }
             names.extend(self.motors.iter().map(|&k| motor(k)));
             let torque = |(_, sensor): &&(String, kardan_mechanics::equations::Sensor)| {
                 !matches!(sensor.measured, Measured::Angle(_) | Measured::Speed(_))
             };
-            names.extend(
-                equations.sensors.iter().filter(torque).map(|(name, _)| signal_name::Quantity::Torque.of(name)),
-            );
+            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| torque_of(name)));
             names.dedup();
         }
         for name in names {

@@ -131,24 +131,17 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
         {
             Some((Quantity::Torque(head.to_string(), domain_of_direction(model, direction)), None))
         }
-        Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
-            Measured::Angle(shaft) => {
+        Term::Output(sensor) => match &sensor.measured {
+            Measured::Angle(shaft) if name.word.is_none() || name.is_position() => {
                 Some((Quantity::Angle(shaft.clone(), domain_of(model, shaft)), sensor.resolution))
             }
-            Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone(), domain_of(model, shaft)), None)),
+            Measured::Speed(shaft) if name.word.is_none() || name.is_rate() => {
+                Some((Quantity::Speed(shaft.clone(), domain_of(model, shaft)), None))
+            }
             _ => None,
         },
         _ => None,
     })
-}
-
-/// Whether a sensor's reading may have this name.
-fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
-    match measured {
-        Measured::Angle(_) => name.is_position(),
-        Measured::Speed(_) => name.is_rate(),
-        _ => matches!(name.quantity(), Some(signal_name::Quantity::Torque | signal_name::Quantity::Force)),
-    }
 }
 
 /// All signals to which a channel may be mapped.

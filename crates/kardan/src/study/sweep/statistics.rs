@@ -17,14 +17,12 @@ const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 pub(super) enum Sampled<'a> {
     /// From the distributions.
     Drawn,
-    /// All combinations of some values.
-    Grid,
+    /// All combinations of some values, or each depends on earlier ones.
+    NotDrawn,
     /// Groups of A, B, and A with one axis after another of B.
     Saltelli { group: u64 },
     /// Paths.
     Morris { group: u64, axes: &'a [Axis] },
-    /// Each depends on earlier ones.
-    Sought,
 }
 
 impl Sampled<'_> {

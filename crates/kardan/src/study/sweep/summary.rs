@@ -122,8 +122,7 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.correlated)));
     match (&plan.goal, plan.sampling) {
-        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
-        (_, SamplingMethod::Levels(_)) => Sampled::Grid,
+        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) | (_, SamplingMethod::Levels(_)) => Sampled::NotDrawn,
         (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
         (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
         _ => Sampled::Drawn,
