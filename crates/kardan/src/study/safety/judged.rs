@@ -64,28 +64,19 @@ fn is_true(value: f64) -> bool {
     value > 0.5
 }
 
-/// Start times of faults: the first and the last.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Begins {
-    pub(super) all: [f64; 2],
+/// Time since the last fault that started before a row.
+fn since([first, last]: [f64; 2], time: f64) -> f64 {
+    (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
 }
 
-impl Begins {
-    /// Time since the last fault that started before a row.
-    fn since(self, time: f64) -> f64 {
-        let [first, last] = self.all;
-        (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
-    }
-}
-
-/// The row of a run with a fault, judged.
-pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins, row: SafetyRow) -> SafetyRow {
-    let first = run.first(begins.all[0]);
+/// The row of a run with a fault, judged; `begins`: when the first and the last fault begin.
+pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: [f64; 2], row: SafetyRow) -> SafetyRow {
+    let first = run.first(begins[0]);
     let at = detection(run, free, first);
-    let detected_after = at.map(|row| begins.since(run.time[row]));
+    let detected_after = at.map(|row| since(begins, run.time[row]));
     let detection_resolution = at.map(|row| {
         let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
-        before.min(begins.since(run.time[row]))
+        before.min(since(begins, run.time[row]))
     });
     let one =
         |(k, effect): (usize, &Effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins));
@@ -107,7 +98,7 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
         notes.push("the detection condition is true before the fault begins, with and without it".into());
     }
     SafetyRow {
-        fault_time: Some(begins.all[0]),
+        fault_time: Some(begins[0]),
         detection_time: detected_after,
         detection_resolution,
         reaction: reaction(spec, run, free, (first, begins)),
@@ -148,7 +139,7 @@ fn before(run: &Traces, free: &Traces, first: usize) -> bool {
 }
 
 /// The states entered after the start, but not at that time without the fault.
-fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
+fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, [f64; 2])) -> Vec<StateEntered> {
     let Some(((_, names), (values, fault_free))) =
         spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
     else {
@@ -159,7 +150,7 @@ fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (us
         let (now, before, fault_free_state) = (values[row], values[row - 1], fault_free.get(row));
         if now != before && fault_free_state.is_none_or(|fault_free_state| *fault_free_state != now) {
             let state = names.get(now.round().max(0.0) as usize).cloned().unwrap_or_else(|| format!("{now}"));
-            out.push(StateEntered { state, after: begins.since(run.time[row]) });
+            out.push(StateEntered { state, after: since(begins, run.time[row]) });
         }
     }
     out
@@ -170,9 +161,9 @@ fn measure(
     effect: &Effect,
     (values, fault_free): (&[f64], &[f64]),
     run: &Traces,
-    (first, begins): (usize, Begins),
+    (first, begins): (usize, [f64; 2]),
 ) -> Result<f64, &'static str> {
-    let until = (begins.all[1] + effect.window) * (1.0 + 1e-12);
+    let until = (begins[1] + effect.window) * (1.0 + 1e-12);
     let rows = first..run.time.partition_point(|at| *at <= until).max(first);
     let values = values.get(rows.clone()).ok_or("the run has no such row")?;
     let times = &run.time[rows.clone()];
