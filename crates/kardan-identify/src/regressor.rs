@@ -38,8 +38,8 @@ pub struct Variances<'a> {
 pub struct RegressorOptions {
     /// Further columns, after those of the coefficients.
     pub extras: Vec<Extra>,
-    /// Torques of expressions with open parameters, the values of these for the propagated noise, and the numbers of the harmonics that
-    /// they use.
+    /// Torques of expressions with open parameters, the values of these for the propagated noise, and the numbers of the
+    /// harmonics that they use.
     pub laws: (LawTorques, Vec<f64>, Vec<usize>),
     /// Load-dependent gear losses.
     pub teeth: Vec<Teeth>,
@@ -225,7 +225,7 @@ impl Regressor {
     /// The same with further columns, laws, gear losses and backlashes.
     ///
     /// # Panics
-    /// If a number is not that of a friction, a spring, an input or a gear, or there is not a speed of rest for each friction.
+    /// If a number is not that of a friction, a spring, an input or a gear, or a friction has no speed of rest.
     pub fn with(mut self, options: RegressorOptions) -> Self {
         let RegressorOptions { extras, laws, teeth, backlashes, lenient, window, rest_speeds, errors } = options;
         assert_eq!(rest_speeds.len(), self.rest_speeds.len(), "one for each friction");

@@ -53,7 +53,7 @@ pub struct FitOptions {
     pub loss: Loss,
     /// Columns whose values may not be below zero.
     pub nonnegative: Vec<bool>,
-    /// Of each extra column the shape over the speed, if it has one, and its Stribeck speed (rad/s), if that is known and not fitted too.
+    /// Of each extra column the shape over the speed, if it has one, and its Stribeck speed (rad/s), if it is not fitted.
     pub shapes: Vec<Option<(Shape, Option<f64>)>>,
     /// Whether the samples follow each other so closely in time that their residuals may be correlated.
     pub serial: bool,

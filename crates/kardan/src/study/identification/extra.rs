@@ -74,8 +74,8 @@ impl Law {
     }
 }
 
-/// A kind of `[[identification.extra]]`: its name, the key that names its element, its further keys, and the keys of its parameters, first
-/// that of the term; `*` stands for the numbers of several.
+/// A kind of `[[identification.extra]]`: its name, the key that names its element, its further keys, and the keys of its
+/// parameters, first that of the term; `*` stands for the numbers of several.
 type ExtraKind = (&'static str, &'static str, &'static [&'static str], &'static [&'static str]);
 
 const KINDS: [ExtraKind; 12] = [

@@ -40,7 +40,7 @@ impl Fitted<'_> {
     }
 }
 
-/// The column of the stiffness of a spring, if it has one, and its value in a fit, or else in the file; NaN without such a spring.
+/// The column of the stiffness of a spring, if it has one, and its value in a fit, or else in the file; NaN without it.
 pub(super) fn stiffness(plant: &Plant, columns: &Columns, fit: &Fit, element: &str) -> (Option<usize>, f64) {
     let springs = &plant.reduced.equations.springs;
     let Some(number) = springs.iter().position(|term| term.element == element) else { return (None, f64::NAN) };

@@ -106,8 +106,8 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. No tolerance: the user
-    /// requested a method.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. Without a tolerance
+    /// the user requested a method.
     ///
     /// # Errors
     /// The further difference that prevents lanes; empty if the user requested a method.
