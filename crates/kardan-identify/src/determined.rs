@@ -109,12 +109,7 @@ impl<'a> Position<'a> {
 
     /// The direction of a term.
     fn of_term(&self, kind: Kind, term: usize) -> Vec<Rational> {
-        match kind {
-            Kind::Inertia => self.direction(&self.equations.inertias[term].row),
-            Kind::Damping => self.direction(&self.equations.dampers[term].row),
-            Kind::Stiffness => self.direction(&self.equations.springs[term].row),
-            Kind::Friction => self.direction(&self.equations.frictions[term].row),
-        }
+        self.direction(self.equations.coefficient_row((kind, term)))
     }
 
     /// Contribution of inertias, dampings and stiffnesses to the torques: their directions squared.

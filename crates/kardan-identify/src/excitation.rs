@@ -18,8 +18,6 @@ pub struct Selection {
     pub chosen: Vec<usize>,
     /// `ln det(XᵀX)` over the rows of those chosen.
     pub log_det: f64,
-    /// Exchanges after the greedy start.
-    pub exchanges: usize,
 }
 
 /// Chooses `count` of the candidates so that `det(XᵀX)` over all their rows together is large: the volume of the confidence region
@@ -76,12 +74,12 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         });
         let (k, _) = best?;
         selected[k] = true;
-        add(&mut sum, &squares[k], 1.0);
+        add(&mut sum, &squares[k]);
     }
     let mut exchanges = 0;
     let total = |selected: &[bool]| {
         let mut sum = vec![0.0; p * p];
-        (0..selected.len()).filter(|&k| selected[k]).for_each(|k| add(&mut sum, &squares[k], 1.0));
+        (0..selected.len()).filter(|&k| selected[k]).for_each(|k| add(&mut sum, &squares[k]));
         sum
     };
     loop {
@@ -100,7 +98,7 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         let Some((out, enter, _)) = best.filter(|_| exchanges < MOST_EXCHANGES) else {
             let scale: f64 = scales.iter().map(|scale| 2.0 * ln(*scale)).sum();
             let chosen: Vec<usize> = (0..selected.len()).filter(|&k| selected[k]).collect();
-            return now.is_finite().then_some(Selection { chosen, log_det: now + scale, exchanges });
+            return now.is_finite().then_some(Selection { chosen, log_det: now + scale });
         };
         (selected[out], selected[enter]) = (false, true);
         exchanges += 1;
@@ -151,8 +149,8 @@ pub fn expected_errors(information: &Matrix<f64>) -> Option<(f64, Vec<f64>)> {
     log_det.is_finite().then(|| (log_det, (0..p).map(error).collect()))
 }
 
-fn add(sum: &mut [f64], square: &[f64], factor: f64) {
-    sum.iter_mut().zip(square).for_each(|(sum, x)| *sum += factor * x);
+fn add(sum: &mut [f64], square: &[f64]) {
+    sum.iter_mut().zip(square).for_each(|(sum, x)| *sum += x);
 }
 
 /// −∞ for a matrix that is not positive definite.

@@ -87,18 +87,9 @@ pub enum Extra {
     },
 }
 
-/// The term that gives the direction of an extra column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ExtraDirection {
-    Friction(usize),
-    Input(usize),
-    Spring(usize),
-    Teeth(usize),
-    Laws,
-}
-
 impl Extra {
-    pub(super) fn direction(&self) -> ExtraDirection {
+    /// The friction along whose direction it acts, if it does.
+    pub(super) fn friction(&self) -> Option<usize> {
         match *self {
             Self::Stribeck { friction }
             | Self::Load { friction, .. }
@@ -108,11 +99,8 @@ impl Extra {
             | Self::Recording { friction, .. }
             | Self::Drift { friction }
             | Self::Cogging { friction, .. }
-            | Self::Ripple { friction, .. } => ExtraDirection::Friction(friction),
-            Self::Offset { input } => ExtraDirection::Input(input),
-            Self::Backlash { spring, .. } => ExtraDirection::Spring(spring),
-            Self::Teeth { teeth, .. } => ExtraDirection::Teeth(teeth),
-            Self::Law { .. } => ExtraDirection::Laws,
+            | Self::Ripple { friction, .. } => Some(friction),
+            Self::Offset { .. } | Self::Backlash { .. } | Self::Teeth { .. } | Self::Law { .. } => None,
         }
     }
 

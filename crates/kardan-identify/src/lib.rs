@@ -29,7 +29,7 @@ pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use extra::Extra;
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_statistics};
 pub use least_squares::{Estimate, LeastSquares};
-pub use regressor::{Motion, Regressor, Variances};
+pub use regressor::{Motion, Regressor, RegressorOptions, Variances};
 pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
 pub use teeth::Teeth;
 pub use window::{Reading, Windows};

@@ -4,7 +4,7 @@ mod rows;
 mod signals;
 
 use super::Coefficient;
-use super::extra::{Extra, ExtraDirection};
+use super::extra::Extra;
 use super::teeth::Teeth;
 use kardan_math::num::{Matrix, dot, echelon};
 use kardan_mechanics::assemble::{CoefficientKind as Kind, DirectionalTerm, SpringLaw};
@@ -34,6 +34,27 @@ pub struct Variances<'a> {
     pub acceleration: &'a [f64],
 }
 
+/// What a regressor contains besides the coefficients of a model.
+pub struct RegressorOptions {
+    /// Further columns, after those of the coefficients.
+    pub extras: Vec<Extra>,
+    /// Torques of expressions with open parameters, the values of these for the propagated noise, and the numbers of the
+    /// harmonics that they use.
+    pub laws: (LawTorques, Vec<f64>, Vec<usize>),
+    /// Load-dependent gear losses.
+    pub teeth: Vec<Teeth>,
+    /// Backlashes, whose torques are among the unmeasured ones.
+    pub backlashes: Vec<Teeth>,
+    /// Whether windows with unknown gear losses and backlashes count: their columns are NaN.
+    pub lenient: bool,
+    /// Time of a mean, s: a sign is known if the speed does not change it over that time.
+    pub window: f64,
+    /// The speed of each friction below which its sign is unknown, rad/s.
+    pub rest_speeds: Vec<f64>,
+    /// Whether [`Regressor::errors`] contains the effect of errors of the measured motion.
+    pub errors: bool,
+}
+
 /// A term: its direction over the shafts, its relaxed angle (of a spring).
 struct Term {
     row: Vec<(usize, f64)>,
@@ -42,7 +63,7 @@ struct Term {
 
 impl Term {
     fn projection(&self, of: &[f64]) -> f64 {
-        self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+        along(&self.row, of)
     }
 }
 
@@ -122,30 +143,20 @@ impl Regressor {
             equations.springs.iter().map(spring).collect(),
             equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
         ];
-        let fixed = super::coefficients(reduced).into_iter().flat_map(|one| {
-            let Coefficient { kind, terms, value, .. } = one;
-            terms.into_iter().map(move |term| (kind as usize, term, value))
-        });
-        let is_fitted = |kind: usize, term: usize| {
-            coefficients.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term))
-        };
-        let values = |kind: Kind, count: usize| {
-            let mut out = vec![0.0; count];
-            super::coefficients(reduced)
-                .iter()
-                .filter(|one| one.kind == kind)
-                .for_each(|one| one.terms.iter().for_each(|&term| out[term] = one.value));
-            out
-        };
-        let nominal = [
-            values(Kind::Inertia, equations.inertias.len()),
-            values(Kind::Damping, equations.dampers.len()),
-            values(Kind::Stiffness, equations.springs.len()),
-            values(Kind::Friction, equations.frictions.len()),
-        ];
+        let (mut nominal, mut fixed) = (terms.each_ref().map(|of_kind| vec![0.0; of_kind.len()]), Vec::new());
+        for Coefficient { kind, terms, value, .. } in super::coefficients(reduced) {
+            for term in terms {
+                nominal[kind as usize][term] = value;
+                let is_fitted = coefficients.iter().any(|one| one.kind == kind && one.terms.contains(&term));
+                if value != 0.0 && !is_fitted {
+                    fixed.push((kind as usize, term, value));
+                }
+            }
+        }
+        let formulas: Vec<_> = equations.laws.iter().map(|law| law.value.as_ref()).collect();
         let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
-            fixed: fixed.filter(|(kind, term, value)| *value != 0.0 && !is_fitted(*kind, *term)).collect(),
+            fixed,
             stribeck: equations
                 .frictions
                 .iter()
@@ -161,7 +172,7 @@ impl Regressor {
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
-            law_torques: law_torques_of(reduced),
+            law_torques: LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open"),
             law_values: Vec::new(),
             law_harmonics: Vec::new(),
             law_waves: Vec::new(),
@@ -187,19 +198,6 @@ impl Regressor {
         }
     }
 
-    /// The same with the effect of errors of the measured motion on the rows, by column; after [`Self::with_extras`]. [`Self::errors`] then
-    /// fills it, and [`super::Samples::with_errors`] requests it.
-    pub fn with_errors(mut self) -> Self {
-        let motion = |(column, (kind, _)): (usize, &(usize, Vec<usize>))| {
-            (*kind != Kind::Friction as usize).then_some((column, *kind))
-        };
-        let error_columns: Vec<(usize, usize)> = self.coefficients.iter().enumerate().filter_map(motion).collect();
-        self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
-        self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        self.error_columns = Some(error_columns);
-        self
-    }
-
     /// The columns with computed errors.
     pub fn error_columns(&self) -> Option<&[(usize, usize)]> {
         self.error_columns.as_deref()
@@ -211,12 +209,12 @@ impl Regressor {
     /// If the length does not match.
     pub fn errors(&self, slopes: &mut [f64]) {
         let Some(error_columns) = &self.error_columns else { return };
-        let (r, n, rows) = (self.degrees_of_freedom, self.width, self.rows());
+        let (r, rows) = (self.degrees_of_freedom, self.rows());
         let fixed_columns = self.inputs.len() + 3 * r;
         let first = self.columns() + 1 + fixed_columns;
         let (of_fixed, of_columns) = slopes.split_at_mut(rows * fixed_columns);
         for i in 0..rows {
-            let row = &self.all[(r - rows + i) * n + first..(r - rows + i + 1) * n];
+            let row = &self.row(i)[first..];
             of_fixed[i * fixed_columns..(i + 1) * fixed_columns].copy_from_slice(&row[..fixed_columns]);
             for k in 0..error_columns.len() {
                 of_columns[(k * rows + i) * r..][..r].copy_from_slice(&row[fixed_columns + k * r..][..r]);
@@ -224,18 +222,19 @@ impl Regressor {
         }
     }
 
-    /// The same with more columns, after those of the coefficients.
+    /// The same with further columns, laws, gear losses and backlashes.
     ///
     /// # Panics
-    /// If a number is not that of a friction, a spring or an input.
-    pub fn with_extras(mut self, extras: &[Extra]) -> Self {
-        for extra in extras {
-            let exists = match extra.direction() {
-                ExtraDirection::Friction(k) => k < self.terms[Kind::Friction as usize].len(),
-                ExtraDirection::Spring(k) => k < self.terms[Kind::Stiffness as usize].len(),
-                ExtraDirection::Input(k) => k < self.inputs.len(),
-                ExtraDirection::Teeth(k) => k < self.teeth.len(),
-                ExtraDirection::Laws => true,
+    /// If a number is not that of a friction, a spring, an input or a gear, or a friction has no speed of rest.
+    pub fn with(mut self, options: RegressorOptions) -> Self {
+        let RegressorOptions { extras, laws, teeth, backlashes, lenient, window, rest_speeds, errors } = options;
+        assert_eq!(rest_speeds.len(), self.rest_speeds.len(), "one for each friction");
+        for extra in &extras {
+            let exists = match *extra {
+                Extra::Backlash { spring, .. } => spring < self.terms[Kind::Stiffness as usize].len(),
+                Extra::Offset { input } => input < self.inputs.len(),
+                Extra::Teeth { teeth: number, .. } => number < teeth.len(),
+                _ => extra.friction().is_none_or(|k| k < self.terms[Kind::Friction as usize].len()),
             };
             assert!(exists, "a friction, a spring, an input or a gear of the model");
             assert!(
@@ -245,43 +244,20 @@ impl Regressor {
         }
         let fitted = |extra: &Extra, k: usize| matches!(extra, Extra::Stribeck { friction } if *friction == k);
         self.stribeck.retain(|(k, ..)| !extras.iter().any(|extra| fitted(extra, *k)));
-        self.width += extras.len();
-        self.width -= self.extras.len();
-        self.extras = extras.to_vec();
-        let all = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
-        let harmonics = all.max().map_or(0, |most| most + 1);
-        self.harmonics = vec![0.0; harmonics];
-        self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        self
-    }
-
-    /// The same with torques of expressions with open parameters, at these values for the propagated noise, and the numbers of the
-    /// harmonics that they use; before [`Self::with_extras`].
-    pub fn with_laws(mut self, torques: LawTorques, values: &[f64], harmonics: &[usize]) -> Self {
-        self.law_torques = torques;
-        self.law_values = values.to_vec();
-        self.law_harmonics = harmonics.to_vec();
-        self.law_waves = vec![0.0; harmonics.len()];
-        self
-    }
-
-    /// The same with load-dependent gear losses; before [`Self::with_extras`].
-    pub fn with_teeth(mut self, teeth: Vec<Teeth>) -> Self {
+        (self.law_torques, self.law_values, self.law_harmonics) = laws;
+        self.law_waves = vec![0.0; self.law_harmonics.len()];
+        let harmonics = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        self.harmonics = vec![0.0; harmonics.max().map_or(0, |most| most + 1)];
         self.carried = vec![None; teeth.len()];
-        self.teeth = teeth;
-        self
-    }
-
-    /// The same, but windows with unknown gear losses and backlashes count: their columns are NaN.
-    pub fn lenient(mut self, lenient: bool) -> Self {
-        self.lenient = lenient;
-        self
-    }
-
-    /// The same with backlashes, whose torques are among the unmeasured ones.
-    pub fn with_backlashes(mut self, backlashes: Vec<Teeth>) -> Self {
-        self.backlashes = backlashes;
-        self
+        self.width += extras.len();
+        if errors {
+            let kinds = self.coefficients.iter().map(|(kind, _)| *kind).enumerate();
+            let error_columns: Vec<_> = kinds.filter(|(_, kind)| *kind != Kind::Friction as usize).collect();
+            self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
+            self.error_columns = Some(error_columns);
+        }
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
+        Self { extras, teeth, backlashes, lenient, half: window / 2.0, rest_speeds, ..self }
     }
 
     /// The angle of a backlash (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without the contribution of the columns to that
@@ -292,7 +268,6 @@ impl Regressor {
     pub fn backlash(&self, backlash: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
         let own = &self.backlashes[backlash];
-        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);
         let (of_terms, of_extras) = parts.split_at_mut(self.coefficients.len());
@@ -307,41 +282,19 @@ impl Regressor {
             }
         }
         for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
-            let lever = match extra.direction() {
-                ExtraDirection::Friction(k) => self.terms[Kind::Friction as usize][k].projection(&own.cut),
-                ExtraDirection::Spring(k) => self.terms[Kind::Stiffness as usize][k].projection(&own.cut),
-                ExtraDirection::Input(k) => projection(&self.inputs[k]),
-                ExtraDirection::Teeth(k) => projection(&self.teeth[k].row),
-                ExtraDirection::Laws => 0.0,
-            };
+            let lever = along(direction(extra, &self.terms, &self.inputs, &self.teeth), &own.cut);
             if lever != 0.0 {
                 *part = lever * self.extra_signal(extra, torques)?;
             }
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
-                    let share = -projection(row) * self.law_torques.share(law, parameter);
+                    let share = -along(row, &own.cut) * self.law_torques.share(law, parameter);
                     *part += share;
                     fixed -= self.law_values[parameter] * share;
                 }
             }
         }
         Some([own.projection(&self.kinematics.angles), fixed])
-    }
-
-    /// The same with a separate speed for each friction of the equations, below which its sign is unknown, rad/s.
-    ///
-    /// # Panics
-    /// If there is not one for each.
-    pub fn with_rest_speeds(mut self, speeds: &[f64]) -> Self {
-        assert_eq!(speeds.len(), self.rest_speeds.len(), "one for each friction");
-        self.rest_speeds.copy_from_slice(speeds);
-        self
-    }
-
-    /// The same for means over a time (s): a sign is known if the speed does not change it over that time.
-    pub fn with_window(mut self, width: f64) -> Self {
-        self.half = width / 2.0;
-        self
     }
 
     /// Location of the next motion in the logs, for extra columns and laws that need it: its recording, the time since its start and its clock
@@ -375,15 +328,24 @@ impl Regressor {
     /// If a length does not fit.
     pub fn fill(&mut self, motion: Motion<'_>, torques: &[f64], x: &mut [f64], y: &mut [f64]) -> bool {
         let certain = self.collect(motion, torques, None);
-        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
-        let rows = self.rows();
+        self.copy_rows(x, y);
+        certain
+    }
+
+    /// A row that remains after the elimination.
+    fn row(&self, number: usize) -> &[f64] {
+        let at = (self.unmeasured.len() + number) * self.width;
+        &self.all[at..at + self.width]
+    }
+
+    /// Copies the rows that remain to X and y.
+    fn copy_rows(&self, x: &mut [f64], y: &mut [f64]) {
+        let (rows, p) = (self.rows(), self.columns());
         assert!(x.len() == rows * p && y.len() == rows, "lengths of a regressor");
         for i in 0..rows {
-            let row = &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
-            x[i * p..(i + 1) * p].copy_from_slice(&row[..p]);
-            y[i] = row[p];
+            x[i * p..(i + 1) * p].copy_from_slice(&self.row(i)[..p]);
+            y[i] = self.row(i)[p];
         }
-        certain
     }
 
     /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of the measurements give at the model's own values,
@@ -400,26 +362,18 @@ impl Regressor {
         (covariance, speeds): (&mut [f64], &mut [f64]),
     ) -> bool {
         let certain = self.collect(motion, torques, Some(variances));
-        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
-        let rows = self.rows();
-        let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
-        assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
-        let row = |i: usize| &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
-        let noise = p + 1 + self.inputs.len() + 3 * r;
+        self.copy_rows(x, y);
+        let (rows, first) = (self.rows(), self.columns() + 1);
+        assert!(covariance.len() == rows * rows && speeds.len() == self.extras.len(), "lengths of a regressor");
+        let noise = |i: usize| &self.row(i)[first..first + self.inputs.len() + 3 * self.degrees_of_freedom];
         for i in 0..rows {
-            x[i * p..(i + 1) * p].copy_from_slice(&row(i)[..p]);
-            y[i] = row(i)[p];
             for j in 0..rows {
-                covariance[i * rows + j] = dot(&row(i)[p + 1..noise], &row(j)[p + 1..noise]);
+                covariance[i * rows + j] = dot(noise(i), noise(j));
             }
         }
+        let frictions = &self.terms[Kind::Friction as usize];
         for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
-            *speed = match extra.direction() {
-                ExtraDirection::Friction(k) => {
-                    self.terms[Kind::Friction as usize][k].projection(&self.kinematics.speeds).abs()
-                }
-                _ => 0.0,
-            };
+            *speed = extra.friction().map_or(0.0, |k| frictions[k].projection(&self.kinematics.speeds).abs());
         }
         certain
     }
@@ -430,8 +384,25 @@ impl Regressor {
     }
 }
 
-/// The laws of torques of a model, with all parameters known.
-fn law_torques_of(reduced: &Reduced) -> LawTorques {
-    let formulas: Vec<_> = reduced.equations.laws.iter().map(|law| law.value.as_ref()).collect();
-    LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open")
+/// The part of a quantity of the shafts along a direction.
+fn along(row: &[(usize, f64)], of: &[f64]) -> f64 {
+    row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+}
+
+/// The direction of an extra column over the shafts; empty for laws, each of which has its own.
+fn direction<'a>(
+    extra: &Extra,
+    terms: &'a [Vec<Term>; 4],
+    inputs: &'a [Vec<(usize, f64)>],
+    teeth: &'a [Teeth],
+) -> &'a [(usize, f64)] {
+    match *extra {
+        Extra::Backlash { spring, .. } => &terms[Kind::Stiffness as usize][spring].row,
+        Extra::Offset { input } => &inputs[input],
+        Extra::Teeth { teeth: number, .. } => &teeth[number].row,
+        _ => match extra.friction() {
+            Some(friction) => &terms[Kind::Friction as usize][friction].row,
+            None => &[],
+        },
+    }
 }

@@ -56,12 +56,6 @@ impl Samples {
         Self { rows, columns, extras, degrees_of_freedom, inputs, ..Self::default() }
     }
 
-    /// The same, no samples yet, with errors of the motion that these columns multiply (see [`Errors::columns`]).
-    pub fn with_errors(mut self, columns: Vec<(usize, usize)>) -> Self {
-        self.errors = Some(Errors { columns, ..Errors::default() });
-        self
-    }
-
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.places.len()

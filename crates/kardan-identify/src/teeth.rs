@@ -5,7 +5,7 @@ use kardan_mechanics::reduce::LawTorques;
 /// A gear with load-dependent loss. Its constraint is cut: with a motion z over the shafts that all other constraints allow, and
 /// that moves the first body of the direction a by one against the others of this constraint, `T = zᵀ(inertias, dampers, … − inputs)` is what
 /// the gear applies to that body, less `zᵀa` times its loss.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Teeth {
     /// a over the shafts: the loss acts against motion along it.
     pub row: Vec<(usize, f64)>,
@@ -20,11 +20,6 @@ pub struct Teeth {
 }
 
 impl Teeth {
-    /// Whether their loss is unknown.
-    pub fn loses_nothing(&self) -> bool {
-        self.loss.is_none() && self.fixed == [0.0; 2]
-    }
-
     /// `zᵀa`
     pub fn lever(&self) -> f64 {
         self.projection(&self.cut)

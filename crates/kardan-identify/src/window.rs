@@ -150,8 +150,9 @@ impl Windows {
                 [u * u * u, u * u, u][power]
             }));
         }
+        let weights_of = |k: usize| [self.weights[0][k], self.weights[1][k], self.weights[2][k]];
         let mut shared = [0.0; SUMS];
-        sums(&self.x, &self.weights, &mut shared);
+        (0..n).for_each(|k| add_sums(self.x[k], weights_of(k), &mut shared));
         let mut hole: f64 = 0.0;
         self.x.windows(2).for_each(|pair| hole = hole.max(pair[1] - pair[0]));
         for (channel, column) in self.channels.iter_mut().zip(columns) {
@@ -171,9 +172,8 @@ impl Windows {
                 if channel.samples == 0 {
                     channel.reference = y[k];
                 }
-                let weights = [0, 1, 2].map(|power| [self.weights[power][k]]);
-                add_sums(self.x[k], weights.map(|w| w[0]), &mut channel.sums);
-                add_moments(self.x[k], weights.map(|w| w[0]), y[k] - channel.reference, &mut channel.moments);
+                add_sums(self.x[k], weights_of(k), &mut channel.sums);
+                add_moments(self.x[k], weights_of(k), y[k] - channel.reference, &mut channel.moments);
                 channel.hole = channel.hole.max(self.x[k] - channel.last);
                 channel.samples += 1;
                 channel.last = self.x[k];
@@ -199,12 +199,6 @@ fn add_moments(x: f64, [c, b, a]: [f64; 3], y: f64, moments: &mut [f64; MOMENTS]
 
 /// Lanes in which sums run side by side.
 const LANES: usize = 4;
-
-fn sums(x: &[f64], weights: &[Vec<f64>; 3], out: &mut [f64; SUMS]) {
-    for k in 0..x.len() {
-        add_sums(x[k], [weights[0][k], weights[1][k], weights[2][k]], out);
-    }
-}
 
 /// [`add_moments`] of a whole run, in lanes.
 fn moments(x: &[f64], weights: &[Vec<f64>; 3], y: &[f64], reference: f64, out: &mut [f64; MOMENTS]) {
@@ -249,13 +243,11 @@ impl Channel {
         let (s, m) = (&self.sums, &self.moments);
         let a = &s[8..15];
         let (mut line, mut parabola, mut cubic) = ([m[0], m[1]], [m[2], m[3], m[4]], [m[5], m[6], m[7], m[8]]);
-        let gram = |sums: &[f64], size: usize, out: &mut [f64; 16]| {
-            (0..size * size).for_each(|k| out[k] = sums[k / size + k % size]);
-        };
         let mut matrix = [0.0; 16];
         let systems: [(&[f64], &mut [f64]); 3] = [(&s[0..3], &mut line), (&s[3..8], &mut parabola), (a, &mut cubic)];
         for ((sums, right), factor) in systems.into_iter().zip(factors) {
-            gram(sums, right.len(), &mut matrix);
+            let size = right.len();
+            (0..size * size).for_each(|k| matrix[k] = sums[k / size + k % size]);
             if !factor.factor(&matrix) {
                 return Reading::MISSING;
             }

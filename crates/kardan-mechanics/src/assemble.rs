@@ -451,6 +451,27 @@ impl Equations {
         }
     }
 
+    /// The direction of the term of a coefficient.
+    pub fn coefficient_row(&self, (kind, term): (CoefficientKind, usize)) -> &[(usize, Rational)] {
+        match kind {
+            CoefficientKind::Inertia => &self.inertias[term].row,
+            CoefficientKind::Damping => &self.dampers[term].row,
+            CoefficientKind::Stiffness => &self.springs[term].row,
+            CoefficientKind::Friction => &self.frictions[term].row,
+        }
+    }
+
+    /// Kinds and term numbers of all coefficients.
+    pub fn coefficient_slots(&self) -> Vec<(CoefficientKind, usize)> {
+        let kinds = [
+            (CoefficientKind::Inertia, self.inertias.len()),
+            (CoefficientKind::Damping, self.dampers.len()),
+            (CoefficientKind::Stiffness, self.springs.len()),
+            (CoefficientKind::Friction, self.frictions.len()),
+        ];
+        kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
+    }
+
     /// The domain of a coordinate.
     pub fn domain(&self, coordinate: usize) -> Domain {
         self.domains.get(coordinate).copied().unwrap_or_default()

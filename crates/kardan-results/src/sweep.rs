@@ -74,7 +74,7 @@ pub struct SweptParameter {
 }
 
 /// A requirement over all samples.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SweptRequirement {
     /// As text: `max |driver.tau| < 3 N m`.
     pub text: String,

@@ -72,7 +72,7 @@ pub struct Recorded {
 }
 
 /// A scenario for one run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
     /// Length, s.
     pub duration: f64,

@@ -20,7 +20,7 @@ use robust::robust_weights;
 use solution::{Solution, row_covariance, scale};
 use standard_errors::standard_errors;
 use stribeck_speed::search;
-use whitened::{Whitened, factor};
+use whitened::{Whitened, factor, shape_factor};
 
 /// Parameters: those of the columns, then the Stribeck speeds of extra columns with a shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,53 +98,51 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
 
 /// Fits rows as they are.
 fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted: usize) -> Option<Fit> {
-    let mut data = Whitened::new(samples, chosen);
+    let shape_of = |k: usize| options.shapes.get(k).copied().flatten();
+    let starting = |k: usize| shape_of(k).map(|(shape, speed)| (speed.unwrap_or(1.0), shape));
+    let shapes = (0..samples.extras).map(starting).collect();
+    let mut data = Whitened::new(samples, chosen, shapes);
     if data.len() == 0 {
         return None;
     }
-    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten();
-    let mut shapes: Vec<Option<(f64, Shape)>> = (0..samples.extras)
-        .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (fixed_speed(k).unwrap_or(1.0), shape)))
-        .collect();
-    let mut weights = vec![1.0; data.len()];
     let searched: Vec<usize> =
-        (0..samples.extras).filter(|&k| shapes[k].is_some() && fixed_speed(k).is_none()).collect();
+        (0..samples.extras).filter(|&k| shape_of(k).is_some_and(|(_, speed)| speed.is_none())).collect();
     let mut at_end = Vec::new();
     for round in 0..if searched.len() > 1 { 3 } else { 1 } {
         at_end.clear();
         for &k in &searched {
-            at_end.extend(search(&data, k, &mut shapes, &weights, options, round == 0)?.then_some(k));
+            at_end.extend(search(&mut data, k, options, round == 0)?.then_some(k));
         }
     }
-    let mut solution = Solution::of(&data, &shapes, &weights, options)?;
+    let mut solution = Solution::of(&data, options)?;
     if options.loss != Loss::Squares {
         for round in 0..ROUNDS {
-            let next = robust_weights(&data, &solution, &shapes, options.loss, round);
-            let change = next.iter().zip(&weights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            weights = next;
+            let next = robust_weights(&data, &solution, options.loss, round);
+            let change = next.iter().zip(&data.weights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            data.weights = next;
             if round == 5 {
                 at_end.clear();
                 for &k in &searched {
-                    at_end.extend(search(&data, k, &mut shapes, &weights, options, false)?.then_some(k));
+                    at_end.extend(search(&mut data, k, options, false)?.then_some(k));
                 }
             }
-            solution = Solution::of(&data, &shapes, &weights, options)?;
+            solution = Solution::of(&data, options)?;
             if change < 1e-6 && round > 5 {
                 break;
             }
         }
     }
     // Residuals of the rows need not match the sensor noise: their covariance comes from the residuals \[Zellner 1962\].
-    let scale = scale(&data, &solution, &shapes, &weights);
+    let scale = scale(&data, &solution);
     let mut rows = Vec::new();
     while data.rows > 1 && rows.len() < reweighted && data.len() > ROWS_PER_COLUMN * data.columns {
-        let lower = factor(&row_covariance(&data, &solution, &shapes, &weights), data.rows);
+        let lower = factor(&row_covariance(&data, &solution), data.rows);
         data.divide(&lower);
         rows.push(lower);
-        solution = Solution::of(&data, &shapes, &weights, options)?;
+        solution = Solution::of(&data, options)?;
     }
-    let errors = standard_errors(&data, &solution, &shapes, &weights, options);
-    let searched = shapes.iter().flatten().map(|(scale, _)| *scale);
+    let errors = standard_errors(&data, &solution, options);
+    let searched = data.shapes.iter().flatten().map(|(scale, _)| *scale);
     Some(Fit {
         values: solution.values.iter().copied().chain(searched).collect(),
         standard_errors: errors.each,
@@ -156,11 +154,11 @@ fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted:
         scale,
         freedom: errors.freedom,
         degrees_of_freedom: errors.degrees_of_freedom,
-        weights,
+        weights: data.weights,
         lags: errors.lags,
         at_end,
         row_factors: rows,
-        shapes,
+        shapes: data.shapes,
         columns: data.columns,
     })
 }
@@ -204,7 +202,7 @@ impl Fit {
         let (p, w) = (self.columns, self.columns - samples.extras);
         let x = &samples.x(sample)[row * p..(row + 1) * p];
         let speeds = samples.speeds(sample);
-        let factor = |k: usize| self.shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
+        let factor = |k: usize| shape_factor(self.shapes[k], speeds[k]);
         dot(&x[..w], &self.values[..w]) + (w..p).map(|k| x[k] * factor(k - w) * self.values[k]).sum::<f64>()
     }
 }

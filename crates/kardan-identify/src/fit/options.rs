@@ -53,10 +53,8 @@ pub struct FitOptions {
     pub loss: Loss,
     /// Columns whose values may not be below zero.
     pub nonnegative: Vec<bool>,
-    /// Of each extra column the shape over the speed, if it has one; its Stribeck speed is fitted too.
-    pub shapes: Vec<Option<Shape>>,
-    /// Stribeck speeds that are known, rad/s.
-    pub speeds: Vec<Option<f64>>,
+    /// Of each extra column the shape over the speed, if it has one, and its Stribeck speed (rad/s), if it is not fitted.
+    pub shapes: Vec<Option<(Shape, Option<f64>)>>,
     /// Whether the samples follow each other so closely in time that their residuals may be correlated.
     pub serial: bool,
 }

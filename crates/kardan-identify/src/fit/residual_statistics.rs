@@ -36,9 +36,10 @@ const BINS: usize = 10;
 /// Tests of the residuals of a fit on its own samples.
 pub fn residual_statistics(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
     let corrected = fit.corrected(samples);
-    let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen);
+    let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen, fit.shapes.clone());
+    data.weights.clone_from(&fit.weights);
     fit.row_factors.iter().for_each(|lower| data.divide(lower));
-    let series = series(&data, &fit.values[..fit.columns], &fit.shapes, &fit.weights);
+    let series = series(&data, &fit.values[..fit.columns]);
     let mut out = Vec::new();
     let retained: Vec<usize> = (0..data.len()).filter(|&sample| fit.weights[sample] > 0.0).collect();
     let n = retained.len() as f64;

@@ -2,29 +2,20 @@
 
 use kardan_rt::functions::powi;
 
+use super::Loss;
 use super::solution::Solution;
 use super::whitened::Whitened;
-use super::{Loss, Shape};
 use crate::distribution::chi_squared_median_ratio;
 use kardan_math::num::dot;
 
-/// Size of the residuals of a sample: the root of their mean square.
-fn size(data: &Whitened, sample: usize, values: &[f64], shapes: &[Option<(f64, Shape)>], work: &mut [f64]) -> f64 {
-    data.residuals(sample, values, shapes, work);
-    (dot(work, work) / data.rows.max(1) as f64).sqrt()
-}
-
-/// The weight of each sample, by the size of its residuals.
-pub(super) fn robust_weights(
-    data: &Whitened,
-    solution: &Solution,
-    shapes: &[Option<(f64, Shape)>],
-    loss: Loss,
-    round: usize,
-) -> Vec<f64> {
-    let mut work = vec![0.0; data.rows];
-    let sizes: Vec<f64> =
-        (0..data.len()).map(|sample| size(data, sample, &solution.values, shapes, &mut work)).collect();
+/// The weight of each sample, by the size of its residuals: the root of their mean square.
+pub(super) fn robust_weights(data: &Whitened, solution: &Solution, loss: Loss, round: usize) -> Vec<f64> {
+    let mut residual = vec![0.0; data.rows];
+    let mut size = |sample: usize| {
+        data.residuals(sample, &solution.values, &mut residual);
+        (dot(&residual, &residual) / data.rows.max(1) as f64).sqrt()
+    };
+    let sizes: Vec<f64> = (0..data.len()).map(&mut size).collect();
     let mut sorted = sizes.clone();
     sorted.sort_by(f64::total_cmp);
     // The median of the root mean square of this number of normal variables.
@@ -34,13 +25,8 @@ pub(super) fn robust_weights(
         let z = if scale > 0.0 { size / scale } else { 0.0 };
         match loss {
             Loss::Squares => 1.0,
-            Loss::Bisquare if round >= 5 => {
-                if z < 4.685 {
-                    powi(1.0 - powi(z / 4.685, 2), 2)
-                } else {
-                    0.0
-                }
-            }
+            Loss::Bisquare if round >= 5 && z < 4.685 => powi(1.0 - powi(z / 4.685, 2), 2),
+            Loss::Bisquare if round >= 5 => 0.0,
             _ => (1.345 / z).min(1.0),
         }
     };

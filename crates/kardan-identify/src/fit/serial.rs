@@ -1,21 +1,15 @@
 //! Serial correlation of residuals.
 
-use super::Shape;
 use super::whitened::Whitened;
 use crate::distribution::chi_squared_tail;
 use kardan_math::num::{Matrix, dot};
 
 /// Residuals of standard size, a series for each row of a sample; those without weight are omitted.
-pub(super) fn series(
-    data: &Whitened,
-    values: &[f64],
-    shapes: &[Option<(f64, Shape)>],
-    weights: &[f64],
-) -> Vec<Vec<f64>> {
+pub(super) fn series(data: &Whitened, values: &[f64]) -> Vec<Vec<f64>> {
     let mut out = vec![Vec::with_capacity(data.len()); data.rows];
     let mut residual = vec![0.0; data.rows];
-    for sample in (0..data.len()).filter(|&sample| weights[sample] > 0.0) {
-        data.residuals(sample, values, shapes, &mut residual);
+    for sample in (0..data.len()).filter(|&sample| data.weights[sample] > 0.0) {
+        data.residuals(sample, values, &mut residual);
         out.iter_mut().zip(&residual).for_each(|(series, x)| series.push(*x));
     }
     out

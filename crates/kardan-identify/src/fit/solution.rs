@@ -1,7 +1,7 @@
 //! The least squares problem of a fit, solved within its bounds.
 
+use super::FitOptions;
 use super::whitened::Whitened;
-use super::{FitOptions, Shape};
 use crate::Estimate;
 use kardan_math::num::dot;
 
@@ -16,8 +16,8 @@ pub(super) struct Solution {
 }
 
 impl Solution {
-    pub fn of(data: &Whitened, shapes: &[Option<(f64, Shape)>], weights: &[f64], options: &FitOptions) -> Option<Self> {
-        let problem = data.problem(shapes, weights);
+    pub fn of(data: &Whitened, options: &FitOptions) -> Option<Self> {
+        let problem = data.problem();
         let p = data.columns;
         let bounded: Vec<bool> = (0..p).map(|k| options.nonnegative.get(k).copied().unwrap_or(false)).collect();
         let whole = problem.solve()?;
@@ -49,31 +49,27 @@ impl Solution {
 }
 
 /// Root mean square of the residuals, for as many rows as are free.
-pub(super) fn scale(data: &Whitened, solution: &Solution, shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> f64 {
+pub(super) fn scale(data: &Whitened, solution: &Solution) -> f64 {
     let mut residual = vec![0.0; data.rows];
     let (mut square, mut rows) = (0.0, 0.0);
     for sample in 0..data.len() {
-        data.residuals(sample, &solution.values, shapes, &mut residual);
-        square += weights[sample] * dot(&residual, &residual);
-        rows += f64::from(u8::from(weights[sample] > 0.0)) * data.rows as f64;
+        data.residuals(sample, &solution.values, &mut residual);
+        square += data.weights[sample] * dot(&residual, &residual);
+        rows += f64::from(u8::from(data.weights[sample] > 0.0)) * data.rows as f64;
     }
     let freedom = rows - solution.estimate.rank as f64;
     if freedom > 0.0 { (square / freedom).sqrt() } else { 0.0 }
 }
 
 /// Mean of `e eᵀ` over the samples.
-pub(super) fn row_covariance(
-    data: &Whitened,
-    solution: &Solution,
-    shapes: &[Option<(f64, Shape)>],
-    weights: &[f64],
-) -> Vec<f64> {
+pub(super) fn row_covariance(data: &Whitened, solution: &Solution) -> Vec<f64> {
     let r = data.rows;
     let (mut residual, mut out, mut sum) = (vec![0.0; r], vec![0.0; r * r], 0.0);
     for sample in 0..data.len() {
-        data.residuals(sample, &solution.values, shapes, &mut residual);
-        sum += weights[sample];
-        (0..r * r).for_each(|k| out[k] += weights[sample] * residual[k / r] * residual[k % r]);
+        data.residuals(sample, &solution.values, &mut residual);
+        let weight = data.weights[sample];
+        sum += weight;
+        (0..r * r).for_each(|k| out[k] += weight * residual[k / r] * residual[k % r]);
     }
     out.iter_mut().for_each(|x| *x /= sum.max(f64::MIN_POSITIVE));
     out

@@ -2,12 +2,12 @@
 
 use kardan_rt::functions::powf;
 
+use super::FitOptions;
 use super::leverage::Leverage;
 use super::robust::influence;
 use super::serial::{newey_west, serial_test, series};
 use super::solution::Solution;
 use super::whitened::Whitened;
-use super::{FitOptions, Shape};
 use crate::LeastSquares;
 use kardan_math::num::Matrix;
 
@@ -29,8 +29,6 @@ pub(super) struct StandardErrors {
 struct Linearised<'a> {
     data: &'a Whitened,
     solution: &'a Solution,
-    shapes: &'a [Option<(f64, Shape)>],
-    weights: &'a [f64],
     /// Extra columns with unknown Stribeck speeds.
     searched: Vec<usize>,
 }
@@ -54,13 +52,13 @@ impl Linearised<'_> {
         let data = self.data;
         let Solution { values, free, .. } = self.solution;
         let w = data.columns - data.extras;
-        data.factors(sample, self.shapes, factors);
+        data.factors(sample, factors);
         let row = data.row(sample, row);
         for (x, &k) in x.iter_mut().zip(free) {
             *x = row[k] * if k >= w { factors[k - w] } else { 1.0 };
         }
         for (x, &k) in x[free.len()..].iter_mut().zip(&self.searched) {
-            let (scale, shape) = self.shapes[k].expect("a shape is searched");
+            let (scale, shape) = data.shapes[k].expect("a shape is searched");
             let ratio = data.speeds[sample * data.extras + k] / scale;
             *x = row[w + k] * values[w + k] * shape.slope(ratio) * -ratio / scale;
         }
@@ -71,10 +69,10 @@ impl Linearised<'_> {
         let mut out = LeastSquares::new(all);
         let (mut x, mut factors, mut residual) = (vec![0.0; all], vec![1.0; data.extras], vec![0.0; data.rows]);
         for sample in 0..data.len() {
-            data.residuals(sample, &self.solution.values, self.shapes, &mut residual);
+            data.residuals(sample, &self.solution.values, &mut residual);
             for i in 0..data.rows {
                 self.fill(sample, i, &mut factors, &mut x);
-                out.add(&x, residual[i], self.weights[sample].sqrt());
+                out.add(&x, residual[i], data.weights[sample].sqrt());
             }
         }
         out
@@ -89,8 +87,8 @@ impl Linearised<'_> {
         let mut block = vec![0.0; r * all];
         let mut leverage = Leverage::new(r, bread);
         for sample in 0..data.len() {
-            data.residuals(sample, &self.solution.values, self.shapes, &mut residual);
-            let root = self.weights[sample].sqrt();
+            data.residuals(sample, &self.solution.values, &mut residual);
+            let root = data.weights[sample].sqrt();
             for i in 0..r {
                 self.fill(sample, i, &mut factors, &mut block[i * all..(i + 1) * all]);
             }
@@ -107,24 +105,19 @@ impl Linearised<'_> {
 }
 
 /// Standard errors of a solution, and their degrees of freedom.
-pub(super) fn standard_errors(
-    data: &Whitened,
-    solution: &Solution,
-    shapes: &[Option<(f64, Shape)>],
-    weights: &[f64],
-    options: &FitOptions,
-) -> StandardErrors {
+pub(super) fn standard_errors(data: &Whitened, solution: &Solution, options: &FitOptions) -> StandardErrors {
+    let Whitened { shapes, weights, .. } = data;
     let (p, w) = (data.columns, data.columns - data.extras);
-    let fixed_speed = |k: usize| options.speeds.get(k).copied().flatten().is_some();
+    let fixed_speed = |k: usize| options.shapes.get(k).copied().flatten().is_some_and(|(_, speed)| speed.is_some());
     let searched: Vec<usize> =
         (0..data.extras).filter(|&k| shapes[k].is_some() && !fixed_speed(k) && solution.values[w + k] != 0.0).collect();
-    let linearised = Linearised { data, solution, shapes, weights, searched };
+    let linearised = Linearised { data, solution, searched };
     let all = linearised.columns();
     let linear = linearised.problem().solve().unwrap_or_else(|| solution.estimate.clone());
     let effective: f64 =
         weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
     let freedom = (effective as usize).saturating_sub(linear.rank) / data.rows.max(1);
-    let serial = options.serial.then(|| serial_test(&series(data, &solution.values, shapes, weights))).flatten();
+    let serial = options.serial.then(|| serial_test(&series(data, &solution.values))).flatten();
     let lags = match serial {
         Some(probability) if probability < 0.01 => (4.0 * powf(data.len() as f64 / 100.0, 2.0 / 9.0)).ceil() as usize,
         _ => 0,

@@ -2,9 +2,9 @@
 
 use kardan_rt::functions::{exp, ln};
 
+use super::FitOptions;
 use super::solution::Solution;
 use super::whitened::Whitened;
-use super::{FitOptions, Shape};
 
 /// Places in which the Stribeck speed is bracketed, and steps of the golden section after that.
 const BRACKETS: usize = 24;
@@ -12,14 +12,7 @@ const BRACKETS: usize = 24;
 const SECTIONS: usize = 40;
 
 /// The Stribeck speed of one extra column with the smallest residual, between the lowest and the highest speed; whether it is at an end.
-pub(super) fn search(
-    data: &Whitened,
-    extra: usize,
-    shapes: &mut [Option<(f64, Shape)>],
-    weights: &[f64],
-    options: &FitOptions,
-    first: bool,
-) -> Option<bool> {
+pub(super) fn search(data: &mut Whitened, extra: usize, options: &FitOptions, first: bool) -> Option<bool> {
     let speeds = data.speeds.iter().skip(extra).step_by(data.extras.max(1)).copied().filter(|v| *v > 0.0);
     let (low, high) = speeds.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
     if !(low < high) {
@@ -27,10 +20,10 @@ pub(super) fn search(
     }
     let (low, high) = (ln(low / 2.0), ln(high));
     let mut cost = |log: f64| -> Option<f64> {
-        if let Some((scale, _)) = &mut shapes[extra] {
+        if let Some((scale, _)) = &mut data.shapes[extra] {
             *scale = exp(log);
         }
-        Solution::of(data, shapes, weights, options).map(|found| found.estimate.residual)
+        Solution::of(data, options).map(|found| found.estimate.residual)
     };
     let grid = |k: usize| low + (high - low) * k as f64 / (BRACKETS - 1) as f64;
     let mut best = (0, f64::INFINITY);

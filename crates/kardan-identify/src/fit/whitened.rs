@@ -35,6 +35,11 @@ fn forward(lower: &[f64], rows: usize, columns: usize, x: &mut [f64]) {
     }
 }
 
+/// Factor of an extra column at a speed: one without a shape over the speed, else that of Stribeck speed and shape.
+pub(super) fn shape_factor(shape: Option<(f64, Shape)>, speed: f64) -> f64 {
+    shape.map_or(1.0, |(scale, shape)| shape.value(speed / scale))
+}
+
 /// Samples divided by their standard deviations: rows `[X y]` whose errors are independent and of size one.
 pub(super) struct Whitened {
     pub rows: usize,
@@ -43,10 +48,15 @@ pub(super) struct Whitened {
     data: Vec<f64>,
     /// Speeds of the extra columns, sample by sample.
     pub speeds: Vec<f64>,
+    /// Of each extra column its Stribeck speed and shape, if it has them.
+    pub shapes: Vec<Option<(f64, Shape)>>,
+    /// Factor of each sample under the robust loss.
+    pub weights: Vec<f64>,
 }
 
 impl Whitened {
-    pub fn new(samples: &Samples, chosen: &[usize]) -> Self {
+    /// The chosen samples, each with the weight one.
+    pub fn new(samples: &Samples, chosen: &[usize], shapes: Vec<Option<(f64, Shape)>>) -> Self {
         let (r, p) = (samples.rows, samples.columns);
         let mut data = Vec::with_capacity(chosen.len() * r * (p + 1));
         let mut speeds = Vec::with_capacity(chosen.len() * samples.extras);
@@ -60,7 +70,8 @@ impl Whitened {
             forward(&lower, r, p + 1, &mut data[from..]);
             speeds.extend_from_slice(samples.speeds(sample));
         }
-        Self { rows: r, columns: p, extras: samples.extras, data, speeds }
+        let weights = vec![1.0; chosen.len()];
+        Self { rows: r, columns: p, extras: samples.extras, data, speeds, shapes, weights }
     }
 
     /// Divides the rows of every sample by one more lower triangle.
@@ -81,35 +92,35 @@ impl Whitened {
     }
 
     /// Factors of the extra columns of a sample.
-    pub fn factors(&self, sample: usize, shapes: &[Option<(f64, Shape)>], out: &mut [f64]) {
+    pub fn factors(&self, sample: usize, out: &mut [f64]) {
         let speeds = &self.speeds[sample * self.extras..];
-        for ((factor, shape), speed) in out.iter_mut().zip(shapes).zip(speeds) {
-            *factor = shape.map_or(1.0, |(scale, shape)| shape.value(speed / scale));
+        for ((factor, shape), speed) in out.iter_mut().zip(&self.shapes).zip(speeds) {
+            *factor = shape_factor(*shape, *speed);
         }
     }
 
     /// The weighted least squares problem.
-    pub fn problem(&self, shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> LeastSquares {
+    pub fn problem(&self) -> LeastSquares {
         let (p, w) = (self.columns, self.columns - self.extras);
         let mut out = LeastSquares::new(p);
         let (mut x, mut factors) = (vec![0.0; p], vec![1.0; self.extras]);
         for sample in 0..self.len() {
-            self.factors(sample, shapes, &mut factors);
+            self.factors(sample, &mut factors);
             for i in 0..self.rows {
                 let row = self.row(sample, i);
                 x.copy_from_slice(&row[..p]);
                 x[w..].iter_mut().zip(&factors).for_each(|(x, factor)| *x *= factor);
-                out.add(&x, row[p], weights[sample].sqrt());
+                out.add(&x, row[p], self.weights[sample].sqrt());
             }
         }
         out
     }
 
     /// Residuals of a sample into `out`.
-    pub fn residuals(&self, sample: usize, values: &[f64], shapes: &[Option<(f64, Shape)>], out: &mut [f64]) {
+    pub fn residuals(&self, sample: usize, values: &[f64], out: &mut [f64]) {
         let (p, w) = (self.columns, self.columns - self.extras);
         let speeds = &self.speeds[sample * self.extras..];
-        let factor = |k: usize| shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
+        let factor = |k: usize| shape_factor(self.shapes[k], speeds[k]);
         for (i, residual) in out.iter_mut().enumerate() {
             let row = self.row(sample, i);
             let extra: f64 = (w..p).map(|k| row[k] * factor(k - w) * values[k]).sum();

@@ -2,8 +2,8 @@
 
 use kardan_rt::functions::exp;
 
-use super::{Motion, Regressor, Variances};
-use crate::extra::{Extra, ExtraDirection};
+use super::{Motion, Regressor, Variances, direction};
+use crate::extra::Extra;
 use kardan_math::num::dot;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::reduce::Kinematics;
@@ -76,14 +76,7 @@ impl Regressor {
                 }
                 continue;
             }
-            let row = match extra.direction() {
-                ExtraDirection::Friction(k) => &self.terms[Kind::Friction as usize][k].row,
-                ExtraDirection::Spring(k) => &self.terms[Kind::Stiffness as usize][k].row,
-                ExtraDirection::Input(k) => &self.inputs[k],
-                ExtraDirection::Teeth(k) => &self.teeth[k].row,
-                ExtraDirection::Laws => continue,
-            };
-            project(row, &self.kinematics, &mut self.direction);
+            project(direction(extra, &self.terms, &self.inputs, &self.teeth), &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
         }
         certain

@@ -1,6 +1,6 @@
 //! The signals that coefficients multiply at a motion: of terms, of extra columns, of torques by expressions and of gear loads.
 
-use super::Regressor;
+use super::{Regressor, along};
 use crate::extra::Extra;
 use crate::teeth::Teeth;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
@@ -89,20 +89,19 @@ impl Regressor {
                 }
             }
         }
-        let projection = |row: &[(usize, f64)]| row.iter().map(|(shaft, x)| x * own.cut[*shaft]).sum::<f64>();
         for (input, row) in self.inputs.iter().enumerate().filter(|(input, _)| !self.unmeasured.contains(input)) {
-            carried -= projection(row) * torques[input];
+            carried -= along(row, &own.cut) * torques[input];
         }
         for (law, row) in self.laws.iter().enumerate() {
             let open = self.law_values.iter().enumerate().map(|(k, value)| value * self.law_torques.share(law, k));
-            carried -= projection(row) * (self.law_torques.torque(law) + open.sum::<f64>());
+            carried -= along(row, &own.cut) * (self.law_torques.torque(law) + open.sum::<f64>());
         }
         Some(carried)
     }
 
     /// Gear losses, with the values of the file.
     pub(super) fn lost(&mut self, teeth: usize) -> Option<f64> {
-        if self.teeth[teeth].loses_nothing() {
+        if self.teeth[teeth].loss.is_none() && self.teeth[teeth].fixed == [0.0; 2] {
             return Some(0.0);
         }
         let [carried, sign] = self.carried[teeth]?;

@@ -142,14 +142,14 @@ pub fn bench_controller(
     let mut variants = project.prepared().variants.clone();
     if variant.is_some() {
         let settings = BenchSettings { variant: variant.map(String::from), ..BenchSettings::default() };
-        let number = super::choose(&variants, &settings).map_err(|diagnostic| vec![*diagnostic])?;
+        let number = super::choose(&variants, &settings)?;
         variants = vec![variants.swap_remove(number)];
     }
     let first = variants.iter().find_map(|variant| variant.model.controls.first());
     match (name, first) {
         (Some(name), _) => {
             let settings = BenchSettings { run: BenchRun::Control(name.into()), ..BenchSettings::default() };
-            super::choose(&variants, &settings).map(|_| name.into()).map_err(|diagnostic| vec![*diagnostic])
+            super::choose(&variants, &settings).map(|_| name.into())
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![

@@ -32,10 +32,10 @@ use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_schema::entries::Entry;
 use kardan_schema::file::syntax;
 use kardan_schema::schema::{EntryValue, Kind, Named, Quantity, Value};
-use kardan_simulate::{Faults, Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
+use kardan_simulate::{Recorded, Scenario, Setup, Tolerance, signal_names, simulate};
 use kardan_synthesis::Law;
 use plan::{MotionSequence, Planner, Refusal};
-use servo::{Servo, ServoLaw, encoders};
+use servo::{Servo, encoders};
 
 /// The mode of a bench.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -102,12 +102,9 @@ pub struct PreparedBench {
     motors: Vec<usize>,
     scenario: Scenario,
     columns: Vec<Column>,
-    seed: u64,
+    spec: BenchSpec,
     /// Whether a plan may start at any angle.
     free: bool,
-    period: f64,
-    bandwidth: f64,
-    torque_noise: f64,
     tolerance: Tolerance,
     notes: Vec<String>,
     /// Whether controllers run in continuous time, independent of their sample time.
@@ -157,7 +154,7 @@ impl PreparedBench {
 
     /// The name of the log of a repetition.
     pub fn log_name(&self, repetition: u64) -> String {
-        format!("{}-{}", self.label, self.seed.wrapping_add(repetition))
+        format!("{}-{}", self.label, self.spec.seed.wrapping_add(repetition))
     }
 
     /// The logs of several repetitions, made in parallel.
@@ -187,13 +184,13 @@ impl PreparedBench {
     }
 
     fn log_limited(&self, repetition: u64, most_steps: usize, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
-        let seed = self.seed.wrapping_add(repetition);
+        let (seed, period) = (self.spec.seed.wrapping_add(repetition), self.spec.period);
         let mut scenario = Scenario { seed, ..self.scenario.clone() };
         let trajectory = self.sequence.as_ref().map(|sequence| Arc::new(sequence.trajectory(seed).0));
         if let Some(trajectory) = &trajectory {
-            let (samples, rate) = (trajectory.samples(), (1.0 / self.period).round());
-            let whole = 1.0 / rate == self.period;
-            let time = |k: usize| if whole { k as f64 / rate } else { k as f64 * self.period };
+            let (samples, rate) = (trajectory.samples(), (1.0 / period).round());
+            let whole = 1.0 / rate == period;
+            let time = |k: usize| if whole { k as f64 / rate } else { k as f64 * period };
             (scenario.duration, scenario.times) = (time(samples - 1), (0..samples).map(time).collect());
         }
         if self.free && trajectory.is_some() {
@@ -202,18 +199,14 @@ impl PreparedBench {
             let start: Vec<f64> = model.coordinates.iter().map(|_| std::f64::consts::TAU * random.unit()).collect();
             scenario.position = angles_at(model, &start, &self.plant);
         }
-        let servo: Vec<Arc<dyn Law>> = match trajectory {
-            Some(trajectory) => {
-                let model = &self.nominal.reduced;
-                let (servo, _) = Servo::new(model, &self.motors, trajectory, self.period, self.bandwidth);
-                vec![Arc::new(ServoLaw(servo))]
-            }
-            None => Vec::new(),
-        };
-        let laws = match servo[..] {
-            [] if self.continuous => &self.nominal.designed[..],
-            [] => &self.nominal.implemented,
-            _ => &servo,
+        let servo = trajectory.map(|trajectory| -> Arc<dyn Law> {
+            let model = &self.nominal.reduced;
+            Arc::new(Servo::new(model, &self.motors, trajectory, period, self.spec.bandwidth).0)
+        });
+        let laws = match &servo {
+            Some(servo) => std::slice::from_ref(servo),
+            None if self.continuous => &self.nominal.designed[..],
+            None => &self.nominal.implemented,
         };
         let tolerance = Tolerance { most_steps, ..self.tolerance };
         let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, tolerance, progress);
@@ -264,7 +257,7 @@ fn prepare_excluding(
     if fails(&out) {
         return Err(out);
     }
-    let chosen = choose(&prepared.variants, settings).map_err(|diagnostic| vec![*diagnostic])?;
+    let chosen = choose(&prepared.variants, settings)?;
     let nominal = Arc::clone(&prepared.variants[chosen]);
     let own = document.variant_settings().swap_remove(chosen).settings;
     let mut spec = BenchSpec::read(document, &own, &mut out);
@@ -303,13 +296,10 @@ fn prepare_excluding(
         sequence: None,
         scenario: nominal.scenario.clone(),
         columns: Vec::new(),
-        seed: spec.seed,
         free: Kinematics::new(&nominal.reduced).is_constant()
             && nominal.reduced.equations.springs.is_empty()
             && nominal.reduced.equations.laws.is_empty(),
-        period: spec.period,
-        bandwidth: spec.bandwidth,
-        torque_noise: spec.torque_noise,
+        spec,
         continuous: false,
         tolerance,
         notes,
@@ -318,24 +308,22 @@ fn prepare_excluding(
         nominal,
     };
     match &settings.run {
-        BenchRun::Excitation => bench.excite(document, &spec, &mut out),
+        BenchRun::Excitation => bench.excite(document, &mut out),
         BenchRun::Control(_) => bench.control(),
     }
     if !fails(&out) {
-        bench.choose_columns(document, &spec, settings.run == BenchRun::Excitation, &mut out);
+        bench.choose_columns(document, settings.run == BenchRun::Excitation, &mut out);
     }
     if fails(&out) { Err(out) } else { Ok(bench) }
 }
 
 /// The number of the selected variant.
-fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
+fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Vec<Diagnostic>> {
     if let Some(name) = &settings.variant {
         let names = || variants.iter().map(|variant| variant.name.as_str());
         return names().position(|candidate| candidate == name).ok_or_else(|| {
-            let help = unknown_name(name, names());
-            Box::new(
-                Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help),
-            )
+            let message = format!("there is no variant `{}`", shortened(name));
+            vec![Diagnostic::error("variant::unknown", message).help(unknown_name(name, names()))]
         });
     }
     let BenchRun::Control(name) = &settings.run else { return Ok(0) };
@@ -349,9 +337,8 @@ fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result
             true => "the file has no `[control.NAME]`".to_string(),
             false => unknown_name(name, all),
         };
-        Box::new(
-            Diagnostic::error("control::unknown", format!("there is no controller `{}`", shortened(name))).help(help),
-        )
+        let message = format!("there is no controller `{}`", shortened(name));
+        vec![Diagnostic::error("control::unknown", message).help(help)]
     })
 }
 
@@ -408,13 +395,9 @@ pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
     }
     let table = entries.table("bench").and_then(|bench| bench.get("truth"));
     table.and_then(Named::read).ok_or_else(|| {
-        vec![
-            Diagnostic::error(
-                "bench::truth",
-                "the file with the true values has no table `[bench.truth]` of quantities",
-            )
-            .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
-        ]
+        let message = "the file with the true values has no table `[bench.truth]` of quantities";
+        let help = "write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`";
+        vec![Diagnostic::error("bench::truth", message).help(help)]
     })
 }
 
@@ -477,8 +460,8 @@ impl PreparedBench {
     }
 
     /// The plan and a scenario of the same length.
-    fn excite(&mut self, document: &Document, spec: &BenchSpec, out: &mut Vec<Diagnostic>) {
-        let model = &self.nominal.reduced;
+    fn excite(&mut self, document: &Document, out: &mut Vec<Diagnostic>) {
+        let (model, spec) = (&self.nominal.reduced, &self.spec);
         let all = coefficients(model);
         let mut planner = Planner { reduced: model, motors: &self.motors, spec, coefficients: Vec::new() };
         let determinable = planner.determinable(&all);
@@ -500,18 +483,10 @@ impl PreparedBench {
             Ok((plan, sequence)) => {
                 self.scenario = Scenario {
                     duration: plan.duration,
-                    times: Vec::new(),
-                    sources: Vec::new(),
-                    events: Vec::new(),
-                    signals: Vec::new(),
-                    tasks: Vec::new(),
-                    flow: None,
-                    sensors: Vec::new(),
-                    faults: Faults::default(),
                     seed: spec.seed,
-                    recorded: None,
-                    position: vec![0.0; self.plant.degrees_of_freedom()],
+                    position: angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant),
                     speed: vec![0.0; self.plant.degrees_of_freedom()],
+                    ..Scenario::default()
                 };
                 let trajectory = Arc::new(sequence.trajectory(spec.seed).0);
                 let (_, complete) = Servo::new(model, &self.motors, trajectory, spec.period, spec.bandwidth);
@@ -519,7 +494,6 @@ impl PreparedBench {
                     let note = "The encoders do not determine all coordinates: the servo loops read the exact angles.";
                     self.notes.push(note.into());
                 }
-                self.scenario.position = angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant);
                 (self.plan, self.sequence) = (Some(plan), Some(sequence));
                 self.tolerance.relative = self.tolerance.relative.max(TOLERANCE);
                 self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);
@@ -531,19 +505,16 @@ impl PreparedBench {
         }
     }
 
-    fn choose_columns(&mut self, document: &Document, spec: &BenchSpec, excited: bool, out: &mut Vec<Diagnostic>) {
+    fn choose_columns(&mut self, document: &Document, excited: bool, out: &mut Vec<Diagnostic>) {
+        let spec = &self.spec;
         let declared = signal_names(&self.plant, &self.scenario);
         let equations = &self.plant.equations;
-        let readings: Vec<(String, String)> = encoders(&self.plant)
-            .into_iter()
-            .map(|(sensor, shaft)| {
-                (
-                    signal_name::Quantity::Angle.of(&equations.coordinates[shaft]),
-                    signal_name::Quantity::Angle.of(&sensor),
-                )
-            })
-            .collect();
-        let motor = |k: usize| signal_name::Quantity::Torque.of(&equations.inputs[k].element);
+        let angle_of = |name: &String| signal_name::Quantity::Angle.of(name);
+        let torque_of = |name: &String| signal_name::Quantity::Torque.of(name);
+        let readings = encoders(&self.plant).into_iter();
+        let readings: Vec<(String, String)> =
+            readings.map(|(sensor, shaft)| (angle_of(&equations.coordinates[shaft]), angle_of(&sensor))).collect();
+        let motor = |k: usize| torque_of(&equations.inputs[k].element);
         let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
         if names.is_empty() && !excited {
             names = declared.iter().map(|(name, _)| name.clone()).collect();
@@ -551,16 +522,13 @@ impl PreparedBench {
         if names.is_empty() {
             names = readings.iter().map(|(angle, _)| angle.clone()).collect();
             if names.is_empty() {
-                names =
-                    self.plant.coordinate_names().iter().map(|name| signal_name::Quantity::Angle.of(name)).collect();
+                names = self.plant.coordinate_names().iter().map(angle_of).collect();
             }
             names.extend(self.motors.iter().map(|&k| motor(k)));
             let torque = |(_, sensor): &&(String, kardan_mechanics::equations::Sensor)| {
                 !matches!(sensor.measured, Measured::Angle(_) | Measured::Speed(_))
             };
-            names.extend(
-                equations.sensors.iter().filter(torque).map(|(name, _)| signal_name::Quantity::Torque.of(name)),
-            );
+            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| torque_of(name)));
             names.dedup();
         }
         for name in names {
@@ -581,7 +549,7 @@ impl PreparedBench {
                 Some((_, reading)) => Some(format!("reading {reading}")),
                 None => noisy.then(|| "torque that the drive reports".to_string()),
             };
-            let noise = if noisy { self.torque_noise } else { 0.0 };
+            let noise = if noisy { spec.torque_noise } else { 0.0 };
             self.columns.push(Column { signal: signal.clone(), name, description, noise });
         }
         let names = self.columns.iter().map(|column| column.signal.clone()).collect();

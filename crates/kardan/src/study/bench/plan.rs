@@ -59,8 +59,7 @@ impl Trajectory {
     /// Position, speed and acceleration of a sample; after the end those at the end.
     pub fn at(&self, sample: usize) -> (&[f64], &[f64], &[f64]) {
         let k = sample.min(self.samples() - 1) * self.degrees_of_freedom;
-        let of = |values: &'_ [f64]| -> std::ops::Range<usize> { k..(k + self.degrees_of_freedom).min(values.len()) };
-        let range = of(&self.positions);
+        let range = k..k + self.degrees_of_freedom;
         (&self.positions[range.clone()], &self.speeds[range.clone()], &self.accelerations[range])
     }
 }
@@ -143,8 +142,12 @@ pub(super) struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    pub fn excitation(&self) -> Excitation {
-        if self.spec.plan == ExcitationPlan::ConstantSpeeds { Excitation::Steady } else { Excitation::Free }
+    fn has_constant_speeds(&self) -> bool {
+        self.spec.plan == ExcitationPlan::ConstantSpeeds
+    }
+
+    fn excitation(&self) -> Excitation {
+        if self.has_constant_speeds() { Excitation::Steady } else { Excitation::Free }
     }
 
     /// The coefficients among these that this kind of motion can distinguish from all others.
@@ -156,7 +159,7 @@ impl Planner<'_> {
     }
 
     fn dwell(&self) -> f64 {
-        self.spec.dwell.unwrap_or(if self.spec.plan == ExcitationPlan::ConstantSpeeds { 1.0 } else { 4.0 })
+        self.spec.dwell.unwrap_or(if self.has_constant_speeds() { 1.0 } else { 4.0 })
     }
 
     /// Largest speed of each shaft, rad/s.
@@ -225,12 +228,12 @@ impl Planner<'_> {
             return Err(Refusal::NoLimit(self.reduced.equations.coordinates[free].clone()));
         }
         let shortest = self.count(0) as f64 * self.dwell();
-        if self.spec.plan != ExcitationPlan::ConstantSpeeds && shortest > self.spec.duration {
+        if !self.has_constant_speeds() && shortest > self.spec.duration {
             return Err(Refusal::TooLong(shortest));
         }
-        let (mut candidates, looked) = match self.spec.plan {
-            ExcitationPlan::ConstantSpeeds => self.constant(&mut rating, &limits)?,
-            _ => self.sections(&mut rating, &limits),
+        let (mut candidates, looked) = match self.has_constant_speeds() {
+            true => self.constant(&mut rating, &limits)?,
+            false => self.sections(&mut rating, &limits),
         };
         let blocks: Vec<Matrix<f64>> =
             candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
@@ -277,7 +280,7 @@ impl Planner<'_> {
 
     /// Number of chosen parts.
     fn count(&self, candidates: usize) -> usize {
-        let gridded = self.spec.plan == ExcitationPlan::ConstantSpeeds && !self.spec.speeds.is_empty();
+        let gridded = self.has_constant_speeds() && !self.spec.speeds.is_empty();
         self.spec.points.unwrap_or(if gridded { candidates.max(1) } else { POINTS })
     }
 
@@ -369,7 +372,7 @@ impl Planner<'_> {
         limits: &[f64],
     ) -> Result<(MotionSequence, Vec<BenchPoint>), Refusal> {
         let (r, period) = (self.reduced.degrees_of_freedom(), self.spec.period);
-        let constant = self.spec.plan == ExcitationPlan::ConstantSpeeds;
+        let constant = self.has_constant_speeds();
         let dwell = ((self.dwell() / period).round() as usize).max(1);
         let mut unplanned: Vec<usize> = chosen.to_vec();
         let mut sequence = MotionSequence { degrees_of_freedom: r, period, legs: Vec::new() };

@@ -107,10 +107,6 @@ impl Servo {
         };
         (servo, complete)
     }
-
-    fn clock(&self) -> Clock {
-        Clock { period: self.period, delay: 0.0, single: false }
-    }
 }
 
 /// `(EᵀE)⁻¹Eᵀ` for rows E of full rank.
@@ -131,12 +127,9 @@ fn inverse_of<'a>(rows: impl Iterator<Item = &'a [f64]>, r: usize) -> Option<Mat
     Some(out)
 }
 
-/// The servo loops as a law.
-pub(super) struct ServoLaw(pub Servo);
-
-impl Law for ServoLaw {
+impl Law for Servo {
     fn inputs(&self) -> &[String] {
-        &self.0.inputs
+        &self.inputs
     }
 
     fn references(&self) -> &[Reference] {
@@ -144,7 +137,7 @@ impl Law for ServoLaw {
     }
 
     fn block(&self, _: Option<Clock>) -> Option<Box<dyn Block>> {
-        Some(Box::new(self.0.clone()))
+        Some(Box::new(self.clone()))
     }
 
     fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
@@ -152,16 +145,16 @@ impl Law for ServoLaw {
     }
 
     fn linear(&self) -> LinearLaw {
-        let (inputs, shafts) = (self.0.inputs.len(), self.0.inverse.work.kinematics.angles.len());
+        let (inputs, shafts) = (self.inputs.len(), self.inverse.work.kinematics.angles.len());
         LinearLaw::gains(Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, 0))
     }
 
     fn sensors(&self) -> &[OutputSignal] {
-        &self.0.sensors
+        &self.sensors
     }
 
     fn clock(&self) -> Option<Clock> {
-        Some(self.0.clock())
+        Some(Clock { period: self.period, delay: 0.0, single: false })
     }
 
     fn describe(&self) -> Design {

@@ -1,11 +1,12 @@
 //! Backlash between two measured angles: its width, where the sign of the transmitted torque is known.
 
+use super::numbers::interval;
 use kardan_identify::{Fit, student_quantile};
 use kardan_math::num::{Rational, dot};
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::{InputKind, UnilateralConstraint};
 use kardan_model::Document;
-use kardan_results::{IdentifiedParameter, Interval};
+use kardan_results::IdentifiedParameter;
 use kardan_schema::diagnostics::quoted;
 
 /// Fraction of the largest torque from which contact is certain.
@@ -199,7 +200,7 @@ impl Backlash {
             IdentifiedParameter {
                 value: Some(value),
                 standard_error: (!error.is_nan()).then_some(error),
-                interval: half.is_finite().then_some(Interval { lower: value - half, upper: value + half }),
+                interval: interval(value, half),
                 remark: match half.is_finite() {
                     true => String::new(),
                     false => "no interval: it has one contact on each side, so the scatter between contacts is \

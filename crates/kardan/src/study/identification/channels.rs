@@ -64,11 +64,6 @@ impl Quantity {
         matches!(self, Self::Speed(own, _) if own == shaft)
     }
 
-    /// Whether it is the speed of a shaft.
-    fn is_turning(&self) -> bool {
-        matches!(self, Self::Speed(..)) && self.dimension() == Dimension::ANGULAR_VELOCITY
-    }
-
     /// Whether it is the torque or the force of an input.
     pub fn is_torque_of(&self, input: &str) -> bool {
         matches!(self, Self::Torque(own, _) if own == input)
@@ -136,24 +131,17 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
         {
             Some((Quantity::Torque(head.to_string(), domain_of_direction(model, direction)), None))
         }
-        Term::Output(sensor) if name.word.is_none() || reads(name, &sensor.measured) => match &sensor.measured {
-            Measured::Angle(shaft) => {
+        Term::Output(sensor) => match &sensor.measured {
+            Measured::Angle(shaft) if name.word.is_none() || name.is_position() => {
                 Some((Quantity::Angle(shaft.clone(), domain_of(model, shaft)), sensor.resolution))
             }
-            Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone(), domain_of(model, shaft)), None)),
+            Measured::Speed(shaft) if name.word.is_none() || name.is_rate() => {
+                Some((Quantity::Speed(shaft.clone(), domain_of(model, shaft)), None))
+            }
             _ => None,
         },
         _ => None,
     })
-}
-
-/// Whether a sensor's reading may have this name.
-fn reads(name: SignalName<'_>, measured: &Measured) -> bool {
-    match measured {
-        Measured::Angle(_) => name.is_position(),
-        Measured::Speed(_) => name.is_rate(),
-        _ => matches!(name.quantity(), Some(signal_name::Quantity::Torque | signal_name::Quantity::Force)),
-    }
 }
 
 /// All signals to which a channel may be mapped.
@@ -208,10 +196,11 @@ pub(super) fn wire_by_name(
 fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     let unit = unit.trim();
     let per_minute = Exact::from_ratio(1, 60);
+    let is_turning = matches!(quantity, Quantity::Speed(..)) && quantity.dimension() == Dimension::ANGULAR_VELOCITY;
     match header_unit(unit) {
         Ok((factor, dimension)) if dimension == quantity.dimension() => Ok(factor.to_f64()),
         Ok((factor, Dimension::NONE)) if factor == Exact::one() => Ok(1.0),
-        Ok((factor, dimension)) if quantity.is_turning() && dimension == Dimension::FREQUENCY => {
+        Ok((factor, dimension)) if is_turning && dimension == Dimension::FREQUENCY => {
             match factor == per_minute {
                 // Radians per minute is not a usual unit.
                 true => Ok(header_unit("rpm").map_or(1.0, |(factor, _)| factor.to_f64())),

@@ -5,7 +5,7 @@ use kardan_rt::functions::powi;
 use super::extra::{ExtraTerm, Law, law_parameters};
 use super::fitting::{Chosen, cross_validated, fit_options};
 use super::laws::silence_law;
-use super::plant::{Plant, columns, plant_excluding};
+use super::plant::{Columns, Plant, columns, plant_excluding};
 use super::request::{CandidateSpec, FitRequest, Method, request};
 use super::rows::{Material, rows, settled};
 use super::settings::IdentifySettings;
@@ -21,17 +21,30 @@ use kardan_schema::diagnostics::Diagnostic;
 pub(super) struct Whole<'a> {
     pub document: &'a Document,
     pub settings: &'a [Setting],
+    pub material: Material<'a>,
     pub request: &'a FitRequest,
     pub plant: &'a Plant,
     pub chosen: &'a Chosen,
 }
 
+impl Whole<'_> {
+    /// Columns and samples of another model; `aligned`: at the places of the whole one, with the covariances there.
+    pub fn samples(&self, plant: &Plant, request: &FitRequest, aligned: bool) -> (Columns, Samples) {
+        let columns = columns(plant, request, self.chosen.method);
+        let mut rows = rows(plant, request, &columns, &self.material);
+        if aligned {
+            align_places(&mut rows.samples, &self.chosen.built.samples);
+        }
+        let samples = match self.chosen.method {
+            Method::Steady => settled(&rows, request, self.material.window),
+            Method::Dynamic => rows.samples,
+        };
+        (columns, samples)
+    }
+}
+
 /// Compares models by their predictions of segments that were not fitted.
-pub(super) fn compare(
-    whole: &Whole<'_>,
-    material: &Material<'_>,
-    progress: &dyn Progress,
-) -> Result<Vec<Candidate>, Vec<Diagnostic>> {
+pub(super) fn compare(whole: &Whole<'_>, progress: &dyn Progress) -> Result<Vec<Candidate>, Vec<Diagnostic>> {
     let specs = match whole.request.candidates.as_slice() {
         [] => usual_candidates(whole.request),
         list => list.to_vec(),
@@ -44,7 +57,7 @@ pub(super) fn compare(
             // Without all candidates the best one is undefined.
             return Ok(out);
         }
-        out.push(judged(spec, whole, material)?);
+        out.push(judged(spec, whole)?);
     }
     progress.advance(1, "candidates", 1.0);
     choose_simplest(&mut out);
@@ -82,11 +95,7 @@ fn usual_candidates(request: &FitRequest) -> Vec<CandidateSpec> {
 }
 
 /// The request of a candidate.
-fn candidate_request(
-    spec: &CandidateSpec,
-    whole: &Whole<'_>,
-    material: &Material<'_>,
-) -> Result<FitRequest, Vec<Diagnostic>> {
+fn candidate_request(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<FitRequest, Vec<Diagnostic>> {
     let mut diagnostics = Vec::new();
     let options = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
     let mut own = request(whole.document, &whole.plant.model, whole.settings, &options, &mut diagnostics);
@@ -104,15 +113,15 @@ fn candidate_request(
     let laws: Vec<ExtraTerm> = laws.collect();
     own.extras = own.declared.iter().filter(|extra| spec.extras.iter().any(|name| extra.is(name))).cloned().collect();
     own.extras.extend(laws);
-    own.split_by_recording(whole.plant, material);
+    own.split_by_recording(whole.plant, &whole.material);
     own.loss = whole.request.loss;
     own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
     Ok(own)
 }
 
 /// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
-fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Candidate, Vec<Diagnostic>> {
-    let (own, method) = (candidate_request(&spec, whole, material)?, whole.chosen.method);
+fn judged(spec: CandidateSpec, whole: &Whole<'_>) -> Result<Candidate, Vec<Diagnostic>> {
+    let (own, method) = (candidate_request(&spec, whole)?, whole.chosen.method);
     // Terms that are not among its parameters are removed from the model, not taken from the file.
     let silent: Vec<&UnknownParameter> =
         whole.request.unknowns.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
@@ -120,13 +129,7 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Re
     for name in law_parameters(&whole.request.extras).iter().filter(|name| !spec.parameters.contains(name)) {
         silence_law(&mut trial.reduced.equations, name);
     }
-    let columns = columns(&trial, &own, method);
-    let mut rows = rows(&trial, &own, &columns, material);
-    align_places(&mut rows.samples, &whole.chosen.built.samples);
-    let samples = match method {
-        Method::Steady => settled(&rows, &own, material.window),
-        Method::Dynamic => rows.samples,
-    };
+    let (columns, samples) = whole.samples(&trial, &own, true);
     let (predicted, folds) = cross_validated(&samples, method, &fit_options(&own, &columns, method));
     let mut candidate = Candidate {
         name: spec.name,
@@ -151,7 +154,7 @@ fn choose_simplest(candidates: &mut [Candidate]) {
 }
 
 /// Selects the samples at the positions of other ones, which are in order, with the covariances of those.
-pub(super) fn align_places(samples: &mut Samples, reference: &Samples) {
+fn align_places(samples: &mut Samples, reference: &Samples) {
     let mut retained = Vec::new();
     let mut covariance = Vec::new();
     let mut from = 0;

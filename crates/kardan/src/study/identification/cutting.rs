@@ -12,23 +12,17 @@ use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::schema::Table;
 
 /// The gear data of a cut, with remarks about it.
-#[derive(Clone)]
-pub(super) struct Cut {
-    pub teeth: Teeth,
+struct Cut {
+    teeth: Teeth,
     /// Unknown coefficients that enter with the values of the file.
-    pub load_independent: Vec<String>,
+    load_independent: Vec<String>,
     /// Whether the load contains all information of the logs besides the unknowns: then any loss fits.
-    pub explains_itself: bool,
+    explains_itself: bool,
 }
 
 /// Whether the gear loss exists only to provide a direction.
 fn is_lossless(gear: &GearLoss) -> bool {
     gear.loss.is_none() && [&gear.forth, &gear.back].iter().all(|part| part.to_f64().abs() < 1e-8)
-}
-
-/// The cuts of all gear losses in order, or the reason why a cut is impossible.
-pub(super) fn cuts(balance: &Balance<'_>) -> Vec<Result<Cut, String>> {
-    balance.reduced.equations.gear_losses().map(|(unilateral, gear)| balance.cut(unilateral, gear)).collect()
 }
 
 /// Inputs of the cut computation.
@@ -50,6 +44,16 @@ type Condition = (Row, Rational);
 type Row = Vec<(usize, Rational)>;
 
 impl Balance<'_> {
+    /// The cuts of all gear losses in order, or the reason why a cut is impossible.
+    fn cuts(&self) -> impl Iterator<Item = Result<Cut, String>> {
+        self.reduced.equations.gear_losses().map(|(unilateral, gear)| self.cut(unilateral, gear))
+    }
+
+    /// The requested loss of a gear.
+    fn gear_loss(&self, element: &str) -> Option<&ExtraTerm> {
+        self.request.extras.iter().find(|one| one.element == element && matches!(one.law, Law::Teeth { .. }))
+    }
+
     fn cut(&self, unilateral: &DirectionalTerm<UnilateralConstraint>, gear: &GearLoss) -> Result<Cut, String> {
         let equations = &self.reduced.equations;
         if !Kinematics::new(self.reduced).is_constant() {
@@ -92,12 +96,7 @@ impl Balance<'_> {
             }
         }
         try_condition(&unilateral.row, &mut motion);
-        let sought = self
-            .request
-            .extras
-            .iter()
-            .any(|one| one.element == unilateral.element && matches!(one.law, Law::Teeth { .. }));
-        let fixed = !sought && !is_lossless(gear);
+        let fixed = self.gear_loss(&unilateral.element).is_none() && !is_lossless(gear);
         let [forth, back] = [&gear.forth, &gear.back].map(|part| if fixed { part.to_f64() } else { 0.0 });
         let loss = gear.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
         let teeth = Teeth {
@@ -111,7 +110,7 @@ impl Balance<'_> {
     }
 
     /// The cut of a backlash whose torque is an unmeasured input, and the unknowns that enter its torque.
-    fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
+    pub fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
         let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
         let row = &equations.inputs[input].row;
@@ -134,9 +133,7 @@ impl Balance<'_> {
         let teeth = Teeth {
             row: equations.inputs[input].row_f64(),
             cut: motion.iter().map(rational_to_f64).collect(),
-            fixed: [0.0; 2],
-            loss: None,
-            rest_speed: 0.0,
+            ..Teeth::default()
         };
         Some((teeth, entering))
     }
@@ -144,12 +141,7 @@ impl Balance<'_> {
     /// Names and directions of the unknowns.
     fn unknown(&self) -> Vec<(String, Vec<Row>)> {
         let equations = &self.reduced.equations;
-        let row = |kind: Kind, term: usize| match kind {
-            Kind::Inertia => equations.inertias[term].row.clone(),
-            Kind::Damping => equations.dampers[term].row.clone(),
-            Kind::Stiffness => equations.springs[term].row.clone(),
-            Kind::Friction => equations.frictions[term].row.clone(),
-        };
+        let row = |kind: Kind, term: usize| equations.coefficient_row((kind, term)).to_vec();
         let rows = |one: &Coefficient| one.terms.iter().map(|&term| row(one.kind, term)).collect();
         let mut out: Vec<_> = self.sought.iter().map(|one| (one.name.clone(), rows(one))).collect();
         for law in &equations.laws {
@@ -173,24 +165,11 @@ impl Balance<'_> {
         let sought =
             |kind: Kind, term: usize| self.sought.iter().any(|one| one.kind == kind && one.terms.contains(&term));
         let open = law_parameters(&self.request.extras);
-        let fixed =
-            |kind: Kind, term: usize, zero: bool, row: &[(usize, Rational)]| !zero && !sought(kind, term) && apart(row);
-        equations.inertias.iter().enumerate().any(|(k, one)| fixed(Kind::Inertia, k, one.value.is_zero(), &one.row))
-            || equations
-                .dampers
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Damping, k, one.value.is_zero(), &one.row))
-            || equations
-                .springs
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Stiffness, k, one.value.stiffness.is_zero(), &one.row))
-            || equations
-                .frictions
-                .iter()
-                .enumerate()
-                .any(|(k, one)| fixed(Kind::Friction, k, one.value.torque.is_zero(), &one.row))
+        let is_fixed = |(kind, term): (Kind, usize)| {
+            let zero = equations.coefficient((kind, term)).is_zero();
+            !zero && !sought(kind, term) && apart(equations.coefficient_row((kind, term)))
+        };
+        equations.coefficient_slots().into_iter().any(is_fixed)
             || equations.inputs.iter().zip(self.torques).any(|(one, slot)| slot.is_some() && apart(&one.row))
             || equations
                 .laws
@@ -215,19 +194,12 @@ fn solution(conditions: &[Condition], n: usize) -> Option<Vec<Rational>> {
     Some((0..n).map(|k| kernel[(k, column)].over(&kernel[(n, column)])).collect())
 }
 
-/// The cut of the backlash whose torque is that of an input.
-pub(super) fn cut_of_backlash(balance: &Balance<'_>, input: usize) -> Option<(Teeth, Vec<String>)> {
-    balance.cut_of_backlash(input)
-}
-
 /// Errors of gear-loss terms, and notes about other gears.
 pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut notes = Vec::new();
-    let request = balance.request;
-    for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(cuts(balance)) {
+    for ((unilateral, gear), cut) in balance.reduced.equations.gear_losses().zip(balance.cuts()) {
         let element = &unilateral.element;
-        let own = request.extras.iter().find(|one| one.element == *element && matches!(one.law, Law::Teeth { .. }));
-        match (cut, own) {
+        match (cut, balance.gear_loss(element)) {
             (Err(why), Some(own)) => {
                 let message = format!("the gear loss of `{element}` cannot be identified: {why}");
                 return Err(vec![Diagnostic::error("identify::gear-loss", message)
@@ -259,8 +231,8 @@ pub(super) fn check_teeth(balance: &Balance<'_>) -> Result<Vec<String>, Vec<Diag
 /// Gear losses for a regressor; gears without a cut are lossless.
 pub(super) fn teeth(balance: &Balance<'_>) -> Vec<Teeth> {
     let n = balance.reduced.equations.coordinates.len();
-    let none = || Teeth { row: Vec::new(), cut: vec![0.0; n], fixed: [0.0; 2], loss: None, rest_speed: 0.0 };
-    cuts(balance).into_iter().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
+    let none = || Teeth { cut: vec![0.0; n], ..Teeth::default() };
+    balance.cuts().map(|cut| cut.map_or_else(|_| none(), |cut| cut.teeth)).collect()
 }
 
 /// All gears whose losses the file does not specify.
@@ -277,7 +249,7 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
 /// Gear-loss terms that the logs can identify. The load must follow from the motion: a measured torque includes everything that the balance does not
 /// explain, and the loss would explain it by itself.
 pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
-    let all = balance.reduced.equations.gear_losses().zip(cuts(balance));
+    let all = balance.reduced.equations.gear_losses().zip(balance.cuts());
     let inputs = &balance.reduced.equations.inputs;
     let of_torque = |cut: &Cut| {
         inputs

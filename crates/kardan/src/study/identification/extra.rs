@@ -53,6 +53,56 @@ pub(super) enum Law {
     },
 }
 
+impl Law {
+    /// The name of its kind; empty for a parameter of laws, which no entry declares.
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Stribeck { .. } => "stribeck",
+            Self::Load { .. } => "load",
+            Self::FrictionAsymmetry => "friction_asymmetry",
+            Self::DampingAsymmetry => "damping_asymmetry",
+            Self::Quadratic => "quadratic",
+            Self::Drift => "drift",
+            Self::Recordings | Self::Recording { .. } => "recordings",
+            Self::Cogging(_) => "cogging",
+            Self::Ripple(_) => "ripple",
+            Self::Offset => "offset",
+            Self::Backlash { .. } => "backlash",
+            Self::Teeth { .. } => "gear_loss",
+            Self::Parameter { .. } => "",
+        }
+    }
+}
+
+/// A kind of `[[identification.extra]]`: its name, the key that names its element, its further keys, and the keys of its
+/// parameters, first that of the term; `*` stands for the numbers of several.
+type ExtraKind = (&'static str, &'static str, &'static [&'static str], &'static [&'static str]);
+
+const KINDS: [ExtraKind; 12] = [
+    ("stribeck", "friction", &["shape", "speed"], &["stribeck", "stribeck_speed"]),
+    ("load", "friction", &["torque"], &["load_loss"]),
+    ("friction_asymmetry", "friction", &[], &["friction_asymmetry"]),
+    ("damping_asymmetry", "friction", &[], &["damping_asymmetry"]),
+    ("quadratic", "friction", &[], &["quadratic_damping"]),
+    ("drift", "friction", &[], &["friction_drift"]),
+    ("recordings", "friction", &[], &["friction_recordings*"]),
+    ("cogging", "friction", &["order"], &["cogging*"]),
+    ("ripple", "friction", &["order"], &["friction_ripple*"]),
+    ("offset", "torque", &[], &["offset"]),
+    ("backlash", "spring", &["min_deflection"], &["backlash_torque", "backlash"]),
+    ("gear_loss", "gear", &[], &["tooth_loss", "tooth_loss_back", "efficiency", "efficiency_back"]),
+];
+
+fn kind_named(name: &str) -> Option<ExtraKind> {
+    KINDS.into_iter().find(|kind| kind.0 == name)
+}
+
+/// The kind that has a parameter of such a key, and the key that names its element.
+pub(super) fn kind_of_parameter(key: &str) -> Option<(&'static str, &'static str)> {
+    let is = |own: &&str| own.strip_suffix('*').map_or(*own == key, |start| key.starts_with(start));
+    KINDS.iter().find(|(.., parameters)| parameters.iter().any(is)).map(|(name, element, ..)| (*name, *element))
+}
+
 /// An additional term, or one column of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ExtraTerm {
@@ -68,8 +118,10 @@ pub(super) struct ExtraTerm {
 }
 
 impl ExtraTerm {
-    pub fn new(element: &str, term: &str, law: Law) -> Self {
-        let term = format!("{element}.{term}");
+    /// A term of one column that an entry of the file can declare.
+    pub fn new(element: &str, law: Law) -> Self {
+        let (.., parameters) = kind_named(law.kind()).expect("a declared term has a kind");
+        let term = format!("{element}.{}", parameters[0].trim_end_matches('*'));
         Self { name: term.clone(), term, element: element.into(), law, remark: String::new() }
     }
 
@@ -77,17 +129,16 @@ impl ExtraTerm {
     pub fn harmonics(element: &str, order: f64, ripple: bool) -> [Self; 2] {
         [false, true].map(|sine| {
             let harmonic = Harmonic { shaft: element.into(), order, sine };
-            let (word, law) =
-                if ripple { ("friction_ripple", Law::Ripple(harmonic)) } else { ("cogging", Law::Cogging(harmonic)) };
-            let own = Self::new(element, &format!("{word}_{order}"), law);
-            Self { name: format!("{}_{}", own.term, if sine { "sin" } else { "cos" }), ..own }
+            let own = Self::new(element, if ripple { Law::Ripple(harmonic) } else { Law::Cogging(harmonic) });
+            let term = format!("{}_{order}", own.term);
+            Self { name: format!("{term}_{}", if sine { "sin" } else { "cos" }), term, ..own }
         })
     }
 
     /// The two columns of a gear loss.
     pub fn teeth(element: &str) -> [Self; 2] {
         [false, true].map(|back| {
-            let own = Self::new(element, "tooth_loss", Law::Teeth { back });
+            let own = Self::new(element, Law::Teeth { back });
             Self { name: if back { format!("{}_back", own.name) } else { own.name.clone() }, ..own }
         })
     }
@@ -136,32 +187,14 @@ impl ExtraTerm {
 
     /// How a model file declares it, along coordinates of a domain.
     pub fn file_entry(&self, domain: Domain) -> String {
-        let own = |kind: &str, more: &str| {
-            let key = match self.law {
-                Law::Offset => "torque",
-                Law::Backlash { .. } => "spring",
-                Law::Teeth { .. } => "gear",
-                _ => "friction",
-            };
-            format!("[[identification.extra]]\nkind = \"{kind}\"\n{key} = \"{}\"\n{more}", self.element)
+        let Some((kind, key, ..)) = kind_named(self.law.kind()) else { return String::new() };
+        let more = match &self.law {
+            Law::Load { torque } => format!("torque = \"{torque}\"\n"),
+            Law::Cogging(harmonic) | Law::Ripple(harmonic) => format!("order = {}\n", harmonic.order),
+            Law::Backlash { clear } => format!("min_deflection = \"{clear} {}\"\n", domain.motion()[0].unit()),
+            _ => String::new(),
         };
-        match &self.law {
-            Law::Stribeck { .. } => own("stribeck", ""),
-            Law::Load { torque } => own("load", &format!("torque = \"{torque}\"\n")),
-            Law::FrictionAsymmetry => own("friction_asymmetry", ""),
-            Law::DampingAsymmetry => own("damping_asymmetry", ""),
-            Law::Quadratic => own("quadratic", ""),
-            Law::Drift => own("drift", ""),
-            Law::Recordings | Law::Recording { .. } => own("recordings", ""),
-            Law::Cogging(harmonic) => own("cogging", &format!("order = {}\n", harmonic.order)),
-            Law::Ripple(harmonic) => own("ripple", &format!("order = {}\n", harmonic.order)),
-            Law::Offset => own("offset", ""),
-            Law::Backlash { clear } => {
-                own("backlash", &format!("min_deflection = \"{clear} {}\"\n", domain.motion()[0].unit()))
-            }
-            Law::Teeth { .. } => own("gear_loss", ""),
-            Law::Parameter { .. } => String::new(),
-        }
+        format!("[[identification.extra]]\nkind = \"{kind}\"\n{key} = \"{}\"\n{more}", self.element)
     }
 }
 
@@ -216,14 +249,9 @@ const NEEDS: [(&str, &str, &str); 7] = [
 impl Declared<'_> {
     /// Its columns, if it has no error.
     fn columns(&self, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
-        let Some(kind) = read_word(self.table, "kind") else { return Vec::new() };
+        let kind = read_word(self.table, "kind").and_then(kind_named);
+        let Some((kind, direction, keys, _)) = kind else { return Vec::new() };
         let before = out.len();
-        let direction = match kind {
-            "offset" => "torque",
-            "backlash" => "spring",
-            "gear_loss" => "gear",
-            _ => "friction",
-        };
         let needed = NEEDS.iter().filter(|(of, ..)| *of == kind).map(|(_, key, help)| (*key, *help));
         let friction = (direction == "friction").then_some(("friction", "name the element whose friction it adds to"));
         for (key, help) in needed.chain(friction) {
@@ -235,35 +263,25 @@ impl Declared<'_> {
                 );
             }
         }
-        self.refuse_idle_keys(kind, out);
+        self.refuse_idle_keys(kind, (direction, keys), out);
         let element = self.element(direction, out);
         let torque = self.element("torque", out);
-        let own = |word: &str, law: Law| vec![ExtraTerm::new(&element, word, law)];
-        let translational = self
-            .document
-            .elements
-            .iter()
-            .any(|one| one.name == element && (one.kind.keyword == "mass" || one.table.translational));
+        let own = |law: Law| vec![ExtraTerm::new(&element, law)];
+        let own_element = self.document.elements.get(&element);
+        let translational = own_element.is_some_and(|one| one.kind.keyword == "mass" || one.table.translational);
         let domain = if translational { Domain::Translation } else { Domain::Rotation };
+        let reader = TableReader::new(self.document, &[]);
         let mut number = |key: &str, dimension: Dimension| {
-            quantity(
-                &TableReader::new(self.document, &[]),
-                self.table,
-                key,
-                (dimension, Sign::Positive),
-                self.what,
-                out,
-            )
-            .map(|x| x.to_f64())
+            quantity(&reader, self.table, key, (dimension, Sign::Positive), self.what, out).map(|x| x.to_f64())
         };
         let columns = match kind {
-            "load" => own("load_loss", Law::Load { torque }),
-            "friction_asymmetry" => own("friction_asymmetry", Law::FrictionAsymmetry),
-            "damping_asymmetry" => own("damping_asymmetry", Law::DampingAsymmetry),
-            "quadratic" => own("quadratic_damping", Law::Quadratic),
-            "drift" => own("friction_drift", Law::Drift),
-            "recordings" => own("friction_recordings", Law::Recordings),
-            "offset" => own("offset", Law::Offset),
+            "load" => own(Law::Load { torque }),
+            "friction_asymmetry" => own(Law::FrictionAsymmetry),
+            "damping_asymmetry" => own(Law::DampingAsymmetry),
+            "quadratic" => own(Law::Quadratic),
+            "drift" => own(Law::Drift),
+            "recordings" => own(Law::Recordings),
+            "offset" => own(Law::Offset),
             "gear_loss" => ExtraTerm::teeth(&element).to_vec(),
             "cogging" | "ripple" => {
                 let order = number("order", Dimension::NONE).unwrap_or(1.0);
@@ -271,7 +289,7 @@ impl Declared<'_> {
             }
             "backlash" => {
                 let clear = number("min_deflection", domain.dimensions()[0]).unwrap_or(0.0);
-                own("backlash_torque", Law::Backlash { clear })
+                own(Law::Backlash { clear })
             }
             _ => {
                 let shape = match read_word(self.table, "shape") {
@@ -279,25 +297,16 @@ impl Declared<'_> {
                     Some("peak") => Shape::Peak,
                     _ => Shape::Gaussian,
                 };
-                own("stribeck", Law::Stribeck { shape, speed: number("speed", domain.dimensions()[1]) })
+                own(Law::Stribeck { shape, speed: number("speed", domain.dimensions()[1]) })
             }
         };
         if out.len() == before { columns } else { Vec::new() }
     }
 
     /// Keys without effect.
-    fn refuse_idle_keys(&self, kind: &str, out: &mut Vec<Diagnostic>) {
-        let fits = |key: &str| match key {
-            "shape" | "speed" => kind == "stribeck",
-            "torque" => matches!(kind, "load" | "offset"),
-            "order" => matches!(kind, "cogging" | "ripple"),
-            "spring" | "min_deflection" => kind == "backlash",
-            "friction" => !matches!(kind, "offset" | "backlash" | "gear_loss"),
-            "gear" => kind == "gear_loss",
-            _ => true,
-        };
+    fn refuse_idle_keys(&self, kind: &str, (direction, keys): (&str, &[&str]), out: &mut Vec<Diagnostic>) {
         for key in ["shape", "speed", "torque", "order", "spring", "min_deflection", "friction", "gear"] {
-            if self.table.values.contains_key(key) && !fits(key) {
+            if self.table.values.contains_key(key) && key != direction && !keys.contains(&key) {
                 out.push(
                     Diagnostic::error("key::unused", format!("{}: the kind `{kind}` has no `{key}`", self.what))
                         .at(TableReader::place(self.table, key), "has no effect here")

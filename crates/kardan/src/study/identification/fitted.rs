@@ -1,11 +1,14 @@
 //! A fit with its data.
 
 use super::backlashes::Backlash;
+use super::compare::Whole;
 use super::plant::{Columns, Plant};
 use super::request::FitRequest;
-use kardan_identify::{Fit, Samples};
+use kardan_identify::{Coefficient, Fit, Samples};
+use kardan_mechanics::assemble::CoefficientKind as Kind;
 
 pub(super) struct Fitted<'a> {
+    pub whole: &'a Whole<'a>,
     pub plant: &'a Plant,
     pub request: &'a FitRequest,
     pub columns: &'a Columns,
@@ -14,10 +17,6 @@ pub(super) struct Fitted<'a> {
     pub fit: &'a Fit,
     /// Cross-validated predictions, sample by sample, row by row.
     pub cross_validated: Option<&'a [f64]>,
-    pub method: &'a str,
-    pub window: f64,
-    /// Standard deviations of a window's angles, speeds and accelerations.
-    pub noise: &'a [Vec<f64>; 3],
     pub backlashes: &'a [Backlash],
 }
 
@@ -41,11 +40,11 @@ impl Fitted<'_> {
     }
 }
 
-/// At most six digits.
-pub(super) fn short(x: f64) -> String {
-    let text = format!("{x:.6}");
-    if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) {
-        return format!("{x:.4e}");
-    }
-    text.trim_end_matches('0').trim_end_matches('.').to_string()
+/// The column of the stiffness of a spring, if it has one, and its value in a fit, or else in the file; NaN without it.
+pub(super) fn stiffness(plant: &Plant, columns: &Columns, fit: &Fit, element: &str) -> (Option<usize>, f64) {
+    let springs = &plant.reduced.equations.springs;
+    let Some(number) = springs.iter().position(|term| term.element == element) else { return (None, f64::NAN) };
+    let of_spring = |one: &Coefficient| one.kind == Kind::Stiffness && one.terms.contains(&number);
+    let column = columns.identifiable.iter().position(|(k, _)| of_spring(&columns.coefficients[*k]));
+    (column, column.map_or_else(|| springs[number].value.stiffness.to_f64(), |column| fit.values[column]))
 }

@@ -1,7 +1,7 @@
 //! Selection of the fitted samples of the logs, and the fit.
 
 use super::extra::{ExtraTerm, Law};
-use super::fitted::short;
+use super::numbers::short;
 use super::plant::{Columns, Plant, columns};
 use super::request::{FitRequest, Method};
 use super::rows::{Built, Material, rows, settled};
@@ -102,8 +102,7 @@ pub(super) fn fit_options(request: &FitRequest, columns: &Columns, method: Metho
         nonnegative: identifiable
             .chain(request.extras.iter().map(|extra| nonnegative(&extra.name) || nonnegative(&extra.term)))
             .collect(),
-        shapes: request.extras.iter().map(|extra| extra.shape().map(|(shape, _)| shape)).collect(),
-        speeds: request.extras.iter().map(|extra| extra.shape().and_then(|(_, speed)| speed)).collect(),
+        shapes: request.extras.iter().map(ExtraTerm::shape).collect(),
         serial: method == Method::Dynamic,
     }
 }

@@ -35,9 +35,9 @@ pub(super) fn law_terms(
         };
         let further_uses = further_uses_of(document, name);
         if further_uses.is_empty() {
-            let own = ExtraTerm { name: name.clone(), term: name.clone(), ..ExtraTerm::new(element, "", law) };
             if terms.iter().all(|candidate| candidate.name != *name) {
-                terms.push(own);
+                let (element, remark) = (element.clone(), String::new());
+                terms.push(ExtraTerm { name: name.clone(), term: name.clone(), element, law, remark });
             }
             return false;
         }

@@ -11,6 +11,7 @@ mod fitted;
 mod fitting;
 mod group_reader;
 mod laws;
+mod numbers;
 mod open_log;
 mod open_logs;
 mod parameters;
@@ -100,70 +101,59 @@ impl Project {
         settings: &IdentifySettings,
         progress: &dyn Progress,
     ) -> Result<Identification, Vec<Diagnostic>> {
-        of_project(self, files, settings, progress)
+        let (document, diagnostics) = self.read();
+        let diagnostics: Vec<Diagnostic> = diagnostics.iter().filter(|one| is_error(one)).cloned().collect();
+        if !diagnostics.is_empty() {
+            return Err(diagnostics);
+        }
+        if files.is_empty() {
+            return Err(vec![
+                Diagnostic::error("log::none", "there is no log to read")
+                    .help("name one or more after the model: `kardan identify my.toml bench.mf4`"),
+            ]);
+        }
+        let set = variant(document, settings.variant.as_deref())?;
+        let (model, mut diagnostics) = document.model_with(&set, Some(&[]));
+        diagnostics.retain(is_error);
+        let mut request = request(document, &model, &set, settings, &mut diagnostics);
+        if !diagnostics.is_empty() {
+            return Err(diagnostics);
+        }
+        let mut logs = OpenLogs::open(document, &model, files)?;
+        let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &request.declared)?, &model);
+        if settings.suggest {
+            slots = with_all_harmonics(slots);
+        }
+        let notes = logs.notes();
+        let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
+        let plant = plant(document, &set, &request, &slots, &model, &tried)
+            .map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
+        let window = match request.window {
+            Some(window) => window,
+            None => logs.usual_window()?,
+        };
+        // After an early stop the part of the logs read so far is fitted nevertheless.
+        let (recorded, early) = logs.read(&slots, window, progress)?;
+        let material = Material { recorded: &recorded, slots: &slots, window };
+        let mut notes = request.split_by_recording(&plant, &material);
+        notes.extend(drop_unused_directions(&mut request, &plant, &material));
+        notes.extend(plant.notes.iter().cloned());
+        // An error of a log is a likely reason for insufficient data.
+        let mut chosen = choose(&plant, &request, &material)
+            .map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
+        let contradictions = contradictions(&plant, &material);
+        chosen.warnings = contradictions.warnings;
+        chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
+        let options = fit_options(&request, &chosen.columns, chosen.method);
+        let fit = chosen.fit(&options)?;
+        let whole = Whole { document, settings: &set, material, request: &request, plant: &plant, chosen: &chosen };
+        Fitting { whole, options, fit, early }.validated(settings, progress)
     }
-}
-
-/// The same for an open model.
-fn of_project(
-    project: &Project,
-    files: Vec<LogFile>,
-    settings: &IdentifySettings,
-    progress: &dyn Progress,
-) -> Result<Identification, Vec<Diagnostic>> {
-    let (document, diagnostics) = project.read();
-    let diagnostics: Vec<Diagnostic> = diagnostics.iter().filter(|one| is_error(one)).cloned().collect();
-    if !diagnostics.is_empty() {
-        return Err(diagnostics);
-    }
-    if files.is_empty() {
-        return Err(vec![
-            Diagnostic::error("log::none", "there is no log to read")
-                .help("name one or more after the model: `kardan identify my.toml bench.mf4`"),
-        ]);
-    }
-    let set = variant(document, settings.variant.as_deref())?;
-    let (model, mut diagnostics) = document.model_with(&set, Some(&[]));
-    diagnostics.retain(is_error);
-    let mut request = request(document, &model, &set, settings, &mut diagnostics);
-    if !diagnostics.is_empty() {
-        return Err(diagnostics);
-    }
-    let mut logs = OpenLogs::open(document, &model, files)?;
-    let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &request.declared)?, &model);
-    if settings.suggest {
-        slots = with_all_harmonics(slots);
-    }
-    let notes = logs.notes();
-    let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
-    let plant = plant(document, &set, &request, &slots, &model, &tried)
-        .map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
-    let window = match request.window {
-        Some(window) => window,
-        None => logs.usual_window()?,
-    };
-    // After an early stop the part of the logs read so far is fitted nevertheless.
-    let (recorded, early) = logs.read(&slots, window, progress)?;
-    let material = Material { recorded: &recorded, slots: &slots, window };
-    let mut notes = request.split_by_recording(&plant, &material);
-    notes.extend(drop_unused_directions(&mut request, &plant, &material));
-    notes.extend(plant.notes.iter().cloned());
-    // An error of a log is a likely reason for insufficient data.
-    let mut chosen =
-        choose(&plant, &request, &material).map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
-    let contradictions = contradictions(&plant, &material);
-    chosen.warnings = contradictions.warnings;
-    chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
-    let options = fit_options(&request, &chosen.columns, chosen.method);
-    let fit = chosen.fit(&options)?;
-    let whole = Whole { document, settings: &set, request: &request, plant: &plant, chosen: &chosen };
-    Fitting { whole, material, options, fit, early }.validated(settings, progress)
 }
 
 /// The identified parameters, before validation.
 struct Fitting<'a> {
     whole: Whole<'a>,
-    material: Material<'a>,
     options: FitOptions,
     fit: Fit,
     /// The fraction of the logs read, if not all.
@@ -195,7 +185,7 @@ impl Fitting<'_> {
             ..out.clone()
         });
         if request.compare && !ends() {
-            out.candidates = compare(&self.whole, &self.material, progress)?;
+            out.candidates = compare(&self.whole, progress)?;
             if out.candidates.is_empty() {
                 let note = "kardan has no models to compare: the requested terms are one model, and the file has no other candidate";
                 out.notes.insert(0, note.into());
@@ -203,7 +193,7 @@ impl Fitting<'_> {
         }
         if request.suggest && !ends() {
             store_partial(&|| Identification { incomplete_reason: missing("suggestions are missing"), ..out.clone() });
-            out.suggestions = suggest(&self.whole, &self.material, &self.options, &self.backlashes(), progress);
+            out.suggestions = suggest(&self.whole, &self.options, &self.backlashes(), progress);
         }
         if ends() {
             out.incomplete_reason = missing("the remaining validation and comparison are missing");
@@ -226,18 +216,16 @@ impl Fitting<'_> {
         let Whole { request, plant, chosen, .. } = self.whole;
         let backlashes = self.backlashes();
         let mut out = summary(&Fitted {
+            whole: &self.whole,
             plant,
             request,
             columns: &chosen.columns,
             samples: &chosen.samples,
             fit: &self.fit,
             cross_validated,
-            method: chosen.method.word(),
-            window: self.material.window,
-            noise: &chosen.built.noise,
             backlashes: &backlashes,
         });
-        out.logs = self.material.logs();
+        out.logs = self.whole.material.logs();
         out.windows = chosen.windows();
         out.notes.splice(0..0, chosen.notes.iter().cloned());
         out.warnings.splice(0..0, chosen.warnings.iter().cloned());

@@ -45,13 +45,6 @@ impl Bytes for Counted {
     }
 }
 
-impl Counted {
-    fn new(inner: Arc<dyn Bytes>) -> (Arc<Self>, Arc<AtomicU64>) {
-        let read = Arc::new(AtomicU64::new(0));
-        (Arc::new(Self { inner, read: Arc::clone(&read) }), read)
-    }
-}
-
 /// Open logs.
 pub(super) struct OpenLogs {
     /// One list for each set recorded together.
@@ -73,12 +66,13 @@ impl OpenLogs {
         for group in recordings(document, files)? {
             let mut logs = Vec::new();
             for file in group {
-                let (counted, count) = Counted::new(Arc::clone(&file.bytes));
                 if let Ok(mut bytes) = file.bytes.open() {
                     out.bytes += bytes.seek(SeekFrom::End(0)).unwrap_or(0);
                 }
-                logs.extend(open_log(document, model, &LogFile { name: file.name, bytes: counted }, &mut diagnostics));
-                out.counters.push(count);
+                let read = Arc::new(AtomicU64::new(0));
+                out.counters.push(Arc::clone(&read));
+                let file = LogFile { name: file.name, bytes: Arc::new(Counted { inner: file.bytes, read }) };
+                logs.extend(open_log(document, model, &file, &mut diagnostics));
             }
             out.experiments.push(logs);
         }

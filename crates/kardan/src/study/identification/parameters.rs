@@ -3,7 +3,8 @@
 use super::backlashes::Backlash;
 use super::cutting::teeth;
 use super::extra::{ExtraTerm, Law};
-use super::fitted::{Fitted, short};
+use super::fitted::{Fitted, stiffness};
+use super::numbers::{interval, short};
 use super::request::FitRequest;
 use kardan_identify::{Coefficient, Extra, Shape};
 use kardan_math::num::{Definiteness, definiteness, rational_from_f64};
@@ -61,8 +62,7 @@ impl Fitted<'_> {
         let (bounded, undetermined) = (fit.bounded.contains(&column), error.is_infinite());
         let half = fit.quantile(column, self.request.confidence) * error;
         IdentifiedParameter {
-            interval: (!bounded && !undetermined && half.is_finite())
-                .then_some(Interval { lower: value - half, upper: value + half }),
+            interval: interval(value, half).filter(|_| !bounded && !undetermined),
             remark: match (bounded, undetermined) {
                 (true, _) => "at its bound, zero".into(),
                 (_, true) => "these data do not determine it".into(),
@@ -130,20 +130,13 @@ impl Fitted<'_> {
         }
         found
     }
-}
 
-impl Fitted<'_> {
     /// The width of a backlash, `2 p / s`: its error to first order in those of the torque p and the stiffness s.
     fn backlash(&self, extra: &ExtraTerm, column: usize) -> IdentifiedParameter {
         let Fitted { request, columns, fit, plant, .. } = self;
         let own = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Stiffness;
-        let number = request.unknowns.iter().position(|one| one.keys.iter().any(own));
-        let place =
-            number.and_then(|number| columns.identifiable.iter().position(|(identifiable, _)| *identifiable == number));
-        let springs = &plant.reduced.equations.springs;
-        let model_stiffness =
-            springs.iter().find(|term| term.element == extra.element).map(|term| term.value.stiffness.to_f64());
-        let stiffness = place.map(|k| fit.values[k]).or(model_stiffness).unwrap_or(f64::NAN);
+        let is_sought = request.unknowns.iter().any(|one| one.keys.iter().any(own));
+        let (place, stiffness) = stiffness(plant, columns, fit, &extra.element);
         let width = 2.0 * fit.values[column] / stiffness;
         let mut found = IdentifiedParameter {
             name: format!("{}.backlash", extra.element),
@@ -151,7 +144,7 @@ impl Fitted<'_> {
             value: width.is_finite().then_some(width),
             ..IdentifiedParameter::default()
         };
-        let apart = number.is_none() || place.is_some_and(|k| columns.identifiable[k].1.is_empty());
+        let apart = !is_sought || place.is_some_and(|k| columns.identifiable[k].1.is_empty());
         let errors = [Some(column), place].into_iter().flatten().map(|k| fit.standard_errors[k]);
         if !(apart && width.is_finite() && errors.fold(0.0, f64::max).is_finite()) {
             found.remark = "its torque or its stiffness is not determined".into();
@@ -165,25 +158,18 @@ impl Fitted<'_> {
         let error = variance.max(0.0).sqrt() / stiffness.abs();
         let half = fit.quantile(column, request.confidence) * error;
         found.standard_error = Some(error);
-        found.interval = half.is_finite().then_some(Interval { lower: width - half, upper: width + half });
+        found.interval = interval(width, half);
         found
     }
-}
 
-impl Fitted<'_> {
     /// Widths of the requested backlashes.
     fn widths(&self) -> Vec<IdentifiedParameter> {
         let is_sought = |backlash: &&Backlash| {
             self.request.backlashes.as_ref().is_none_or(|backlashes| backlashes.contains(&backlash.element))
         };
         let of = |backlash: &Backlash| {
-            let stops = self
-                .plant
-                .reduced
-                .equations
-                .unilaterals
-                .iter()
-                .filter(|unilateral| unilateral.element == backlash.element);
+            let unilaterals = self.plant.reduced.equations.unilaterals.iter();
+            let stops = unilaterals.filter(|unilateral| unilateral.element == backlash.element);
             // δ is at most the first value, and at least the negative of the second.
             let ends = stops.map(|unilateral| match &unilateral.value {
                 UnilateralConstraint::Stop { upper: true, offset, .. } => [offset.to_f64(), 0.0],
@@ -234,70 +220,74 @@ fn determined(one: &IdentifiedParameter) -> Option<f64> {
 pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
     let Fitted { request, columns, .. } = fitted;
     let (mut values, mut omissions) = (Vec::new(), Vec::new());
-    let plain = parameters.iter().take(columns.coefficients.len());
-    for one in plain {
-        if let Some(value) = determined(one) {
-            values.push(FileValue { name: one.name.clone(), value, interval: one.interval });
-        } else if one.value == Some(0.0) && one.standard_error.is_none() {
+    for one in parameters.iter().take(columns.coefficients.len()) {
+        if one.value == Some(0.0) && one.standard_error.is_none() {
             // At its bound: all others were fitted with it at zero.
             values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
         } else {
-            omissions.push(format!("{}: {}", one.name, one.remark));
+            put(one, &mut values, &mut omissions);
         }
     }
     for extra in &request.extras {
-        let named = |name: &str| parameters.iter().find(|one| one.name == name);
-        let Some(own) = named(&extra.name) else { continue };
-        let speed = named(&format!("{}.stribeck_speed", extra.element));
-        let friction = format!("{}.friction", extra.element);
-        let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
-        let with = request.unknowns.iter().position(|one| one.keys.iter().any(own_friction));
-        let sliding = match with {
-            Some(k) => parameters.get(k).and_then(determined),
-            None => fitted
-                .plant
-                .reduced
-                .equations
-                .frictions
-                .iter()
-                .find(|term| term.element == extra.element)
-                .map(|term| term.value.torque.to_f64()),
-        };
-        if matches!(extra.law, Law::Parameter { .. }) {
-            match determined(own) {
-                Some(value) => values.push(FileValue { name: own.name.clone(), value, interval: own.interval }),
-                None => omissions.push(format!("{}: {}", own.name, own.remark)),
+        let Some(own) = parameters.iter().find(|one| one.name == extra.name) else { continue };
+        match &extra.law {
+            Law::Parameter { .. } => put(own, &mut values, &mut omissions),
+            Law::Stribeck { shape: Shape::Gaussian, speed } => {
+                let found = breakaway(fitted, extra, own, *speed, parameters);
+                if found.is_none() {
+                    let friction = format!("{}.friction", extra.element);
+                    omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
+                }
+                values.extend(found.into_iter().flatten());
             }
-            continue;
-        }
-        if law_of_file(extra).is_some() || matches!(extra.law, Law::Teeth { .. }) {
-            continue;
-        }
-        let Some((shape, fixed_speed)) = extra.shape() else {
-            omissions.push(format!("{}: {}", extra.name, not_in_a_file(&extra.law)));
-            continue;
-        };
-        let speed = speed.filter(|one| determined(one).is_some() || fixed_speed.is_some());
-        let speed = speed.and_then(|one| Some((one.value?, determined(one).and(one.interval))));
-        let both = determined(own).filter(|own| *own > 0.0).zip(sliding);
-        match (shape, speed, both) {
-            (Shape::Gaussian, Some((speed, interval)), Some((own, sliding))) => {
-                let value = |name: &str, value: f64, interval| FileValue {
-                    name: format!("{}.{name}", extra.element),
-                    value,
-                    interval,
-                };
-                values.push(value("breakaway", sliding + own, None));
-                values.push(value("stribeck_speed", speed, interval));
+            Law::Stribeck { .. } => {
+                omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name));
             }
-            (Shape::Gaussian, ..) => {
-                omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
-            }
-            _ => omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name)),
+            // A law of a torque, or an efficiency.
+            _ if is_in_file(extra) => {}
+            law => omissions.push(format!("{}: {}", extra.name, not_in_a_file(law))),
         }
     }
     of_contacts_and_backlash(fitted, parameters, &mut values, &mut omissions);
     (values, omissions)
+}
+
+/// Adds a parameter that is identified individually to the values, or another one with its remark to the omissions.
+fn put(one: &IdentifiedParameter, values: &mut Vec<FileValue>, omissions: &mut Vec<String>) {
+    match determined(one) {
+        Some(value) => values.push(FileValue { name: one.name.clone(), value, interval: one.interval }),
+        None => omissions.push(format!("{}: {}", one.name, one.remark)),
+    }
+}
+
+/// Breakaway torque and Stribeck speed of a Gaussian term, where they and the Coulomb friction are determined.
+fn breakaway(
+    fitted: &Fitted<'_>,
+    extra: &ExtraTerm,
+    own: &IdentifiedParameter,
+    fixed_speed: Option<f64>,
+    parameters: &[IdentifiedParameter],
+) -> Option<[FileValue; 2]> {
+    let name = format!("{}.stribeck_speed", extra.element);
+    let speed = parameters.iter().find(|one| one.name == name)?;
+    let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
+    let sliding = match fitted.request.unknowns.iter().position(|one| one.keys.iter().any(own_friction)) {
+        Some(k) => parameters.get(k).and_then(determined)?,
+        None => {
+            let mut frictions = fitted.plant.reduced.equations.frictions.iter();
+            frictions.find(|term| term.element == extra.element)?.value.torque.to_f64()
+        }
+    };
+    let excess = determined(own).filter(|excess| *excess > 0.0)?;
+    if determined(speed).is_none() && fixed_speed.is_none() {
+        return None;
+    }
+    let interval = determined(speed).and(speed.interval);
+    let breakaway = format!("{}.breakaway", extra.element);
+    Some([
+        FileValue { name: breakaway, value: sliding + excess, interval: None },
+        FileValue { name, value: speed.value?, interval },
+    ])
 }
 
 /// Gear losses and backlashes for a model file.
@@ -329,10 +319,8 @@ fn of_contacts_and_backlash(
     for backlash in fitted.backlashes {
         for word in ["backlash", "offset"] {
             let name = format!("{}.{word}", backlash.element);
-            let Some(one) = parameters.iter().find(|one| one.name == name) else { continue };
-            match determined(one) {
-                Some(value) => values.push(FileValue { name, value, interval: one.interval }),
-                None => omissions.push(format!("{name}: {}", one.remark)),
+            if let Some(one) = parameters.iter().find(|one| one.name == name) {
+                put(one, values, omissions);
             }
         }
     }

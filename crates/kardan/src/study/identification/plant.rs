@@ -176,13 +176,9 @@ impl Plant {
 
     /// Notes about stops, brakes and contacts, which are no part of the balance.
     fn open_unilaterals(&self) -> Vec<String> {
-        let unilaterals = self
-            .reduced
-            .equations
-            .unilaterals
-            .iter()
-            .filter(|unilateral| !matches!(unilateral.value, UnilateralConstraint::GearLoss(_)));
-        let mut names: Vec<&str> = unilaterals.map(|unilateral| unilateral.element.as_str()).collect();
+        let unilaterals = self.reduced.equations.unilaterals.iter();
+        let open = unilaterals.filter(|one| !matches!(one.value, UnilateralConstraint::GearLoss(_)));
+        let mut names: Vec<&str> = open.map(|one| one.element.as_str()).collect();
         names.retain(|name| !self.backlashes.iter().any(|backlash| backlash == name));
         names.dedup();
         let note = |name| format!("kardan treats {name} as open: the torque balance contains no force of it");
@@ -313,14 +309,9 @@ pub(super) fn plant_excluding(plant: &Plant, silent: &[&UnknownParameter]) -> Pl
 /// Sets a coefficient to zero.
 pub(super) fn silence(equations: &mut Equations, coefficient: &Coefficient) {
     for &term in &coefficient.terms {
-        match coefficient.kind {
-            Kind::Inertia => equations.inertias[term].value = Exact::zero(),
-            Kind::Damping => equations.dampers[term].value = Exact::zero(),
-            Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
-            Kind::Friction => {
-                let law = &mut equations.frictions[term].value;
-                (law.torque, law.stribeck) = (Exact::zero(), None);
-            }
+        *equations.coefficient_mut((coefficient.kind, term)) = Exact::zero();
+        if coefficient.kind == Kind::Friction {
+            equations.frictions[term].value.stribeck = None;
         }
     }
 }

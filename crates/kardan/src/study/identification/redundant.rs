@@ -1,7 +1,7 @@
 //! Redundant measurements: by the constraints the motion of some shafts determines that of others, and the logs may contradict this.
 
 use super::channels::Quantity;
-use super::fitted::short;
+use super::numbers::short;
 use super::plant::{Plant, in_coordinates};
 use super::rows::{Material, slot_noise};
 use kardan_identify::{LeastSquares, Reading};

@@ -4,14 +4,15 @@ use kardan_rt::functions::powi;
 
 use super::backlashes::Backlash;
 use super::channels::Quantity;
-use super::cutting::{cut_of_backlash, teeth};
+use super::cutting::teeth;
 use super::extra::with_recordings;
 use super::laws::law_torques;
 use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::reading::Recording;
 use super::request::FitRequest;
 use kardan_identify::{
-    Coefficient, Extra, Motion, Reading, Regressor, Samples, Steadiness, Teeth, Variances, Where, steady_segments,
+    Coefficient, Errors, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Variances,
+    Where, steady_segments,
 };
 use kardan_math::num::{Matrix, Rational, dot, echelon, rational_to_f64};
 use kardan_mechanics::equations::{Domain, UnilateralConstraint};
@@ -84,22 +85,22 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
     let (mut backlashes, cuts): (Vec<Backlash>, Vec<_>) = cut_backlashes(plant, columns, request).into_iter().unzip();
     backlashes.iter_mut().zip(&cuts).for_each(|(backlash, cut)| backlash.grain = grain(plant, cut, &basis, material));
-    let (torques, values, waves) =
+    let laws =
         law_torques(&reduced, &request.extras, &plant.harmonics).expect("the plant was checked for more of them");
-    let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0)
-        .with_laws(torques, &values, &waves)
-        .with_teeth(teeth)
-        .with_backlashes(cuts)
-        .with_extras(&columns.extras)
-        .lenient(request.lenient)
-        .with_window(material.window)
-        .with_rest_speeds(rest);
-    if has_silent_rows(plant, &reduced, material) {
-        regressor = regressor.with_errors();
-    }
+    let options = RegressorOptions {
+        extras: columns.extras.clone(),
+        laws,
+        teeth,
+        backlashes: cuts,
+        lenient: request.lenient,
+        window: material.window,
+        rest_speeds: rest.to_vec(),
+        errors: has_silent_rows(plant, &reduced, material),
+    };
+    let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0).with(options);
     let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
-    if let Some(error_columns) = regressor.error_columns() {
-        samples = samples.with_errors(error_columns.to_vec());
+    if let Some(columns) = regressor.error_columns() {
+        samples.errors = Some(Errors { columns: columns.to_vec(), ..Errors::default() });
     }
     let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];
@@ -156,13 +157,11 @@ fn speeds_of_rest(
     material: &Material<'_>,
 ) -> Vec<f64> {
     let basis = plant.basis();
-    let frictions = reduced.equations.frictions.iter().map(|term| in_coordinates(&term.row, &basis));
-    let teeth_rows = reduced.equations.gear_losses().map(|(unilateral, _)| in_coordinates(&unilateral.row, &basis));
-    let directions: Vec<Vec<f64>> = frictions.chain(teeth_rows).collect();
-    let frictions = reduced.equations.frictions.iter().map(|term| reduced.equations.domain_of(term));
-    let gear_losses =
-        reduced.equations.gear_losses().map(|(unilateral, _)| reduced.equations.domain_of_unilateral(unilateral));
-    let domains: Vec<Domain> = frictions.chain(gear_losses).collect();
+    let equations = &reduced.equations;
+    let frictions = equations.frictions.iter().map(|term| (&term.row, equations.domain_of(term)));
+    let gears = equations.gear_losses().map(|(gear, _)| (&gear.row, equations.domain_of_unilateral(gear)));
+    let (directions, domains): (Vec<Vec<f64>>, Vec<Domain>) =
+        frictions.chain(gears).map(|(row, domain)| (in_coordinates(row, &basis), domain)).unzip();
     let mut rest = rest_speeds(plant, &directions, noise, motion, material);
     if let Some((speed, domain)) = request.rest_speed {
         rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
@@ -237,8 +236,8 @@ fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
     let own = plant.backlashes.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
-        let (cut, mut untold) =
-            cut_of_backlash(&plant.balance(&plant.reduced, &columns.coefficients, request), number)?;
+        let balance = plant.balance(&plant.reduced, &columns.coefficients, request);
+        let (cut, mut untold) = balance.cut_of_backlash(number)?;
         untold.retain(free);
         // Only the fit determines their size at a speed.
         let curved =

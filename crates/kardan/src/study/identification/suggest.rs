@@ -1,23 +1,19 @@
 //! Terms suggested by the residuals: each is tried on segments that were not fitted.
 
-use kardan_rt::functions::powi;
-
 use super::backlashes::Backlash;
 use super::channels::{Harmonic, Quantity};
-use super::compare::{Whole, align_places, fold_squares};
+use super::compare::{Whole, fold_squares};
 use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
-use super::fitted::Fitted;
+use super::fitted::{Fitted, stiffness};
 use super::fitting::{cross_validated, fit_options};
+use super::numbers::rms;
 use super::parameters::is_in_file;
-use super::plant::{Columns, columns, in_coordinates};
+use super::plant::{columns, in_coordinates};
 use super::request::{FitRequest, Method};
-use super::rows::{Material, rows, settled};
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
-use kardan_identify::{
-    Coefficient, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
-};
+use kardan_identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -85,10 +81,6 @@ impl Pooled {
         &self.extras[0].term
     }
 
-    fn is_harmonic(&self) -> bool {
-        self.extras[0].harmonic().is_some()
-    }
-
     /// Whether a missing term of this kind may explain a failing test.
     fn is_raised_by(&self, test: TestKind) -> bool {
         match self.extras[0].law {
@@ -105,20 +97,17 @@ impl Pooled {
 
 /// All candidate terms: of each friction, each measured torque, each angle, of gears and springs. A loss proportional to a torque is
 /// among them only in rows of the balance without that torque: otherwise the torque would explain itself.
-fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
+fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     let (plant, request) = (whole.plant, whole.request);
     let equations = &plant.reduced.equations;
     let mut out: Vec<Vec<ExtraTerm>> = Vec::new();
     let mut elements: Vec<&str> = equations.frictions.iter().map(|term| term.element.as_str()).collect();
     elements.dedup();
     for &element in &elements {
-        let one = |word: &str, law: Law| vec![ExtraTerm::new(element, word, law)];
-        out.push(one("friction_asymmetry", Law::FrictionAsymmetry));
-        out.push(one("damping_asymmetry", Law::DampingAsymmetry));
-        out.push(one("quadratic_damping", Law::Quadratic));
-        out.push(one("stribeck", Law::Stribeck { shape: Shape::Gaussian, speed: None }));
-        out.push(one("friction_drift", Law::Drift));
-        out.push(one("friction_recordings", Law::Recordings));
+        let stribeck = Law::Stribeck { shape: Shape::Gaussian, speed: None };
+        let over_speed = [Law::FrictionAsymmetry, Law::DampingAsymmetry, Law::Quadratic, stribeck];
+        let laws = over_speed.into_iter().chain([Law::Drift, Law::Recordings]);
+        out.extend(laws.map(|law| vec![ExtraTerm::new(element, law)]));
         let measured = plant.harmonics.iter().any(|(harmonic, _)| harmonic.shaft == element);
         for (order, ripple) in orders.iter().flat_map(|&order| [(order, false), (order, true)]).filter(|_| measured) {
             out.push(ExtraTerm::harmonics(element, order, ripple).to_vec());
@@ -126,7 +115,7 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
     }
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
     let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
-    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, "offset", Law::Offset)]));
+    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, Law::Offset)]));
     let basis = plant.basis();
     let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
     for friction in &equations.frictions {
@@ -136,11 +125,11 @@ fn pool(whole: &Whole<'_>, material: &Material<'_>, orders: &[f64]) -> Vec<Vec<E
         };
         for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
             let load = Law::Load { torque: input.element.clone() };
-            out.push(vec![ExtraTerm::new(&friction.element, "load_loss", load)]);
+            out.push(vec![ExtraTerm::new(&friction.element, load)]);
         }
     }
     out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
-    out.extend(backlashes(whole, material));
+    out.extend(backlashes(whole));
     out.retain(|columns| !request.extras.iter().any(|own| own.term == columns[0].term));
     out
 }
@@ -179,10 +168,10 @@ fn round_to_two_digits(x: f64) -> f64 {
 
 /// A twist that certainly exceeds the backlash of a spring: more than half the width identified with it. None if that is nearly the
 /// largest twist.
-fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f64) -> Option<f64> {
+fn clear_of(whole: &Whole<'_>, spring: &str, largest: f64) -> Option<f64> {
     let mut clear = round_to_two_digits(CLEAR * largest);
     for _ in 0..CLEARINGS {
-        let half = half_width(whole, material, spring, clear)?;
+        let half = half_width(whole, spring, clear)?;
         if half * JUST_BEYOND < clear {
             return Some(clear);
         }
@@ -195,28 +184,18 @@ fn clear_of(whole: &Whole<'_>, material: &Material<'_>, spring: &str, largest: f
 }
 
 /// Half the width of the backlash of a spring, identified on windows above a twist.
-fn half_width(whole: &Whole<'_>, material: &Material<'_>, spring: &str, clear: f64) -> Option<f64> {
+fn half_width(whole: &Whole<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
-    own.extras.push(ExtraTerm::new(spring, "backlash_torque", Law::Backlash { clear }));
-    let all = columns(whole.plant, &own, whole.chosen.method);
-    let built = rows(whole.plant, &own, &all, material);
-    let samples = match whole.chosen.method {
-        Method::Steady => settled(&built, &own, material.window),
-        Method::Dynamic => built.samples,
-    };
+    own.extras.push(ExtraTerm::new(spring, Law::Backlash { clear }));
+    let (all, samples) = whole.samples(whole.plant, &own, false);
     let chosen: Vec<usize> = (0..samples.len()).collect();
     let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
-    let equations = &whole.plant.reduced.equations;
-    let number = equations.springs.iter().position(|term| term.element == spring)?;
-    let sought = all.identifiable.iter().position(|(k, _)| {
-        all.coefficients[*k].kind == Kind::Stiffness && all.coefficients[*k].terms.contains(&number)
-    });
-    let stiffness = sought.map_or(equations.springs[number].value.stiffness.to_f64(), |k| found.values[k]);
+    let (_, stiffness) = stiffness(whole.plant, &all, &found, spring);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
 /// A backlash of each spring, with `min_deflection` a fraction of its largest twist.
-fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>> {
+fn backlashes(whole: &Whole<'_>) -> Vec<Vec<ExtraTerm>> {
     let (reduced, samples) = (&whole.plant.reduced, &whole.chosen.built.samples);
     let mut kinematics = Kinematics::new(reduced);
     let damper = |element: &str| {
@@ -232,16 +211,13 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
             largest =
                 largest.max((row.iter().map(|(shaft, a)| a * kinematics.angles[*shaft]).sum::<f64>() - rest).abs());
         }
-        let is_sought = whole
-            .request
-            .extras
-            .iter()
-            .any(|own| own.element == spring.element && matches!(own.law, Law::Backlash { .. }));
+        let own = |extra: &ExtraTerm| extra.element == spring.element && matches!(extra.law, Law::Backlash { .. });
+        let is_sought = whole.request.extras.iter().any(own);
         if is_sought || !(largest > 0.0) {
             continue;
         }
-        if let Some(clear) = clear_of(whole, material, &spring.element, largest) {
-            out.push(vec![ExtraTerm::new(&spring.element, "backlash_torque", Law::Backlash { clear })]);
+        if let Some(clear) = clear_of(whole, &spring.element, largest) {
+            out.push(vec![ExtraTerm::new(&spring.element, Law::Backlash { clear })]);
         }
     }
     out
@@ -250,7 +226,6 @@ fn backlashes(whole: &Whole<'_>, material: &Material<'_>) -> Vec<Vec<ExtraTerm>>
 /// The samples with the columns of all terms, and the owner of each column.
 struct Search<'a> {
     whole: &'a Whole<'a>,
-    material: &'a Material<'a>,
     /// The fit options of the current model.
     options: &'a FitOptions,
     samples: Samples,
@@ -266,6 +241,14 @@ struct Tried {
     samples: Samples,
     options: FitOptions,
     fit: Fit,
+}
+
+impl Tried {
+    /// Whether the whole interval of a value is negative.
+    fn is_negative(&self, column: usize, confidence: f64) -> bool {
+        let fit = &self.fit;
+        fit.values[column] + fit.quantile(column, confidence) * fit.standard_errors[column] < 0.0
+    }
 }
 
 /// Cross-validated predictions.
@@ -291,9 +274,9 @@ impl Validated {
 }
 
 impl<'a> Search<'a> {
-    fn new(whole: &'a Whole<'a>, material: &'a Material<'a>, options: &'a FitOptions) -> Self {
+    fn new(whole: &'a Whole<'a>, options: &'a FitOptions) -> Self {
         let chosen = whole.chosen;
-        let (mut orders, mut terms) = (&ORDERS[..], pool(whole, material, &ORDERS));
+        let (mut orders, mut terms) = (&ORDERS[..], pool(whole, &ORDERS));
         let columns_of_all: usize = terms.iter().map(Vec::len).sum();
         if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
             orders = &ORDERS[..QUICK_ORDERS];
@@ -304,7 +287,7 @@ impl<'a> Search<'a> {
         let mut pooled = Vec::new();
         for extras in terms {
             let mut single = FitRequest { extras, ..whole.request.clone() };
-            single.split_by_recording(whole.plant, material);
+            single.split_by_recording(whole.plant, &whole.material);
             if !single.extras.is_empty() {
                 let first = base + own.extras.len() - whole.request.extras.len();
                 let columns = (first..first + single.extras.len()).collect();
@@ -312,13 +295,7 @@ impl<'a> Search<'a> {
                 pooled.push(Pooled { extras: single.extras, columns, informative: Vec::new() });
             }
         }
-        let all = columns(whole.plant, &own, chosen.method);
-        let mut rows = rows(whole.plant, &own, &all, material);
-        align_places(&mut rows.samples, &chosen.built.samples);
-        let mut samples = match chosen.method {
-            Method::Steady => settled(&rows, &own, material.window),
-            Method::Dynamic => rows.samples,
-        };
+        let (_, mut samples) = whole.samples(whole.plant, &own, true);
         let (size, p) = (samples.rows * samples.columns, samples.columns);
         for one in &mut pooled {
             let is_informative =
@@ -338,7 +315,7 @@ impl<'a> Search<'a> {
             pooled.iter().any(|one: &Pooled| one.extras[0].harmonic().is_some_and(|own| own.order == *order))
         };
         let orders = orders.iter().copied().filter(harmonic).collect();
-        Self { whole, material, options, samples, pool: pooled, base, orders }
+        Self { whole, options, samples, pool: pooled, base, orders }
     }
 
     /// The model with some of the terms, on the samples with information about them.
@@ -359,9 +336,7 @@ impl<'a> Search<'a> {
             samples = samples.averaged(&retained.map(|k| k..k + 1).collect::<Vec<_>>());
         }
         let mut options = self.options.clone();
-        let shapes =
-            terms.iter().flat_map(|&k| &self.pool[k].extras).map(|extra| extra.shape().map(|(shape, _)| shape));
-        options.shapes.extend(shapes);
+        options.shapes.extend(terms.iter().flat_map(|&k| &self.pool[k].extras).map(ExtraTerm::shape));
         let all: Vec<usize> = (0..samples.len()).collect();
         let fit = fit(&samples, &all, &options)?;
         Some(Tried { samples, options, fit })
@@ -376,45 +351,31 @@ impl<'a> Search<'a> {
 
     /// A parameter that becomes impossibly negative with a term, and is not negative without it.
     fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
-        let columns = &self.whole.chosen.columns;
-        let below = |of: &Tried, column: usize| {
-            let fit = &of.fit;
-            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
-        };
+        let (columns, confidence) = (&self.whole.chosen.columns, self.whole.request.confidence);
         columns.identifiable.iter().enumerate().find_map(|(column, (number, with))| {
             let one = &columns.coefficients[*number];
             let bounded = with.is_empty() && one.kind != Kind::Damping;
-            (bounded && below(tried, column) && !below(now, column)).then(|| one.name.clone())
+            (bounded && tried.is_negative(column, confidence) && !now.is_negative(column, confidence))
+                .then(|| one.name.clone())
         })
     }
 
     /// A loss, or a width, that would be negative.
     fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
-        let (extras, fit, end) = (&self.pool[k].extras, &tried.fit, tried.samples.columns);
-        let bounded = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
-        let below = |column: usize| {
-            fit.values[column] + fit.quantile(column, self.whole.request.confidence) * fit.standard_errors[column] < 0.0
-        };
-        let first = end - extras.len();
-        extras
-            .iter()
-            .enumerate()
-            .filter(|_| bounded)
-            .find(|(number, _)| below(first + number))
-            .map(|(_, one)| one.name.clone())
+        let extras = &self.pool[k].extras;
+        if !matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. }) {
+            return None;
+        }
+        let first = tried.samples.columns - extras.len();
+        let below = |number: &usize| tried.is_negative(first + number, self.whole.request.confidence);
+        (0..extras.len()).find(below).map(|number| extras[number].name.clone())
     }
 
     /// A backlash whose half width, identified with all terms, is not below the twist that should exceed it.
     fn unclear(&self, k: usize, tried: &Tried) -> bool {
         let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
         let Law::Backlash { clear } = extra.law else { return false };
-        let springs = &self.whole.plant.reduced.equations.springs;
-        let number = springs.iter().position(|term| term.element == extra.element);
-        let own = |one: &Coefficient| one.kind == Kind::Stiffness && number.is_some_and(|k| one.terms.contains(&k));
-        let sought =
-            columns.identifiable.iter().position(|(identifiable, _)| own(&columns.coefficients[*identifiable]));
-        let model_stiffness = number.map_or(f64::NAN, |k| springs[k].value.stiffness.to_f64());
-        let stiffness = sought.map_or(model_stiffness, |column| tried.fit.values[column]);
+        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extra.element);
         !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
     }
 
@@ -491,7 +452,7 @@ impl<'a> Search<'a> {
         for (number, &(k, test)) in trials.iter().enumerate() {
             progress.advance(1, "suggestions", number as f64 / trials.len() as f64);
             let (suggestion, gain) = self.attempt(k, test, level, (now, &before), accepted);
-            if self.pool[k].is_harmonic() && suggestion.gain.is_none() {
+            if self.pool[k].extras[0].harmonic().is_some() && suggestion.gain.is_none() {
                 out.insignificant_harmonics += 1;
                 continue;
             }
@@ -528,7 +489,7 @@ impl<'a> Search<'a> {
     /// Each log predicted by the others, with the current model and with terms; without terms of single logs, which are unknown in
     /// a log that was not fitted.
     fn validation_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<ValidationLogs> {
-        let logs = self.material.recorded.len();
+        let logs = self.whole.material.recorded.len();
         if logs < LOGS || self.whole.chosen.method == Method::Steady {
             return Vec::new();
         }
@@ -539,16 +500,13 @@ impl<'a> Search<'a> {
         let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
         let folds: Vec<usize> = plain.samples.places.iter().map(|place| place.log).collect();
         let all: Vec<usize> = (0..folds.len()).collect();
-        let rms = |tried: &Tried| -> Option<Vec<f64>> {
+        let errors = |tried: &Tried| -> Option<Vec<f64>> {
             let (samples, r) = (&tried.samples, tried.samples.rows);
             let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
-            let of = |row: usize| {
-                let squares = all.iter().map(|&k| powi(samples.y(k)[row] - predicted[k * r + row], 2));
-                (squares.sum::<f64>() / all.len() as f64).sqrt()
-            };
-            Some((0..r).map(of).collect())
+            let error = |k: usize, row: usize| samples.y(k)[row] - predicted[k * r + row];
+            Some((0..r).map(|row| rms(all.len(), |k| error(k, row))).collect())
         };
-        let (Some(before), Some(after)) = (rms(plain), self.tried(&lasting).as_ref().and_then(rms)) else {
+        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting).as_ref().and_then(errors)) else {
             return Vec::new();
         };
         let names = self.row_names();
@@ -578,12 +536,11 @@ impl<'a> Search<'a> {
 /// not fitted.
 pub(super) fn suggest(
     whole: &Whole<'_>,
-    material: &Material<'_>,
     options: &FitOptions,
     backlashes: &[Backlash],
     progress: &dyn Progress,
 ) -> Option<Suggestions> {
-    let search = Search::new(whole, material, options);
+    let search = Search::new(whole, options);
     let mut out = Suggestions {
         harmonic_orders: search.orders.clone(),
         untested_terms: not_tried(whole),
@@ -600,17 +557,15 @@ pub(super) fn suggest(
     let validated = search.validated(&last);
     let mut own = whole.request.clone();
     own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
-    let own_columns: Columns = columns(whole.plant, &own, whole.chosen.method);
+    let own_columns = columns(whole.plant, &own, whole.chosen.method);
     let found = summary(&Fitted {
+        whole,
         plant: whole.plant,
         request: &own,
         columns: &own_columns,
         samples: &last.samples,
         fit: &last.fit,
         cross_validated: validated.as_ref().map(|one| one.predicted.as_slice()),
-        method: whole.chosen.method.word(),
-        window: material.window,
-        noise: &whole.chosen.built.noise,
         backlashes,
     });
     out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();

@@ -3,7 +3,8 @@
 use kardan_rt::functions::powi;
 
 use super::extra::Law;
-use super::fitted::{Fitted, short};
+use super::fitted::Fitted;
+use super::numbers::{rms, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
@@ -28,7 +29,7 @@ const NOTHING: f64 = 1e-3;
 const NOISE: f64 = 0.01;
 
 pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
-    let Fitted { plant, request, columns, samples, fit, method, window, .. } = fitted;
+    let Fitted { whole, plant, request, columns, samples, fit, .. } = fitted;
     let inputs = &plant.reduced.equations.inputs;
     let names = |of: &dyn Fn(usize) -> bool| {
         (0..inputs.len()).filter(|&k| of(k)).map(|k| inputs[k].element.clone()).collect::<Vec<_>>()
@@ -39,8 +40,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
         mechanism: plant.model.mechanism.clone(),
-        method: (*method).to_string(),
-        window: *window,
+        method: whole.chosen.method.word().into(),
+        window: whole.material.window,
         measured: names(&|k| plant.torques[k].is_some()),
         eliminated: names(&|k| plant.unmeasured.contains(&k)),
         samples: samples.len(),
@@ -89,12 +90,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
 
 /// `a.inertia up by 1 and b.inertia down by 9`
 fn free_combination(row: &[Rational], columns: &Columns) -> String {
-    let parts: Vec<(f64, &str)> = row
-        .iter()
-        .zip(&columns.coefficients)
-        .filter(|(x, _)| **x != Rational::ZERO)
-        .map(|(x, one)| (rational_to_f64(x), one.name.as_str()))
-        .collect();
+    let entering = row.iter().zip(&columns.coefficients).filter(|(x, _)| **x != Rational::ZERO);
+    let parts: Vec<(f64, &str)> = entering.map(|(x, one)| (rational_to_f64(x), one.name.as_str())).collect();
     if let [(_, name)] = parts.as_slice() {
         return format!("{name}: it does not enter the torques of this kind of test");
     }
@@ -116,18 +113,14 @@ fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> 
     for row in &fit.undetermined {
         // The combination as fractions of its largest entry, scaled by the size of each column.
         let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        let parts: Vec<String> = row
-            .iter()
-            .zip(&names)
-            .filter(|(x, _)| x.abs() > 1e-6 * largest)
-            .map(|(x, name)| format!("{} {name}", short(x / largest)))
-            .collect();
+        let parts: Vec<_> = row.iter().zip(&names).filter(|(x, _)| x.abs() > 1e-6 * largest).collect();
         out.push(match parts.as_slice() {
-            [_] => format!(
-                "{}: what it acts on never moved in the logs",
-                names[row.iter().position(|x| x.abs() > 1e-6 * largest).unwrap_or(0)]
-            ),
-            _ => format!("in these logs {} always occur together", parts.join(" : ")),
+            [(_, name)] => format!("{name}: what it acts on never moved in the logs"),
+            _ => {
+                let parts: Vec<String> =
+                    parts.iter().map(|(x, name)| format!("{} {name}", short(*x / largest))).collect();
+                format!("in these logs {} always occur together", parts.join(" : "))
+            }
         });
     }
     let count = columns.identifiable.len() + fitted.request.extras.len();
@@ -196,9 +189,6 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
 fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
     let Fitted { samples, fit, cross_validated, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
-    let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
-        ((0..n).map(|k| powi(of(k, row), 2)).sum::<f64>() / n.max(1) as f64).sqrt()
-    };
     fitted
         .row_names()
         .into_iter()
@@ -206,10 +196,9 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
         .map(|(row, name)| Validation {
             unit: fitted.row_unit(&name).into(),
             row: name,
-            torque: rms(&|k, row| samples.y(k)[row], row),
-            in_sample: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
-            cross_validated: cross_validated
-                .map(|cross_validated| rms(&|k, row| samples.y(k)[row] - cross_validated[k * r + row], row)),
+            torque: rms(n, |k| samples.y(k)[row]),
+            in_sample: rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row)),
+            cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
         })
         .collect()
 }
@@ -225,18 +214,17 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
         let width = m + 3 * samples.degrees_of_freedom;
         (0..n).any(|k| errors.slopes[k * size + row * width..][..m].iter().any(|x| *x != 0.0))
     };
-    let rms = |of: &dyn Fn(usize) -> f64| ((0..n).map(|k| powi(of(k), 2)).sum::<f64>() / n.max(1) as f64).sqrt();
-    let part = |row: usize, column: usize| rms(&|k| samples.x(k)[row * p + column]);
-    let noise = |row: usize| rms(&|k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
+    let part = |row: usize, column: usize| rms(n, |k| samples.x(k)[row * p + column]);
+    let noise = |row: usize| rms(n, |k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
     let mut out = Vec::new();
     for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
-        let measured = rms(&|k| samples.y(k)[row]);
+        let measured = rms(n, |k| samples.y(k)[row]);
         let sizes = |values: &dyn Fn(usize) -> f64| {
             (0..columns.identifiable.len()).map(|k| part(row, k) * values(k).abs()).fold(measured, f64::max)
         };
         let largest = sizes(&|k| fit.values[k]);
         let before = sizes(&|k| columns.coefficients[columns.identifiable[k].0].value);
-        let residual = rms(&|k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        let residual = rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row));
         if largest < NOTHING * before {
             out.push(format!(
                 "the coefficients of {name}, on which no measured torque acts, vanish: a term of it is missing, or its motion is \
@@ -255,7 +243,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
 
 /// Parameters whose signal contains much sensor noise: errors of their regressor make them too small.
 fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
-    let Fitted { plant, columns, samples, noise, .. } = fitted;
+    let Fitted { whole, plant, columns, samples, .. } = fitted;
     let equations = &plant.reduced.equations;
     let basis = plant.basis();
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
@@ -263,15 +251,15 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     for (k, _) in &columns.identifiable {
         let one = &columns.coefficients[*k];
         let Some(&term) = one.terms.first() else { continue };
-        let (row, part, what) = match one.kind {
-            Kind::Inertia => (&equations.inertias[term].row, 2, "acceleration"),
-            Kind::Damping => (&equations.dampers[term].row, 1, "speed"),
-            Kind::Stiffness => (&equations.springs[term].row, 0, "twist"),
+        let (part, what) = match one.kind {
+            Kind::Inertia => (2, "acceleration"),
+            Kind::Damping => (1, "speed"),
+            Kind::Stiffness => (0, "twist"),
             Kind::Friction => continue,
         };
-        let g = in_coordinates(row, &basis);
+        let g = in_coordinates(equations.coefficient_row((one.kind, term)), &basis);
         let square = (0..samples.len()).map(|s| powi(dot(&g, samples.motion(s, part)), 2)).sum::<f64>();
-        let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
+        let variance: f64 = g.iter().zip(&whole.chosen.built.noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
         let share = variance / windows / (square / samples.len().max(1) as f64);
         if share > NOISE {
             out.push(format!(

@@ -1,6 +1,6 @@
 //! Parameters to identify, and the model with a term for each.
 
-use super::extra::{ExtraTerm, Law};
+use super::extra::{ExtraTerm, Law, kind_of_parameter};
 use kardan_identify::Coefficient;
 use kardan_math::names::unknown_name;
 use kardan_math::units::{Dimension, Exact};
@@ -122,42 +122,19 @@ pub(super) fn unknown_parameter(
         ));
         return None;
     }
-    let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
-    let help = unknown_name(name, names());
-    let help = match signal_name::parameter(name) {
-        Some((element, key)) => kind_of(key).map_or(help, |kind| {
-            let of = match kind {
-                "offset" => "torque",
-                "backlash" => "spring",
-                "gear_loss" => "gear",
-                _ => "friction",
-            };
-            format!("declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`")
-        }),
-        None => help,
-    };
+    let declared = signal_name::parameter(name).and_then(|(element, key)| {
+        let (kind, of) = kind_of_parameter(key)?;
+        Some(format!(
+            "declare the term: `[[identification.extra]]` with `kind = \"{kind}\"` and `{of} = \"{element}\"`"
+        ))
+    });
+    let names = all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
+    let help = declared.unwrap_or_else(|| unknown_name(name, names));
     out.push(
         Diagnostic::error("name::unknown", format!("the model has no parameter `{}` to identify", shortened(name)))
             .help(help),
     );
     None
-}
-
-/// The kind of the extra term that has a parameter of such a key.
-fn kind_of(key: &str) -> Option<&'static str> {
-    let starts = [("cogging", "cogging"), ("friction_ripple", "ripple"), ("friction_recordings", "recordings")];
-    match key {
-        "stribeck" | "stribeck_speed" => Some("stribeck"),
-        "load_loss" => Some("load"),
-        "friction_asymmetry" => Some("friction_asymmetry"),
-        "damping_asymmetry" => Some("damping_asymmetry"),
-        "quadratic_damping" => Some("quadratic"),
-        "friction_drift" => Some("drift"),
-        "offset" => Some("offset"),
-        "backlash" | "backlash_torque" => Some("backlash"),
-        "tooth_loss" | "tooth_loss_back" | "efficiency" | "efficiency_back" => Some("gear_loss"),
-        key => starts.iter().find(|(start, _)| key.starts_with(start)).map(|(_, kind)| *kind),
-    }
 }
 
 /// A copy of the document with a term for each requested key, where the file has none or zero.

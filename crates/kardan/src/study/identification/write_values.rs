@@ -1,13 +1,13 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::read::read_values::{read_names, read_word};
+use crate::study::read::read_values::{read_names, read_scalar, read_word};
 use crate::study::read::variant_diagnostics::is_error;
-use kardan_model::{Document, Instance, NewValue};
+use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
 use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::file::syntax;
-use kardan_schema::schema::{Table, Value};
+use kardan_schema::schema::{Scalar, Table, Value};
 
 use super::entry_removal::remove_entry;
 use super::request::request;
@@ -99,16 +99,14 @@ fn in_expression(name: &str) -> String {
     if name.contains('-') { format!("'{name}'") } else { name.to_string() }
 }
 
-fn word<'a>(instance: &'a Instance, key: &str) -> Option<&'a str> {
-    read_word(&instance.table, key)
-}
-
 impl TermEdit {
     /// `None` if the element has no direction that a `torque` can have.
     fn new(document: &Document, term: &FileTerm) -> Option<Self> {
         let instance = document.elements.get(&term.element)?;
         let ends: Vec<&str> = match instance.kind.keyword {
-            "spring_damper" => ["shaft_1", "shaft_2"].into_iter().filter_map(|key| word(instance, key)).collect(),
+            "spring_damper" => {
+                ["shaft_1", "shaft_2"].into_iter().filter_map(|key| read_word(&instance.table, key)).collect()
+            }
             _ => vec![&instance.name],
         };
         let straight = |name: &str| {
@@ -153,31 +151,15 @@ impl TermEdit {
             FileLaw::Cogging(order) => format!("-{a} * cos({order} * {angle}) - {b} * sin({order} * {angle})"),
         };
         let on = match ends.as_slice() {
-            [a] => format!("shaft = \"{a}\"\n"),
-            ["ground", b] => return Some(Self::reversed(values, unit, b, &law, term, &free)),
-            [a, "ground"] => format!("shaft = \"{a}\"\n"),
+            // Along the second body only, with the opposite sign.
+            ["ground", b] => format!("coefficients = {{ {b} = -1 }}\n"),
+            [a] | [a, "ground"] => format!("shaft = \"{a}\"\n"),
             [a, b] => format!("shaft = \"{a}\"\nreaction = \"{b}\"\n"),
             _ => return None,
         };
-        Some(Self::of(values, unit, &on, &law, &free(&format!("{} law", term.term))))
-    }
-
-    /// Along the second body only, with the opposite sign.
-    fn reversed(
-        values: Vec<FileValue>,
-        unit: &str,
-        body: &str,
-        law: &str,
-        term: &FileTerm,
-        free: &dyn Fn(&str) -> String,
-    ) -> Self {
-        let on = format!("coefficients = {{ {body} = -1 }}\n");
-        Self::of(values, unit, &on, law, &free(&format!("{} law", term.term)))
-    }
-
-    fn of(values: Vec<FileValue>, unit: &str, on: &str, law: &str, name: &str) -> Self {
         let parameters = values.iter().map(|one| format!("{} = \"{:?} {unit}\"\n", one.name, one.value)).collect();
-        Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values }
+        let name = free(&format!("{} law", term.term));
+        Some(Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values })
     }
 
     /// The text of a model file with it, in place of its term; and a warning if that term remains.
@@ -225,13 +207,10 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
         return None;
     };
-    let order = |table: &Table| {
-        match &term.law {
-        FileLaw::Cogging(order) => crate::study::read::read_values::read_scalar(table, "order").is_some_and(
-            |scalar| matches!(&scalar.value, kardan_schema::schema::Scalar::Literal(value, _) if value.to_f64() == *order),
-        ),
-        _ => true,
-    }
+    let has_order = |table: &Table| {
+        let FileLaw::Cogging(order) = term.law else { return true };
+        let scalar = read_scalar(table, "order").map(|scalar| scalar.value);
+        matches!(scalar, Some(Scalar::Literal(value, _)) if value.to_f64() == order)
     };
     let kind = match term.law {
         FileLaw::FrictionAsymmetry => "friction_asymmetry",
@@ -240,7 +219,9 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
         FileLaw::Cogging(_) => "cogging",
     };
     let own = |table: &&Table| {
-        read_word(table, "kind") == Some(kind) && read_word(table, "friction") == Some(&term.element) && order(table)
+        read_word(table, "kind") == Some(kind)
+            && read_word(table, "friction") == Some(&term.element)
+            && has_order(table)
     };
     tables.iter().find(own).map(|table| table.place.span().start)
 }

@@ -2,7 +2,7 @@
 
 use crate::study::measure::measures::{Window, measured};
 use crate::study::requests::safety_spec::{Effect, SafetySpec};
-use kardan_results::{EffectMeasured, Outcome, Run, SafetyVerdict, StateEntered};
+use kardan_results::{EffectMeasured, Outcome, Run, SafetyRow, SafetyVerdict, StateEntered};
 
 /// The evaluated signals of a run.
 pub(super) struct Traces {
@@ -64,49 +64,25 @@ fn is_true(value: f64) -> bool {
     value > 0.5
 }
 
-/// A run with a fault, judged.
-pub(super) struct Judged {
-    pub(super) detected_after: Option<f64>,
-    pub(super) detection_uncertainty: Option<f64>,
-    pub(super) reaction: Vec<StateEntered>,
-    pub(super) effects: Vec<EffectMeasured>,
-    pub(super) worst: Option<usize>,
-    pub(super) verdict: SafetyVerdict,
-    pub(super) note: Option<String>,
+/// Time since the last fault that started before a row.
+fn since([first, last]: [f64; 2], time: f64) -> f64 {
+    (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
 }
 
-/// Start times of faults: the first and the last.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Begins {
-    pub(super) all: [f64; 2],
-}
-
-impl Begins {
-    /// Time since the last fault that started before a row.
-    fn since(self, time: f64) -> f64 {
-        let [first, last] = self.all;
-        (time - if time >= last * (1.0 - 1e-12) { last } else { first }).max(0.0)
-    }
-}
-
-pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begins) -> Judged {
-    let first = run.first(begins.all[0]);
+/// The row of a run with a fault, judged; `begins`: when the first and the last fault begin.
+pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: [f64; 2], row: SafetyRow) -> SafetyRow {
+    let first = run.first(begins[0]);
     let at = detection(run, free, first);
-    let detected_after = at.map(|row| begins.since(run.time[row]));
-    let detection_uncertainty = at.map(|row| {
+    let detected_after = at.map(|row| since(begins, run.time[row]));
+    let detection_resolution = at.map(|row| {
         let before = row.checked_sub(1).map_or(0.0, |before| run.time[row] - run.time[before]);
-        before.min(begins.since(run.time[row]))
+        before.min(since(begins, run.time[row]))
     });
-    let measures = spec.effects.iter().enumerate();
-    let found: Vec<Result<f64, &str>> = measures
-        .map(|(k, effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins)))
-        .collect();
-    let effects: Vec<EffectMeasured> = spec
-        .effects
-        .iter()
-        .zip(&found)
-        .map(|(effect, found)| measured_effect(effect, found.as_ref().ok().copied()))
-        .collect();
+    let one =
+        |(k, effect): (usize, &Effect)| measure(effect, (&run.effects[k], &free.effects[k]), run, (first, begins));
+    let found: Vec<Result<f64, &str>> = spec.effects.iter().enumerate().map(one).collect();
+    let pairs = spec.effects.iter().zip(&found);
+    let effects: Vec<EffectMeasured> = pairs.map(|(effect, found)| measured_effect(effect, found.ok())).collect();
     let in_time =
         detected_after.is_some_and(|after| spec.detection_time_limit.is_none_or(|limit| after <= limit * (1.0 + 1e-9)));
     let verdict = match run.failed.as_ref().or(free.failed.as_ref()) {
@@ -121,14 +97,16 @@ pub(super) fn judge(spec: &SafetySpec, run: &Traces, free: &Traces, begins: Begi
     if run.failed.is_none() && before(run, free, first) {
         notes.push("the detection condition is true before the fault begins, with and without it".into());
     }
-    Judged {
-        detected_after,
-        detection_uncertainty,
+    SafetyRow {
+        fault_time: Some(begins[0]),
+        detection_time: detected_after,
+        detection_resolution,
         reaction: reaction(spec, run, free, (first, begins)),
         worst: worst(spec, &effects),
         effects,
         verdict,
         note: (!notes.is_empty()).then(|| notes.join("; ")),
+        ..row
     }
 }
 
@@ -161,7 +139,7 @@ fn before(run: &Traces, free: &Traces, first: usize) -> bool {
 }
 
 /// The states entered after the start, but not at that time without the fault.
-fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, Begins)) -> Vec<StateEntered> {
+fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (usize, [f64; 2])) -> Vec<StateEntered> {
     let Some(((_, names), (values, fault_free))) =
         spec.reaction.as_ref().zip(run.reaction.as_ref().zip(free.reaction.as_ref()))
     else {
@@ -172,7 +150,7 @@ fn reaction(spec: &SafetySpec, run: &Traces, free: &Traces, (first, begins): (us
         let (now, before, fault_free_state) = (values[row], values[row - 1], fault_free.get(row));
         if now != before && fault_free_state.is_none_or(|fault_free_state| *fault_free_state != now) {
             let state = names.get(now.round().max(0.0) as usize).cloned().unwrap_or_else(|| format!("{now}"));
-            out.push(StateEntered { state, after: begins.since(run.time[row]) });
+            out.push(StateEntered { state, after: since(begins, run.time[row]) });
         }
     }
     out
@@ -183,9 +161,9 @@ fn measure(
     effect: &Effect,
     (values, fault_free): (&[f64], &[f64]),
     run: &Traces,
-    (first, begins): (usize, Begins),
+    (first, begins): (usize, [f64; 2]),
 ) -> Result<f64, &'static str> {
-    let until = (begins.all[1] + effect.window) * (1.0 + 1e-12);
+    let until = (begins[1] + effect.window) * (1.0 + 1e-12);
     let rows = first..run.time.partition_point(|at| *at <= until).max(first);
     let values = values.get(rows.clone()).ok_or("the run has no such row")?;
     let times = &run.time[rows.clone()];

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use judged::{Begins, Judged, Traces, judge};
+use judged::{Traces, judge};
 
 use crate::study::progress::Counted;
 use crate::study::read::variant_diagnostics::is_error;
@@ -67,15 +67,20 @@ impl Project {
         let spec = tried(prepared).map_err(|diagnostic| vec![diagnostic])?;
         let variants = chosen(prepared, spec).map_err(|diagnostic| vec![diagnostic])?;
         let lists = self.lists(spec);
-        let cases = Cases::of(spec, prepared, &variants);
+        let (cases, omitted) = cases(spec, prepared, &variants);
         let combinations = lists.iter().fold(1, |all: usize, list| all.saturating_mul(list.len()));
-        let all = combinations.saturating_mul(variants.len() * (1 + cases.list.len()));
+        let all = combinations.saturating_mul(variants.len() * (1 + cases.len()));
         if all > MOST_ROWS {
             let message = format!("the table would have {all} rows, more than {MOST_ROWS}");
             let help = "try fewer faults, variants or values at a time, or no pairs";
             return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
         }
         let grid = combined(&lists);
+        let monitors = spec.monitors.iter().map(|name| MonitorOutcome {
+            name: name.clone(),
+            raised_by: Vec::new(),
+            false_alarms: Vec::new(),
+        });
         let mut out = Safety {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -84,8 +89,8 @@ impl Project {
             effects: spec.effects.iter().map(|effect| effect.definition.clone()).collect(),
             rows: Vec::with_capacity(all),
             missing: all,
-            monitors: spec.monitors.iter().map(|name| monitor_outcome(name)).collect(),
-            notes: cases.notes.clone(),
+            monitors: monitors.collect(),
+            notes: omitted.into_iter().collect(),
             warnings: diagnostics.iter().map(ToString::to_string).collect(),
         };
         out.notes.extend(always(prepared));
@@ -207,43 +212,32 @@ fn always(prepared: &Prepared) -> Option<String> {
     some.then(|| "The faults of `[[scenario.fault]]` occur in all runs, also in the runs counted as fault-free.".into())
 }
 
-/// The faults of the rows.
-struct Cases {
-    /// Names.
-    list: Vec<Vec<String>>,
-    notes: Vec<String>,
-}
-
-impl Cases {
-    /// Single faults, then possible pairs.
-    fn of(spec: &SafetySpec, prepared: &Prepared, variants: &[String]) -> Self {
-        let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
-        let mut notes = Vec::new();
-        let tried: Vec<_> = prepared.all().filter(|variant| variants.contains(&variant.name)).collect();
-        let mut omitted = Vec::new();
-        for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
-            for second in &spec.faults[k + 1..] {
-                let pair = vec![one.clone(), second.clone()];
-                // At other values other times may apply: the row reports an impossible pair.
-                let values = !spec.values.is_empty();
-                match tried.iter().all(|variant| variant.failing(&pair).is_err()) && !values && !tried.is_empty() {
-                    true => omitted.push(format!("{one} with {second}")),
-                    false => list.push(pair),
-                }
+/// The faults of the rows: single ones, then possible pairs; and a note on pairs that are omitted.
+fn cases(spec: &SafetySpec, prepared: &Prepared, variants: &[String]) -> (Vec<Vec<String>>, Option<String>) {
+    let mut list: Vec<Vec<String>> = spec.faults.iter().map(|name| vec![name.clone()]).collect();
+    let tried: Vec<_> = prepared.all().filter(|variant| variants.contains(&variant.name)).collect();
+    let mut omitted = Vec::new();
+    for (k, one) in spec.faults.iter().enumerate().filter(|_| spec.pairs) {
+        for second in &spec.faults[k + 1..] {
+            let pair = vec![one.clone(), second.clone()];
+            // At other values other times may apply: the row reports an impossible pair.
+            let values = !spec.values.is_empty();
+            match tried.iter().all(|variant| variant.failing(&pair).is_err()) && !values && !tried.is_empty() {
+                true => omitted.push(format!("{one} with {second}")),
+                false => list.push(pair),
             }
         }
-        if !omitted.is_empty() {
-            let all = omitted.join(", ");
-            notes.push(format!("kardan omits pairs of faults of one part at the same time: {all}."));
-        }
-        Self { list, notes }
     }
+    let all = omitted.join(", ");
+    let note = format!("kardan omits pairs of faults of one part at the same time: {all}.");
+    (list, (!omitted.is_empty()).then_some(note))
 }
 
 /// Data for the rows at some values.
 struct Table<'a> {
     settings: &'a SafetySettings,
-    cases: &'a Cases,
+    /// The faults of the rows.
+    cases: &'a [Vec<String>],
     values: &'a [SafetyValue],
     /// Whether a command must name its variant.
     several: bool,
@@ -271,41 +265,29 @@ impl Table<'_> {
             if counted.stop().is_some() {
                 return None;
             }
-            let Some(begins) = begin(variant, faults) else {
+            let not_run = |verdict: SafetyVerdict, note: String| {
                 counted.count(1);
-                let note = "no part of the loop of this variant reads or computes the failing part".to_string();
-                return Some((self.row(name, faults, SafetyVerdict::Absent, Some(note)), Vec::new()));
+                Some((self.row(name, faults, verdict, Some(note)), Vec::new()))
+            };
+            let Some(begins) = begin(variant, faults) else {
+                let note = "no part of the loop of this variant reads or computes the failing part";
+                return not_run(SafetyVerdict::Absent, note.into());
             };
             if variant.failing(faults).is_err() {
-                counted.count(1);
-                let note = "these faults affect one part at the same time".to_string();
-                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+                return not_run(SafetyVerdict::Failed, "these faults affect one part at the same time".into());
             }
-            let (at, end) = (begins.all[1], variant.scenario.duration);
+            let (at, end) = (begins[1], variant.scenario.duration);
             if at >= end {
-                counted.count(1);
                 let note = format!("it would begin at {at} s, and the run ends at {end} s");
-                return Some((self.row(name, faults, SafetyVerdict::Failed, Some(note)), Vec::new()));
+                return not_run(SafetyVerdict::Failed, note);
             }
             let traces = run(faults)?;
-            let Judged { detected_after, detection_uncertainty, reaction, effects, worst, verdict, note } =
-                judge(spec, &traces, &free, begins);
-            let begins = begins.all[0];
-            let raised = traces.raised_beside(&free, begins);
+            let raised = traces.raised_beside(&free, begins[0]);
             let raised = raised.into_iter().map(|number| (number, Some(faults.join("+")), name.to_string()));
-            let row = self.row(name, faults, verdict, note);
-            let row = SafetyRow {
-                fault_time: Some(begins),
-                detection_time: detected_after,
-                detection_resolution: detection_uncertainty,
-                reaction,
-                effects,
-                worst,
-                ..row
-            };
+            let row = judge(spec, &traces, &free, begins, self.row(name, faults, SafetyVerdict::Failed, None));
             Some((row, raised.collect::<Vec<_>>()))
         };
-        let found: Vec<_> = self.cases.list.par_iter().map(one).collect();
+        let found: Vec<_> = self.cases.par_iter().map(one).collect();
         for (row, raised) in found.into_iter().flatten() {
             rows.push(row);
             monitors.extend(raised);
@@ -329,7 +311,7 @@ impl Table<'_> {
 
     /// Rows that cannot be run, with the reason.
     fn refused(&self, name: &str, why: &str, counted: &Counted<'_>) -> Found {
-        let all = std::iter::once(&[][..]).chain(self.cases.list.iter().map(Vec::as_slice));
+        let all = std::iter::once(&[][..]).chain(self.cases.iter().map(Vec::as_slice));
         let failed = |faults: &[String]| self.row(name, faults, SafetyVerdict::Failed, Some(why.to_string()));
         let rows: Vec<SafetyRow> = all.map(failed).collect();
         counted.count(rows.len());
@@ -373,11 +355,11 @@ impl Table<'_> {
 }
 
 /// When the first and the last of some faults begin in a variant; `None` if none of them has an effect there.
-fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<Begins> {
+fn begin(variant: &PreparedVariant, faults: &[String]) -> Option<[f64; 2]> {
     let own = variant.faults.iter().filter(|fault| faults.contains(&fault.name));
     let mut begins: Vec<f64> = own.map(crate::study::NamedFault::begins).filter(|begins| begins.is_finite()).collect();
     begins.sort_by(f64::total_cmp);
-    Some(Begins { all: [*begins.first()?, *begins.last()?] })
+    Some([*begins.first()?, *begins.last()?])
 }
 
 /// A word of a command line, in quotes where it needs them.
@@ -387,10 +369,6 @@ fn in_shell(word: &str) -> String {
         true => word.to_string(),
         false => format!("'{}'", word.replace('\'', "'\\''")),
     }
-}
-
-fn monitor_outcome(name: &str) -> MonitorOutcome {
-    MonitorOutcome { name: name.to_string(), raised_by: Vec::new(), false_alarms: Vec::new() }
 }
 
 fn add_outcomes(all: &mut [MonitorOutcome], found: Vec<(usize, Option<String>, String)>) {
@@ -418,12 +396,8 @@ fn finished(mut out: Safety, why: Option<String>) -> Safety {
     {
         out.notes.push(format!("No fault of this list makes `{condition}` true."));
     }
-    let alarms: BTreeSet<&str> = out
-        .rows
-        .iter()
-        .filter(|row| row.verdict == SafetyVerdict::FalseAlarm)
-        .map(|row| row.variant.as_str())
-        .collect();
+    let false_alarms = out.rows.iter().filter(|row| row.verdict == SafetyVerdict::FalseAlarm);
+    let alarms: BTreeSet<&str> = false_alarms.map(|row| row.variant.as_str()).collect();
     if !alarms.is_empty() {
         out.notes.push(format!("The detection condition is true without a fault in {}.", quoted(alarms)));
     }

@@ -1,14 +1,17 @@
 //! Repeats rows of a sweep as full runs.
 
+use super::batch::Batch;
 use super::integrated;
 use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::varied::Varied;
+use crate::study::run::runs::tolerance;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 use kardan_model::{Setting, VariantSettings};
 use kardan_results::{ParameterValue, RowAgain, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_simulate::Method;
 
 /// Most rows of one repetition.
 const MOST_ROWS: usize = 100;
@@ -90,7 +93,6 @@ impl Project {
             found.swept = self.swept(from, (&varied, settings), (row.sample, draws)).map(Box::new);
             variants.push(found.into());
         }
-        let names = |own: &[String]| named(own, rows);
         let prepared = Prepared {
             name: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -99,15 +101,12 @@ impl Project {
             requirements: prepared.requirements.clone(),
             figures: prepared.figures.clone(),
             plots: prepared.plots.clone(),
-            safety: None,
-            sweep: None,
             tolerance: prepared.tolerance,
+            ..Prepared::default()
         };
-        Ok(self.with_ready(renamed(prepared, names), diagnostics.to_vec()))
+        Ok(self.with_ready(renamed(prepared, rows), diagnostics.to_vec()))
     }
-}
 
-impl Project {
     /// The result of a row in lanes, if it ran in lanes.
     fn swept(
         &self,
@@ -118,27 +117,27 @@ impl Project {
         let prepared = self.prepared();
         let number = prepared.all().position(|candidate| candidate.name == variant.name)?;
         let (recorded, one_lane) = (recorded_signals(prepared), Some(1));
-        let lanes = self.lanes_of((variant, own), spread, settings, (&recorded, (one_lane, draws)), &Silent).ok()?;
-        let mut row = SweepRow { sample, variant: number, values: values.to_vec(), ..blank(prepared) };
+        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, &Silent));
+        let lanes = Batch::new(self, (variant, own), spread, (tolerance, &recorded, (one_lane, draws))).ok()?;
+        let mut row = blank(prepared, (sample, number), values);
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)
     }
 }
 
 /// The runs of variants, instead of the variants.
-fn named(own: &[String], rows: &[RowAgain]) -> Vec<String> {
-    let is_own = |row: &&RowAgain| own.contains(&row.variant);
-    let found: Vec<String> =
-        rows.iter().filter(is_own).map(|row| format!("{}_sample-{}", row.variant, row.sample)).collect();
-    // An empty list means all.
-    if found.is_empty() { own.to_vec() } else { found }
-}
-
-fn renamed(mut prepared: Prepared, names: impl Fn(&[String]) -> Vec<String>) -> Prepared {
+fn renamed(mut prepared: Prepared, rows: &[RowAgain]) -> Prepared {
     let Prepared { requirements, figures, plots, .. } = &mut prepared;
     let lists = requirements.iter_mut().map(|one| &mut one.variants);
     let lists = lists.chain(figures.iter_mut().map(|one| &mut one.variants));
-    lists.chain(plots.iter_mut().map(|one| &mut one.variants)).for_each(|own| *own = names(own));
+    for own in lists.chain(plots.iter_mut().map(|one| &mut one.variants)) {
+        let found = rows.iter().filter(|row| own.contains(&row.variant));
+        let found: Vec<String> = found.map(|row| format!("{}_sample-{}", row.variant, row.sample)).collect();
+        // An empty list means all.
+        if !found.is_empty() {
+            *own = found;
+        }
+    }
     prepared
 }
 

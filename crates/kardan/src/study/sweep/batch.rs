@@ -10,13 +10,13 @@ use crate::study::measure::figure::FigureOf;
 use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::requests::varied::Varied;
 use crate::study::run::runs::judged;
-use crate::study::{Prepared, PreparedVariant};
+use crate::study::{Prepared, PreparedVariant, Project};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::Reduced;
+use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
-use kardan_model::{Document, VariantSettings};
 use kardan_results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
 pub use kardan_simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
 
@@ -44,22 +44,12 @@ pub(super) struct Batch<'p> {
     ready: Mutex<Vec<Ensemble>>,
 }
 
-/// All coefficients.
-fn slots(reduced: &Reduced) -> Vec<Slot> {
-    let equations = &reduced.equations;
-    let kinds = [
-        (CoefficientKind::Inertia, equations.inertias.len()),
-        (CoefficientKind::Damping, equations.dampers.len()),
-        (CoefficientKind::Stiffness, equations.springs.len()),
-        (CoefficientKind::Friction, equations.frictions.len()),
-    ];
-    kinds.into_iter().flat_map(|(kind, count)| (0..count).map(move |term| (kind, term))).collect()
-}
-
 /// All other dependencies of a run, as text.
 fn rest(variant: &PreparedVariant) -> String {
     let mut reduced = variant.reduced.clone();
-    slots(&reduced).into_iter().for_each(|slot| *reduced.equations.coefficient_mut(slot) = Exact::one());
+    for slot in reduced.equations.coefficient_slots() {
+        *reduced.equations.coefficient_mut(slot) = Exact::one();
+    }
     let PreparedVariant { scenario, computed, start_notes, .. } = variant;
     format!("{reduced:?} {scenario:?} {computed:?} {start_notes:?}")
 }
@@ -94,7 +84,7 @@ fn followed(
             .find(|value| *value != base[k])
             .ok_or_else(|| format!("`{name}` has only one value"))?;
         let changed = prepared_with(&values).ok_or_else(|| format!("laws or programs depend on `{name}`"))?;
-        if slots(&changed.reduced) != *all || rest(&changed) != expected {
+        if changed.reduced.equations.coefficient_slots() != *all || rest(&changed) != expected {
             return Err(more());
         }
         for (slot, from) in all.iter().zip(&mut from) {
@@ -116,16 +106,18 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. Without a tolerance
+    /// the user requested a method.
     ///
     /// # Errors
-    /// The further difference that prevents lanes.
+    /// The further difference that prevents lanes; empty if the user requested a method.
     pub fn new(
-        (document, prepared): (&Document, &Prepared),
+        project: &Project,
         (variant, own): (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
-        (tolerance, recorded, (count, draws)): (Tolerance, &Recorded, (Option<usize>, bool)),
+        (tolerance, recorded, (count, draws)): (Option<Tolerance>, &Recorded, (Option<usize>, bool)),
     ) -> Result<Self, String> {
+        let (prepared, tolerance) = (project.prepared(), tolerance.ok_or_else(String::new)?);
         let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
             FigureOf::Measure(measure) => Some(&**measure),
             FigureOf::Value(_) => None,
@@ -137,11 +129,11 @@ impl<'p> Batch<'p> {
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let found = sampled(document, (variant, own), spread, (values, None)).ok();
+            let found = sampled(project.document(), (variant, own), spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;
-        let all = slots(&first.reduced);
+        let all = first.reduced.equations.coefficient_slots();
         let from = followed(&all, spread, (&base, &first), &prepared_with)?;
         let varying: Vec<(Slot, (usize, f64))> =
             all.into_iter().zip(from).filter_map(|(slot, from)| Some((slot, from?))).collect();
@@ -161,19 +153,10 @@ impl<'p> Batch<'p> {
             *coefficient = coefficient.clone().named(name.clone());
             reduced.equations.run_parameters.push(name);
         }
-        let mut scenario = first.scenario.clone();
-        scenario.recorded = Some(recorded.clone());
-        let out = Self {
-            variant,
-            reduced,
-            scenario,
-            varying: varying.iter().map(|(slot, _)| *slot).collect(),
-            from: varying.iter().map(|(_, from)| *from).collect(),
-            tolerance,
-            count,
-            draws,
-            ready: Mutex::new(Vec::new()),
-        };
+        let scenario = Scenario { recorded: Some(recorded.clone()), ..first.scenario.clone() };
+        let (varying, from) = varying.into_iter().unzip();
+        let out =
+            Self { variant, reduced, scenario, varying, from, tolerance, count, draws, ready: Mutex::new(Vec::new()) };
         let first = out.ensemble()?;
         out.put_back(first);
         Ok(out)

@@ -135,12 +135,12 @@ const GROWTH: f64 = 1.5;
 /// The stopping rule of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct InterimAnalyses {
-    half_width: f64,
     /// The blocks after which an interim analysis follows.
     at: Vec<u64>,
     /// Samples of each requirement in each variant, passed and all.
     counts: Vec<[u64; 2]>,
-    status: SweptUntil,
+    /// The intermediate result.
+    pub status: SweptUntil,
 }
 
 impl InterimAnalyses {
@@ -156,12 +156,8 @@ impl InterimAnalyses {
         let interim_analyses = at.len() as u64;
         let confidence = 1.0 - (1.0 - CONFIDENCE) / interim_analyses.max(1) as f64;
         let counts = vec![[0; 2]; head.requirements.len() * head.variants.len()];
-        Self {
-            half_width,
-            at,
-            counts,
-            status: SweptUntil { half_width, samples: 0, interim_analyses, confidence, converged: false },
-        }
+        let status = SweptUntil { half_width, samples: 0, interim_analyses, confidence, converged: false };
+        Self { at, counts, status }
     }
 
     /// Adds the rows of the next block; those after the first sufficiently narrow analysis are not needed.
@@ -176,15 +172,10 @@ impl InterimAnalyses {
         if self.at.contains(&(block + 1)) {
             let wide = |[passed, all]: &[u64; 2]| {
                 let [low, high] = clopper_pearson(*passed, *all, self.status.confidence);
-                0.5 * (high - low) > self.half_width
+                0.5 * (high - low) > self.status.half_width
             };
             self.status.converged = !self.counts.iter().filter(|[_, all]| *all > 0).any(wide);
         }
-    }
-
-    /// The intermediate result.
-    pub fn status(&self) -> &SweptUntil {
-        &self.status
     }
 }
 

@@ -182,20 +182,17 @@ impl Project {
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
         let all_settings = self.document().variant_settings();
-        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan
-            .head
-            .variants
-            .iter()
-            .filter_map(|name| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name))
-            .collect();
+        let named = |name: &String| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name);
+        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan.head.variants.iter().filter_map(named).collect();
         let requested = plan.samples_of(plan.own_blocks()).count();
         let counted = Counted::new(progress, rows.len(), requested.saturating_mul(chosen.len())).of_whole_runs();
         let previous = std::mem::take(rows).in_order();
         let rows_of_block = |block: u64| previous.range(plan.samples_of(block..block + 1));
         let mut stopping_rule = StoppingRule::of(plan);
         let recorded = recorded_signals(prepared);
+        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, progress));
         let lanes =
-            |variant| self.lanes_of(variant, &plan.spread, settings, (&recorded, (plan.lanes, plan.draws())), progress);
+            |variant| Batch::new(self, variant, &plan.spread, (tolerance, &recorded, (plan.lanes, plan.draws())));
         let found: Vec<Result<Batch<'_>, String>> = chosen.iter().copied().map(lanes).collect();
         if plan.own_blocks().any(|block| rows_of_block(block).is_empty()) {
             note_scalar_runs(&chosen, &found, progress);
@@ -283,12 +280,10 @@ impl Project {
         (chosen, batch): (&[(&PreparedVariant, &VariantSettings)], &[Option<Batch<'_>>]),
         counted: &Counted<'_>,
     ) -> Vec<SweepRow> {
-        let blank = |(sample, values): (u64, &Vec<f64>), variant: usize| {
-            let values = values.clone();
-            SweepRow { sample, variant, values, ..blank(prepared) }
+        let of_sample = |(sample, values): (u64, &'v Vec<f64>)| {
+            (0..chosen.len()).map(move |variant| blank(prepared, (sample, variant), values))
         };
-        let mut found: Vec<SweepRow> =
-            cases.flat_map(|case| (0..chosen.len()).map(move |variant| blank(case, variant))).collect();
+        let mut found: Vec<SweepRow> = cases.flat_map(of_sample).collect();
         let apart = (plan.head.samples / (plan.head.samples / SELDOM).clamp(LEAST_COMPARED, COMPARED)).max(1);
         let (mut remaining, mut all_compared): (Vec<&mut SweepRow>, Vec<&mut SweepRow>) =
             (found.iter_mut().collect(), Vec::new());
@@ -347,26 +342,6 @@ impl Project {
                 }
             }
         }
-    }
-
-    /// Lanes for a variant.
-    ///
-    /// # Errors
-    /// Why its runs cannot use lanes; empty if the user requested a method.
-    fn lanes_of<'p>(
-        &self,
-        variant: (&'p PreparedVariant, &VariantSettings),
-        spread: &[Varied],
-        settings: &Settings,
-        (recorded, lanes): (&Recorded, (Option<usize>, bool)),
-        progress: &dyn Progress,
-    ) -> Result<Batch<'p>, String> {
-        if settings.method != Method::Automatic {
-            return Err(String::new());
-        }
-        let prepared = self.prepared();
-        let tolerance = tolerance(prepared, settings, progress);
-        Batch::new((self.document(), prepared), variant, spread, (tolerance, recorded, lanes))
     }
 }
 

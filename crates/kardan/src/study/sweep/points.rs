@@ -5,7 +5,7 @@ use crate::study::requests::sampling_method::SamplingMethod;
 use kardan_math::num::Random;
 
 /// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
-const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+pub(super) const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 /// Rounds of the permutation.
 const ROUNDS: u64 = 6;
 /// Binary digits of Sobol's directions, which limit the number of points.

@@ -4,7 +4,7 @@
 
 use kardan_rt::functions::{exp, ln};
 
-use super::points::{Axis, axes};
+use super::points::{Axis, STEP, axes};
 use super::statistics::{CONFIDENCE, clopper_pearson};
 use crate::study::requests::distribution::score;
 use crate::study::requests::sampling_method::SamplingMethod;
@@ -22,8 +22,6 @@ const CORRELATION: f64 = 0.8;
 const MOST_PART: f64 = 0.5;
 /// Standard deviations on both sides that contain 95 % of a normal distribution.
 const TWO_SIDED: f64 = 1.959_963_984_540_054;
-/// Steps of the sequence of [`Random`].
-const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Scores, and the margin there.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,9 +42,10 @@ pub(super) struct Rare {
     bound: f64,
     accepted: u64,
     pending: Vec<Vec<f64>>,
-    levels: Vec<SweptLevel>,
+    /// The complete levels.
+    pub levels: Vec<SweptLevel>,
     /// Why it ended.
-    ended: Option<String>,
+    pub ended: Option<String>,
     failed: bool,
 }
 
@@ -181,11 +180,6 @@ impl Rare {
         let size = ln(1.0 + deviation * deviation).sqrt();
         let factor = exp(TWO_SIDED * size);
         Some([probability / factor, (probability * factor).min(1.0)])
-    }
-
-    /// The complete levels, and the reason of its end, if any.
-    pub fn levels(&self) -> (&[SweptLevel], Option<&str>) {
-        (&self.levels, self.ended.as_deref())
     }
 }
 

@@ -55,8 +55,11 @@ pub(super) fn sampled(
 }
 
 /// A row before its run.
-pub(super) fn blank(prepared: &Prepared) -> SweepRow {
+pub(super) fn blank(prepared: &Prepared, (sample, variant): (u64, usize), values: &[f64]) -> SweepRow {
     SweepRow {
+        sample,
+        variant,
+        values: values.to_vec(),
         measured: vec![f64::NAN; prepared.requirements.len()],
         passed: vec![f64::NAN; prepared.requirements.len()],
         figures: vec![f64::NAN; prepared.figures.len()],

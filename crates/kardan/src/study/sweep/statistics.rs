@@ -4,12 +4,8 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::indices::{effects, sobol_indices};
 use super::points::Axis;
-use super::reasons::reasons;
 use kardan_math::num::Matrix;
-use kardan_results::{
-    SweepRowOf, SweepRows, SweptEffect, SweptFailure, SweptFigure, SweptIndex, SweptRequirement, SweptShare,
-    SweptValues,
-};
+use kardan_results::{SweepRowOf, SweepRows, SweptEffect, SweptIndex, SweptRequirement, SweptShare, SweptValues};
 
 /// Confidence of intervals of probabilities.
 pub(super) const CONFIDENCE: f64 = 0.95;
@@ -21,14 +17,12 @@ const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 pub(super) enum Sampled<'a> {
     /// From the distributions.
     Drawn,
-    /// All combinations of some values.
-    Grid,
+    /// All combinations of some values, or each depends on earlier ones.
+    NotDrawn,
     /// Groups of A, B, and A with one axis after another of B.
     Saltelli { group: u64 },
     /// Paths.
     Morris { group: u64, axes: &'a [Axis] },
-    /// Each depends on earlier ones.
-    Sought,
 }
 
 impl Sampled<'_> {
@@ -84,17 +78,8 @@ impl SweepStatistics<'_> {
         out.measured = self.spread(&out.variant, |row| row.measured[number]);
     }
 
-    pub fn fill_figure(&self, number: usize, out: &mut SweptFigure) {
-        out.values = self.spread(&out.variant, |row| row.figures[number]);
-    }
-
-    /// Incomplete runs, by reason, the most frequent first.
-    pub fn failures(&self) -> Vec<SweptFailure> {
-        reasons(self.rows.iter(), self.variants)
-    }
-
     /// The numbers of a variant; a value measured up to an early end does not count.
-    fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
+    pub fn spread(&self, variant: &str, number: impl Fn(SweepRowOf<'_>) -> f64) -> SweptValues {
         let number = |row: SweepRowOf<'_>| if row.reason.is_empty() { number(row) } else { f64::NAN };
         let with: Vec<(SweepRowOf<'_>, f64)> =
             self.of(variant).map(|row| (row, number(row))).filter(|(_, x)| x.is_finite()).collect();
@@ -176,11 +161,9 @@ impl SweepStatistics<'_> {
         let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
         let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
         let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
-        let mut shares: Vec<SweptShare> = moving
-            .iter()
-            .enumerate()
-            .map(|(i, &j)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] })
-            .collect();
+        let share =
+            |(i, &j): (usize, &usize)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] };
+        let mut shares: Vec<SweptShare> = moving.iter().enumerate().map(share).collect();
         shares.sort_by(|a, b| b.slope.abs().total_cmp(&a.slope.abs()));
         (shares, Some(explained.clamp(0.0, 1.0)))
     }

@@ -53,7 +53,7 @@ impl StoppingRule {
     pub fn values(&mut self, plan: &SweepPlan, samples: Range<u64>) -> Option<Vec<Vec<f64>>> {
         let of = (&plan.spread[..], &plan.correlated[..]);
         match self {
-            Self::Until(interim_analyses) if interim_analyses.status().converged => None,
+            Self::Until(interim_analyses) if interim_analyses.status.converged => None,
             Self::Plain | Self::Until(_) => Some(samples.map(|sample| plan.values(sample)).collect()),
             Self::Worst(_, worst) => {
                 Some(worst.propose(samples).iter().map(|places| values_at(of.0, of.1, places)).collect())
@@ -79,8 +79,8 @@ impl StoppingRule {
     /// Whether no further sample is needed.
     pub fn is_done(&self) -> bool {
         match self {
-            Self::Until(interim_analyses) => interim_analyses.status().converged,
-            Self::Rare(_, rare) => rare.levels().1.is_some(),
+            Self::Until(interim_analyses) => interim_analyses.status.converged,
+            Self::Rare(_, rare) => rare.ended.is_some(),
             Self::Plain | Self::Worst(..) => false,
         }
     }

@@ -1,8 +1,9 @@
 //! The summary of the rows of a sweep, with notes.
 
-use super::goal::SweepGoal;
+use super::goal::{InterimAnalyses, SweepGoal};
 use super::plan::{Shard, SweepPlan};
 use super::points::moved;
+use super::reasons::reasons;
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
@@ -10,9 +11,7 @@ use crate::study::requests::correlated::factors;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_mechanics::equations::Sensor;
-use kardan_results::{
-    Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptValues, SweptWorst,
-};
+use kardan_results::{Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptWorst};
 
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
@@ -20,9 +19,7 @@ const MOST_OF_HALTON: usize = 8;
 /// The summary of the rows.
 pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows, rule: &StoppingRule) -> Sweep {
     let (until, confidence) = match rule {
-        StoppingRule::Until(interim_analyses) => {
-            (Some(interim_analyses.status().clone()), interim_analyses.status().confidence)
-        }
+        StoppingRule::Until(InterimAnalyses { status, .. }) => (Some(status.clone()), status.confidence),
         _ => (None, CONFIDENCE),
     };
     let statistics = statistics(plan, rows, confidence);
@@ -40,7 +37,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
             true => 0,
             false => (own_samples.end - own_samples.start) * plan.head.variants.len() as u64 - rows.len() as u64,
         },
-        failures: statistics.failures(),
+        failures: reasons(rows.iter(), &plan.head.variants),
         compared: compared(plan, rows),
         confidence: CONFIDENCE,
         stopping_rule: until,
@@ -64,13 +61,8 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
                 display: requirement.display.clone(),
                 below: requirement.below,
                 above: requirement.above,
-                passed: 0,
-                failed: 0,
-                probability: None,
-                interval: None,
-                measured: SweptValues::default(),
-                rules: Vec::new(),
                 variant,
+                ..SweptRequirement::default()
             };
             statistics.fill_requirement(k, &mut one);
             if statistics.sampled.is_drawn() {
@@ -81,16 +73,14 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
     }
     for (k, figure) in prepared.figures.iter().enumerate() {
         for variant in own(&figure.variants) {
-            let mut one = SweptFigure {
+            out.figures.push(SweptFigure {
                 name: figure.name.clone(),
                 text: figure.describe(),
-                variant,
                 unit: figure.unit.clone(),
                 display: figure.display.clone(),
-                values: SweptValues::default(),
-            };
-            statistics.fill_figure(k, &mut one);
-            out.figures.push(one);
+                values: statistics.spread(&variant, |row| row.figures[k]),
+                variant,
+            });
         }
     }
     out.notes = notes(prepared, plan, &out);
@@ -132,8 +122,7 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
     let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.correlated)));
     match (&plan.goal, plan.sampling) {
-        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) => Sampled::Sought,
-        (_, SamplingMethod::Levels(_)) => Sampled::Grid,
+        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) | (_, SamplingMethod::Levels(_)) => Sampled::NotDrawn,
         (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
         (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
         _ => Sampled::Drawn,
@@ -252,8 +241,7 @@ fn compared(plan: &SweepPlan, rows: &SweepRows) -> Option<SweptCompared> {
 /// The worst case, of a search.
 fn worst(plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule, prepared: &Prepared) -> Option<SweptWorst> {
     let StoppingRule::Worst(target, search) = stopping_rule else { return None };
-    let (least, before) = search.least();
-    let (margin, sample) = least?;
+    let (margin, sample) = search.least?;
     let of_sample = rows.range(sample..sample + 1).map(|number| rows.get(number).to_row());
     let row = of_sample.min_by(|one, other| target.margin_of_case(one).total_cmp(&target.margin_of_case(other)))?;
     let number = |x: f64| x.is_finite().then_some(x);
@@ -269,16 +257,15 @@ fn worst(plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule, prepa
         values: values
             .map(|(one, value)| SweptAt { parameter: one.name.clone(), unit: one.unit.clone(), value: *value })
             .collect(),
-        margin_before_search: before.and_then(number),
-        exploration_samples: search.explored().min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
-        restarts: search.rests(),
+        margin_before_search: search.before.and_then(number),
+        exploration_samples: search.explore.min(rows.len() as u64 / plan.head.variants.len().max(1) as u64),
+        restarts: search.rests.len() as u64,
     })
 }
 
 /// The probability of a rare failure.
 fn rare(plan: &SweepPlan, stopping_rule: &StoppingRule, prepared: &Prepared) -> Option<SweptRare> {
     let StoppingRule::Rare(target, found) = stopping_rule else { return None };
-    let (levels, ended) = found.levels();
     let probability = found.probability();
     Some(SweptRare {
         text: plan.head.requirements[target.requirement].text.clone(),
@@ -288,7 +275,7 @@ fn rare(plan: &SweepPlan, stopping_rule: &StoppingRule, prepared: &Prepared) -> 
         deviation: probability.map(|(_, deviations)| deviations[0]),
         deviation_upper_bound: probability.map(|(_, deviations)| deviations[1]),
         interval: found.interval(),
-        levels: levels.to_vec(),
-        stop_reason: ended.unwrap_or("it ended before its last level").into(),
+        levels: found.levels.clone(),
+        stop_reason: found.ended.as_deref().unwrap_or("it ended before its last level").into(),
     })
 }

@@ -1,7 +1,7 @@
 //! The worst case of a requirement, searched by polls around the worst sample so far: along each axis, further along the last direction, and in random directions,
 //! at a step that halves if none is worse (Kolda, Lewis, Torczon, SIAM Review 45, 2003, 385). After convergence it starts from another sample.
 
-use super::points::{Axis, axes};
+use super::points::{Axis, STEP, axes};
 use crate::study::requests::distribution::normal_below;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::requests::varied::Varied;
@@ -13,8 +13,6 @@ const MOST_DEVIATIONS: f64 = 3.0;
 const STEPS: [f64; 2] = [0.2, 1e-5];
 /// Least distance along one axis between the start of a search and earlier converged points.
 const APART: f64 = 0.1;
-/// Steps of the sequence of [`Random`].
-const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// A point, and the margin there.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +28,8 @@ pub(super) struct Worst {
     /// First samples, which fill the space.
     axes: Vec<Axis>,
     bounds: Vec<[f64; 2]>,
-    explore: u64,
+    /// Samples before the search.
+    pub explore: u64,
     tried: Vec<Tried>,
     /// The current point of the search.
     at: Option<Tried>,
@@ -38,11 +37,13 @@ pub(super) struct Worst {
     way: Vec<f64>,
     step: f64,
     turn: usize,
-    rests: Vec<Vec<f64>>,
+    /// Points of convergence.
+    pub rests: Vec<Vec<f64>>,
     pending: Vec<Vec<f64>>,
     /// The least margin of all, and its sample.
-    least: Option<(f64, u64)>,
-    before: Option<f64>,
+    pub least: Option<(f64, u64)>,
+    /// The least margin before the search.
+    pub before: Option<f64>,
 }
 
 impl Worst {
@@ -159,21 +160,6 @@ impl Worst {
         if self.step < STEPS[1] {
             self.rests.extend(self.at.take().map(|at| at.place));
         }
-    }
-
-    /// The least margin with its sample, and that of the samples before the search.
-    pub fn least(&self) -> (Option<(f64, u64)>, Option<f64>) {
-        (self.least, self.before)
-    }
-
-    /// Number of convergences.
-    pub fn rests(&self) -> u64 {
-        self.rests.len() as u64
-    }
-
-    /// Samples before the search.
-    pub fn explored(&self) -> u64 {
-        self.explore
     }
 }
 

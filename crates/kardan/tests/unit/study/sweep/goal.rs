@@ -16,7 +16,7 @@ fn intervals_are_valid_whenever_it_ends() {
     let ended = |probability: f64, seed: u64| {
         let (mut random, mut interim_analyses, mut block) =
             (Random::new(seed * 7919 + 1), InterimAnalyses::new(0.05, 64, &head), 0);
-        while !interim_analyses.status().converged && block < 64 {
+        while !interim_analyses.status.converged && block < 64 {
             let mut row = |k: u64| SweepRow {
                 sample: 64 * block + k,
                 variant: 0,
@@ -32,8 +32,8 @@ fn intervals_are_valid_whenever_it_ends() {
             block += 1;
         }
         let [passed, all] = interim_analyses.counts[0];
-        assert_eq!((interim_analyses.status().samples, interim_analyses.status().converged), (64 * block, true));
-        let [low, high] = clopper_pearson(passed, all, interim_analyses.status().confidence);
+        assert_eq!((interim_analyses.status.samples, interim_analyses.status.converged), (64 * block, true));
+        let [low, high] = clopper_pearson(passed, all, interim_analyses.status.confidence);
         assert!(0.5 * (high - low) <= 0.05);
         (low <= probability && probability <= high, all)
     };

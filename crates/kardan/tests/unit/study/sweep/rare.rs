@@ -60,7 +60,7 @@ fn straight_borders_have_their_probability() {
 fn ends_are_reported() {
     let often = ran(1, 50, 1, |x| x[0] + 0.5);
     let (probability, [deviation, _]) = often.probability().unwrap();
-    assert_eq!(often.levels().0.len(), 1);
+    assert_eq!(often.levels.len(), 1);
     assert!((deviation - ((1.0 - probability) / (probability * 500.0)).sqrt()).abs() < 1e-15);
     assert!((probability - normal_below(-0.5)).abs() < 4.0 * deviation * probability);
     // One level are draws: where all of them fail, the interval of Clopper and Pearson still has a width.
@@ -70,8 +70,8 @@ fn ends_are_reported() {
     assert!((low - exp(ln(0.025) / 200.0)).abs() < 1e-9 && high == 1.0, "{low} {high}");
     for (margin, expected) in [(1.0, "same margin"), (f64::INFINITY, "same margin")] {
         let found = ran(1, 20, 2, |_| margin);
-        assert!(found.probability().is_none() && found.levels().1.unwrap().contains(expected));
+        assert!(found.probability().is_none() && found.ended.as_ref().unwrap().contains(expected));
     }
     let never = ran(1, 20, 1, |x| 100.0 - x[0]);
-    assert!(never.probability().is_none() && never.levels().0.len() as u64 == MOST_LEVELS);
+    assert!(never.probability().is_none() && never.levels.len() as u64 == MOST_LEVELS);
 }
