@@ -244,7 +244,7 @@ impl Nonlinear {
 const SLOPE_STEP: f64 = 1e-5;
 
 fn no_block(error: MechanismError) -> SynthesisError {
-    SynthesisError::NoBlock { reason: error.to_string() }
+    SynthesisError::NoBlock(error.to_string())
 }
 
 impl Law for Nonlinear {

@@ -224,7 +224,7 @@ impl Plant {
     pub(super) fn check_accelerates(&self, shaft: usize, output: &str) -> Result<(), SynthesisError> {
         match self.linear.accelerates(shaft) {
             true => Ok(()),
-            false => Err(SynthesisError::NoAcceleration { output: output.into() }),
+            false => Err(SynthesisError::NoAcceleration(output.into())),
         }
     }
 
@@ -233,7 +233,7 @@ impl Plant {
         let moving = self.linear.moving();
         let names = self.linear.coordinates.iter().enumerate().filter(|(k, _)| !moving.contains(k));
         let coordinates: Vec<String> = names.map(|(_, name)| name.clone()).collect();
-        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia { coordinates }) }
+        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia(coordinates)) }
     }
 
     /// Names of the states.

@@ -179,7 +179,7 @@ fn channel_tasks(
         let degree = match &output.measured {
             Measured::Angle(_) => 2,
             Measured::ConstraintTorque(..) => 0,
-            _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
+            _ => return Err(SynthesisError::NotForComputedTorque(output.name.clone())),
         };
         let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
         let has_dynamics =

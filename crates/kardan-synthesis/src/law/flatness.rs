@@ -142,7 +142,7 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
             .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
             .collect();
         if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-            return Err(SynthesisError::UnstablePole { real: pole.re });
+            return Err(SynthesisError::UnstablePole(pole.re));
         }
         let found = place_poles(&task.system, &poles)?;
         return Ok((found.gain, format!("the poles of the feedback are met with the residual {:.1e}", found.residual)));

@@ -390,7 +390,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
-        return Err(SynthesisError::NeedsNonlinear { key: "friction_width" });
+        return Err(SynthesisError::NeedsNonlinear("friction_width"));
     }
     let shaft = |name: &String| {
         request.plant.coordinates().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft")
@@ -436,7 +436,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         return Ok(Arc::new(designed));
     }
     if loads.iter().any(Option::is_some) {
-        return Err(SynthesisError::NeedsLinear { key: "load" });
+        return Err(SynthesisError::NeedsLinear("load"));
     }
     let task_specs = designed.block.task_specs();
     let friction_width = request.values.number("friction_width");

@@ -72,7 +72,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
         .collect();
     if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-        return Err(SynthesisError::UnstablePole { real: pole.re });
+        return Err(SynthesisError::UnstablePole(pole.re));
     }
     let found = place_poles(&task.system, &poles)?;
     let notes = vec![format!(

@@ -47,7 +47,7 @@ pub(super) fn gain(
     let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
     let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
     if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
-        return Err(SynthesisError::ObserverUnstable { real: rational_to_f64(re) });
+        return Err(SynthesisError::ObserverUnstable(rational_to_f64(re)));
     }
     let found = luenberger(extended, &poles).map_err(failed)?;
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))

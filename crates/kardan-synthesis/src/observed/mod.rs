@@ -292,7 +292,7 @@ impl Observed {
 /// Share of the estimated disturbances that the law cancels.
 fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
-        Some(share) => Err(SynthesisError::NotAShare { share }),
+        Some(share) => Err(SynthesisError::NotAShare(share)),
         None => Ok(values.number_or_default("compensation")),
     }
 }
@@ -310,7 +310,7 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         plant.check_inertia()?;
     }
     if nonlinear && !laws.is_empty() && cancels {
-        return Err(SynthesisError::LawDoubleCancellation { elements: laws });
+        return Err(SynthesisError::LawDoubleCancellation(laws));
     }
     let more = friction || (law.on_full_model() && !plant.is_linear());
     if more && !nonlinear && cancels {

@@ -47,7 +47,7 @@ pub(crate) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
         | Measured::ComplianceTorque(..)
         | Measured::NetTorque(_)
         | Measured::Signal(_) => {
-            return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
+            return Err(SynthesisError::NotASensor(sensor.name.clone()));
         }
     })
 }

@@ -108,7 +108,7 @@ fn motor<'a>(plant: &'a Plant, name: &str) -> Option<&'a Motor> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let Some(clock) = clock(values)? else {
-        return Err(SynthesisError::SampledOnly { law: SAMPLED_NONINTERACTING.keyword });
+        return Err(SynthesisError::SampledOnly(SAMPLED_NONINTERACTING.keyword));
     };
     let inputs = paired_inputs(values);
     let references = references(values);

@@ -52,7 +52,7 @@ pub(super) fn observer(
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
     if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
-        return Err(SynthesisError::NotAShare { share });
+        return Err(SynthesisError::NotAShare(share));
     }
     if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
         return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
@@ -65,7 +65,7 @@ pub(super) fn observer(
     let system = plant.system(inputs, &sensors);
     let (torques, _) = plant.torques(request.disturbances, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
     let size = discrete.flow.rows();
     let c = system.c.to_f64();
     let output = Matrix::from_fn(c.rows(), size, |i, j| if j < c.columns() { c[(i, j)] } else { 0.0 });
@@ -101,7 +101,7 @@ pub(super) fn observer(
         .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
         .collect();
     let found = filter(&discrete.flow, &out.output, &intensities, &variances, clock.period)
-        .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
+        .ok_or(SynthesisError::SampledRiccati("observer"))?;
     let out = Observer { full: false, correction: found.gain, ..out };
     if !straight {
         return Ok(out);

@@ -74,12 +74,12 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
-            return Err(SynthesisError::Unreached { output: outputs[k].name.clone() });
+            return Err(SynthesisError::Unreached(outputs[k].name.clone()));
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
     let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
-    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
+    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati("feedback"))?;
     let lift = quotient.projection.to_f64();
     let observed = observer(request, inputs, lags, clock)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
@@ -105,7 +105,7 @@ fn pushed(
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
     let own = discrete.flow.rows() - shafts.len();
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
