@@ -81,16 +81,24 @@ fn with_share(law: LinearLaw) -> LinearLaw {
 }
 
 impl Law for BlendedLaw {
-    fn kinks(&self) -> Kinks {
-        self.law.kinks()
+    forward! {
+        law;
+        fn kinks(&self) -> Kinks;
+        fn inputs(&self) -> &[String];
+        fn states(&self) -> Vec<String>;
+        fn estimates(&self) -> Vec<(String, usize)>;
+        fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]);
+        fn on_full_model(&self) -> bool;
+        fn friction_width(&self) -> Option<f64>;
+        fn sensors(&self) -> &[OutputSignal];
+        fn clock(&self) -> Option<Clock>;
+        fn exact(&self) -> Option<ExactLoop>;
+        fn keeps(&self) -> Frozen;
+        fn describe(&self) -> Design;
     }
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
         Some(Arc::new(Self { law: self.law.on_side(side)?, references: self.references.clone() }))
-    }
-
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
     }
 
     fn references(&self) -> &[Reference] {
@@ -101,28 +109,8 @@ impl Law for BlendedLaw {
         self.law.references_at_rest().into_iter().chain([1.0]).collect()
     }
 
-    fn states(&self) -> Vec<String> {
-        self.law.states()
-    }
-
-    fn estimates(&self) -> Vec<(String, usize)> {
-        self.law.estimates()
-    }
-
-    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        self.law.start(angles, speeds, out);
-    }
-
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
         Some(Box::new(BlendedBlock { block: self.law.block(clock)? }))
-    }
-
-    fn on_full_model(&self) -> bool {
-        self.law.on_full_model()
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
     }
 
     fn linear(&self) -> LinearLaw {
@@ -139,25 +127,5 @@ impl Law for BlendedLaw {
 
     fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
         Some(with_share(self.law.linear_at(position, clock)?))
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        self.law.sensors()
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        self.law.clock()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
-    }
-
-    fn keeps(&self) -> Frozen {
-        self.law.keeps()
-    }
-
-    fn describe(&self) -> Design {
-        self.law.describe()
     }
 }

@@ -14,6 +14,8 @@
 #![deny(clippy::disallowed_methods)]
 
 #[macro_use]
+mod forward;
+#[macro_use]
 mod keys;
 
 mod at_operating_point;

@@ -248,12 +248,13 @@ fn no_block(error: MechanismError) -> SynthesisError {
 }
 
 impl Law for Nonlinear {
-    fn inputs(&self) -> &[String] {
-        self.at_design_point.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.at_design_point.references()
+    forward! {
+        at_design_point;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+        fn linear(&self) -> LinearLaw;
+        fn exact(&self) -> Option<ExactLoop>;
     }
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
@@ -315,18 +316,6 @@ impl Law for Nonlinear {
             }
         }
         Some(out)
-    }
-
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.at_design_point.linear_sampled(clock)
-    }
-
-    fn linear(&self) -> LinearLaw {
-        self.at_design_point.linear()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.at_design_point.exact()
     }
 
     fn describe(&self) -> Design {

@@ -349,16 +349,14 @@ impl Observed {
 }
 
 impl Law for Observed {
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.law.references()
-    }
-
-    fn references_at_rest(&self) -> Vec<f64> {
-        self.law.references_at_rest()
+    forward! {
+        law;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn references_at_rest(&self) -> Vec<f64>;
+        fn friction_width(&self) -> Option<f64>;
+        fn on_full_model(&self) -> bool;
+        fn exact(&self) -> Option<ExactLoop>;
     }
 
     fn states(&self) -> Vec<String> {
@@ -422,18 +420,6 @@ impl Law for Observed {
 
     fn is_nonlinear(&self) -> bool {
         matches!(self.model, Model::Nonlinear(_)) || self.law.is_nonlinear()
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
-    }
-
-    fn on_full_model(&self) -> bool {
-        self.law.on_full_model()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
     }
 
     fn describe(&self) -> Design {
