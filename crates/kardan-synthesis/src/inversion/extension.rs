@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::notation::combination;
-use super::silverman::row_times;
 use super::{Obstruction, obstruction};
+use crate::decoupling::relative_degrees;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, Scalar, echelon};
 
@@ -113,7 +113,8 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
     let (mut from_state, mut from_input) = (Matrix::zeros(p, n), Matrix::identity(p));
     let mut integrators: Vec<Integrator> = Vec::new();
     loop {
-        let (degrees, g) = decoupling_matrix(&extended);
+        let found = relative_degrees(&extended);
+        let g = found.matrix;
         let dependent: BTreeSet<usize> =
             echelon(&g, &(0..p).collect::<Vec<_>>()).dependent_rows().into_iter().flatten().collect();
         if dependent.is_empty() {
@@ -122,7 +123,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
                 extended,
                 from_state,
                 from_input,
-                relative_degrees: degrees,
+                relative_degrees: found.degrees.into_iter().flatten().collect(),
                 decoupling_matrix: g,
             });
         }
@@ -183,24 +184,4 @@ fn moved_to_states(
         if moved.contains(&j) { Rational::ZERO } else { on_input[(i, j)].clone() }
     });
     (states, inputs)
-}
-
-/// Relative degrees and decoupling matrix \[diss. (6.64)-(6.66)\]; an output that no input reaches has degree n + 1 and a
-/// row of zeros.
-fn decoupling_matrix(system: &LinearSystem) -> (Vec<usize>, Matrix<Rational>) {
-    let (n, m, p) = (system.a.rows(), system.c.rows(), system.b.columns());
-    let mut degrees = Vec::with_capacity(m);
-    let mut g = Matrix::<Rational>::zeros(m, p);
-    for i in 0..m {
-        let (mut row, mut on_inputs) = (system.c.row(i).to_vec(), system.d.row(i).to_vec());
-        let mut degree = 0;
-        while degree <= n && on_inputs.iter().all(Scalar::is_zero) {
-            on_inputs = row_times(&row, &system.b);
-            row = row_times(&row, &system.a);
-            degree += 1;
-        }
-        degrees.push(degree);
-        g.row_mut(i).clone_from_slice(&on_inputs);
-    }
-    (degrees, g)
 }

@@ -10,11 +10,6 @@ pub(super) struct RowSpan {
 }
 
 impl RowSpan {
-    /// Number of rows.
-    pub(super) fn dimension(&self) -> usize {
-        self.rows.len()
-    }
-
     /// Adds a row. If it is a combination of those that are there, it is not added and its weights are the result.
     pub(super) fn insert(&mut self, row: &[Rational]) -> Option<Vec<Rational>> {
         let count = self.rows.len();
@@ -34,16 +29,6 @@ impl RowSpan {
         made_of.push(Rational::ONE.over(&lead));
         self.rows.push((pivot, rest, made_of));
         None
-    }
-
-    /// A basis of the span: the reduced rows.
-    pub(super) fn basis(&self) -> impl Iterator<Item = &[Rational]> {
-        self.rows.iter().map(|(_, row, _)| row.as_slice())
-    }
-
-    /// The reduced row with that number.
-    pub(super) fn reduced(&self, number: usize) -> &[Rational] {
-        &self.rows[number].1
     }
 }
 

@@ -5,8 +5,8 @@ use kardan_math::num::{Matrix, Rational};
 
 /// The system with unknown constant disturbances as states: `E ẋ = A x + B u + W d`, `ḋ = 0` \[diss. (6.45)\], exact.
 ///
-/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does (see
-/// [`torques_on`]). The new states follow the others, with the names given; inputs and outputs stay.
+/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does:
+/// `[0; Kᵀ e_shaft]` for a torque on a shaft. The new states follow the others, with the names given; inputs and outputs stay.
 ///
 /// # Panics
 /// If W has not one row per state and one column per name.
@@ -41,16 +41,4 @@ pub fn extend(system: &LinearSystem, disturbance: &Matrix<Rational>, names: &[St
         d: system.d.clone(),
         degrees_of_freedom: None,
     }
-}
-
-/// W for torques on shafts: `[0; Kᵀ e_shaft]`, one column per shaft \[diss. (6.42)\].
-///
-/// `basis` is K of [`ConstrainedSystem::explicit_basis`](kardan_analysis::ConstrainedSystem::explicit_basis), shafts ×
-/// coordinates; for systems with `E = diag(I, H_r)`.
-///
-/// # Panics
-/// If there is no shaft of such a number.
-pub fn torques_on(basis: &Matrix<Rational>, shafts: &[usize]) -> Matrix<Rational> {
-    let r = basis.columns();
-    Matrix::from_fn(2 * r, shafts.len(), |i, j| if i < r { Rational::ZERO } else { basis[(shafts[j], i - r)].clone() })
 }
