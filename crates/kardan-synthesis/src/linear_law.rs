@@ -273,10 +273,8 @@ fn data(request: &Request<'_>, design: &Design, references: &[Reference], block:
         block: "StateSpace".into(),
         reads,
         writes: design.inputs.clone(),
-        sample_time: None,
-        single: false,
         matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
-        numbers: Vec::new(),
+        ..ControllerData::default()
     }
 }
 

@@ -185,40 +185,23 @@ impl Nonlinear {
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
-        let shafts = &self.block.data.shafts;
+        let ComputedTorqueBlock { data, disturbed, friction_width, .. } = &self.block;
         let mut reads = self.motions.clone();
         let references = self.at_design_point.references();
-        reads.extend(
-            self.block
-                .reference_places
-                .iter()
-                .map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
-        );
-        reads.extend(ReadSignal::of_each(
-            Quantity::Disturbance,
-            self.block.disturbed.iter().flatten().map(|&k| &shafts[k]),
-        ));
+        let places = self.block.reference_places.iter();
+        reads.extend(places.map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())));
+        reads.extend(ReadSignal::of_each(Quantity::Disturbance, disturbed.iter().flatten().map(|&k| &data.shafts[k])));
+        let tables = data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]);
+        let mut numbers =
+            vec![DataNumber::new("shafts", data.shafts.len() as f64), DataNumber::new("cuts", data.cuts() as f64)];
+        numbers.extend(friction_width.map(|width| DataNumber::new("friction_width", width)));
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
             writes: self.at_design_point.inputs().to_vec(),
-            sample_time: None,
-            single: false,
-            matrices: self
-                .block
-                .data
-                .tables(|x| x)
-                .into_iter()
-                .chain([("tasks".into(), self.tasks())])
-                .map(|(name, rows)| DataMatrix::new(name, rows))
-                .collect(),
-            numbers: [
-                DataNumber::new("shafts", self.block.data.shafts.len() as f64),
-                DataNumber::new("cuts", self.block.data.cuts() as f64),
-            ]
-            .into_iter()
-            .chain(self.block.friction_width.map(|width| DataNumber::new("friction_width", width)))
-            .collect(),
+            matrices: tables.map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
+            numbers,
+            ..ControllerData::default()
         }
     }
 

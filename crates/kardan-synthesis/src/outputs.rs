@@ -5,7 +5,9 @@ use super::counters::{ReducedStates, counters_of};
 use super::decoupling::Compensation;
 use super::{Plant, Reference, Request, SynthesisError};
 use kardan_analysis::{LinearSystem, OutputSignal};
-use kardan_math::num::{Matrix, Rational, rational_from_f64};
+use kardan_math::num::{Matrix, Rational, rational_from_f64, rational_to_f64};
+use kardan_math::units::Exact;
+use kardan_results::Pole;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::schema::Values;
 use kardan_schema::schema::{Field, Kind};
@@ -184,6 +186,17 @@ fn to_last_bit(x: f64, largest: f64) -> f64 {
     // Adding and subtracting twice the large number rounds off all that is below its last bit.
     let far = largest * 32.0;
     (x + far) - far
+}
+
+/// The poles that a law's keys ask for, all of which must decay.
+pub(super) fn decaying_poles(values: &Values) -> Result<Vec<Pole>, SynthesisError> {
+    let number = |x: &Exact| rational_to_f64(&x.to_rational());
+    let poles = values.poles("poles").unwrap_or_default().iter();
+    let poles: Vec<Pole> = poles.map(|(re, im)| Pole::new(number(re), number(im))).collect();
+    match poles.iter().find(|pole| pole.re >= 0.0) {
+        Some(pole) => Err(SynthesisError::UnstablePole(pole.re)),
+        None => Ok(poles),
+    }
 }
 
 /// The exact value of each entry.

@@ -130,16 +130,9 @@ fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<
 
 /// A basis of the rows that vanish on the subspace, in whole numbers.
 fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
-    let n = subspace.columns();
-    let descending: Vec<usize> = (0..n).rev().collect();
-    let e = echelon(subspace, &descending);
-    let free = (0..n).filter(|j| !e.pivots.contains(j));
-    free.map(|j| {
-        let mut row = unit(j, n);
-        e.pivots.iter().enumerate().for_each(|(i, &pivot)| row[pivot] = Rational::ZERO.minus(&e.form[(i, j)]));
-        primitive(&row)
-    })
-    .collect()
+    let descending: Vec<usize> = (0..subspace.columns()).rev().collect();
+    let kernel = echelon(subspace, &descending).kernel().transpose();
+    (0..kernel.rows()).map(|i| primitive(kernel.row(i))).collect()
 }
 
 /// Names of the new states and the definitions of those that are combinations.

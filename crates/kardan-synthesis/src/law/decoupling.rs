@@ -9,9 +9,9 @@ use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_b
 use crate::linear_law::{Linear, LinearBlock};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
-use crate::{ExactLaw, ExactLoop, Law, LawKind, Request, SynthesisError, named};
+use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named, side_by_side};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, rational_to_f64};
+use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::{Design, Feedback};
 use kardan_schema::schema::{Keys, LawKeys, keys};
 
@@ -280,8 +280,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         notes,
         ..Design::default()
     };
-    let block = block(&found, &plant.over_motions(&quotient.projection));
     let law = exact_law(&found, &quotient.projection);
+    let block = block(&found, &law, plant);
     let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
     exact.behind = found.behind;
     exact.law = Some(law);
@@ -316,45 +316,21 @@ fn exact_law(found: &Gains, projection: &Matrix<Rational>) -> ExactLaw {
     }
 }
 
-/// The law over the reduced coordinates and their speeds, z = P [q_r; q̇_r].
-fn block(found: &Gains, projection: &Matrix<Rational>) -> LinearBlock {
-    let Gains { system, k, l, m, from_state, from_input, .. } = found;
-    let minus = Rational::NEG_ONE;
-    let (shown, all) = (projection.rows(), system.states.len());
-    let pick = |matrix: &Matrix<Rational>, rows: (usize, usize), columns: (usize, usize)| {
-        Matrix::from_fn(rows.1 - rows.0, columns.1 - columns.0, |i, j| matrix[(rows.0 + i, columns.0 + j)].clone())
+/// The law over the reduced coordinates and their speeds, with references and disturbances.
+fn block(found: &Gains, law: &ExactLaw, plant: &Plant) -> LinearBlock {
+    let Gains { system, l, m, from_input, .. } = found;
+    let own = law.a.rows();
+    let shown = system.states.len() - own;
+    let of_own = |rows: &Matrix<Rational>| Matrix::from_fn(own, rows.columns(), |i, j| rows[(shown + i, j)].clone());
+    let beside = |on_states: &Matrix<Rational>, on_references: &Matrix<Rational>, load: &Matrix<Rational>| {
+        let on_motions = plant.over_motions(on_states);
+        side_by_side(&[&on_motions.to_f64(), &on_references.to_f64(), &load.scale(&Rational::NEG_ONE).to_f64()])
     };
-    let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
-    let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
-    let beside = |parts: [Matrix<Rational>; 3]| {
-        let columns: usize = parts.iter().map(Matrix::columns).sum();
-        let mut out = Matrix::zeros(parts[0].rows(), columns);
-        let mut first = 0;
-        for part in &parts {
-            for i in 0..part.rows() {
-                for j in 0..part.columns() {
-                    out[(i, first + j)] = rational_to_f64(&part[(i, j)]);
-                }
-            }
-            first += part.columns();
-        }
-        out
-    };
-    let (states, inputs) = ((shown, all), (0, feedback.rows()));
-    let (on_references, load) = (system.b.multiply(l), system.b.multiply(m).scale(&minus));
     LinearBlock {
         states: system.states[shown..].to_vec(),
-        a: pick(&closed, states, states).to_f64(),
-        b: beside([
-            pick(&closed, states, (0, shown)).multiply(projection),
-            pick(&on_references, states, (0, l.columns())),
-            pick(&load, states, (0, m.columns())),
-        ]),
-        c: pick(&feedback, inputs, states).to_f64(),
-        d: beside([
-            pick(&feedback, inputs, (0, shown)).multiply(projection),
-            from_input.multiply(l),
-            from_input.multiply(m).scale(&minus),
-        ]),
+        a: law.a.to_f64(),
+        b: beside(&law.b, &of_own(&system.b.multiply(l)), &of_own(&system.b.multiply(m))),
+        c: law.c.to_f64(),
+        d: beside(&law.d, &from_input.multiply(l), &from_input.multiply(m)),
     }
 }

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
 use crate::linear_law::{Linear, LinearBlock};
-use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, exact, inputs, references};
+use crate::outputs::{
+    AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, decaying_poles, exact, inputs, references,
+};
 use crate::regulator::{Weights, lqr, place_poles};
 use crate::{ExactLoop, Law, LawKind, Request, SynthesisError, rounded};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, rational_to_f64};
-use kardan_results::{Design, Pole};
+use kardan_math::num::{Matrix, Rational};
+use kardan_results::Design;
 use kardan_schema::schema::{Keys, LawKeys, keys};
 
 keys! {
@@ -136,15 +138,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 
 /// K and how it was found.
 fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String), SynthesisError> {
-    if let Some(poles) = request.values.poles("poles") {
-        let poles: Vec<Pole> = poles
-            .iter()
-            .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
-            .collect();
-        if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-            return Err(SynthesisError::UnstablePole(pole.re));
-        }
-        let found = place_poles(&task.system, &poles)?;
+    if request.values.has("poles") {
+        let found = place_poles(&task.system, &decaying_poles(request.values)?)?;
         return Ok((found.gain, format!("the poles of the feedback are met with the residual {:.1e}", found.residual)));
     }
     let c = task.system.c.to_f64();

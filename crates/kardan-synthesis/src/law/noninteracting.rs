@@ -498,14 +498,13 @@ impl Designed {
             block: "Noninteracting".into(),
             reads,
             writes: self.inputs.clone(),
-            sample_time: None,
-            single: false,
             matrices: vec![
                 DataMatrix::new("state_gain", state_gain.to_rows()),
                 DataMatrix::new("acceleration_gain", acceleration_gain.to_rows()),
                 DataMatrix::new("disturbance_gain", self.disturbance_gain.to_rows()),
             ],
             numbers,
+            ..ControllerData::default()
         }
     }
 }

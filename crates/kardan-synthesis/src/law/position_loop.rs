@@ -156,14 +156,12 @@ impl Designed {
             block: "PositionLoop".into(),
             reads,
             writes: self.inputs.clone(),
-            sample_time: None,
-            single: false,
-            matrices: Vec::new(),
             numbers: vec![
                 DataNumber::new("natural_frequency", self.block.position_loop.natural_frequency),
                 DataNumber::new("damping_ratio", self.block.position_loop.damping_ratio),
                 DataNumber::new("inertia", self.block.inertia),
             ],
+            ..ControllerData::default()
         }
     }
 }

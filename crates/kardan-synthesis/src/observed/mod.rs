@@ -7,7 +7,7 @@ mod keys;
 mod model;
 mod reading;
 
-pub(super) use gain::distinguishable_torques;
+pub(super) use gain::{distinguishable_torques, noise};
 pub use keys::Observer;
 pub(super) use keys::disturbances;
 pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
@@ -133,54 +133,34 @@ impl Observed {
     fn observer_data(&self, plant: &Plant, inputs: &[String]) -> ControllerData {
         let torques = inputs.iter().map(|input| plant.effort_of(input));
         let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
-        let (n, signals) = (self.a.rows(), self.b.columns());
-        let matrices = [
-            ("A", self.a.clone()),
-            ("B", self.b.clone()),
-            ("C", Matrix::identity(n)),
-            ("D", Matrix::zeros(n, signals)),
-        ];
+        let data = ControllerData {
+            reads: torques.chain(sensors).collect(),
+            writes: self.result.states.clone(),
+            ..ControllerData::default()
+        };
+        let compensation = DataNumber::new("compensation", self.view.compensation);
         if let Model::Nonlinear(full) = &self.model {
-            let error = ("error".to_string(), self.a.to_rows());
+            let tables = full.tables().into_iter().chain([("error".to_string(), self.a.to_rows())]);
+            let numbers = [DataNumber::new("shafts", full.data.shafts.len() as f64), compensation];
             let width = full.friction_width.map(|width| DataNumber::new("friction_width", width));
             return ControllerData {
                 block: "ModelObserver".into(),
-                reads: torques.into_iter().chain(sensors).collect(),
-                writes: self.result.states.clone(),
-                sample_time: None,
-                single: false,
-                matrices: full
-                    .tables()
-                    .into_iter()
-                    .chain([error])
-                    .map(|(name, rows)| DataMatrix::new(name, rows))
-                    .collect(),
-                numbers: [
-                    DataNumber::new("shafts", full.data.shafts.len() as f64),
-                    DataNumber::new("compensation", self.view.compensation),
-                ]
-                .into_iter()
-                .chain(width)
-                .collect(),
+                matrices: tables.map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
+                numbers: numbers.into_iter().chain(width).collect(),
+                ..data
             };
         }
+        let (n, signals) = (self.a.rows(), self.b.columns());
+        let (identity, zeros) = (Matrix::identity(n), Matrix::zeros(n, signals));
+        let matrices = [("A", &self.a), ("B", &self.b), ("C", &identity), ("D", &zeros)];
+        let offsets = self.result.sensors.iter().zip(&self.view.offsets);
+        let offsets = offsets.map(|(name, x)| DataNumber::new(format!("{name} offset"), *x));
+        let rest = self.data_at_rest(plant, inputs);
         ControllerData {
             block: "StateSpace".into(),
-            reads: torques.into_iter().chain(sensors).collect(),
-            writes: self.result.states.clone(),
-            sample_time: None,
-            single: false,
             matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
-            numbers: std::iter::once(DataNumber::new("compensation", self.view.compensation))
-                .chain(
-                    self.result
-                        .sensors
-                        .iter()
-                        .zip(&self.view.offsets)
-                        .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
-                )
-                .chain(self.data_at_rest(plant, inputs))
-                .collect(),
+            numbers: std::iter::once(compensation).chain(offsets).chain(rest).collect(),
+            ..data
         }
     }
 

@@ -5,6 +5,7 @@ use faer::Mat;
 use super::floating::{finite, from_faer, to_faer};
 use super::riccati::riccati;
 use super::{Unreached, lyapunov, unreached};
+use crate::decoupling::difference;
 use crate::notation::{format_poles, linear_combination};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
@@ -224,10 +225,6 @@ fn symmetrised(what: &'static str, m: &Matrix<f64>) -> Result<Matrix<f64>, Ricca
 /// The exact values of finite numbers.
 fn exact(m: &Matrix<f64>) -> Matrix<Rational> {
     Matrix::from_fn(m.rows(), m.columns(), |i, j| rational_from_f64(m[(i, j)]).unwrap_or(Rational::ZERO))
-}
-
-fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
-    Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)].minus(&b[(i, j)]))
 }
 
 fn semidefinite(states: &[String], cost: &Mat<f64>) -> Result<(), RiccatiError> {

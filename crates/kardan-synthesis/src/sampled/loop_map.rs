@@ -441,22 +441,11 @@ impl SampledLoop {
         let near = (re * (1.0 + BESIDE), im * (1.0 + BESIDE));
         let shifted = Matrix::from_fn(2 * n, 2 * n, |i, j| {
             let (row, column) = (i % n, j % n);
+            let on_diagonal = |x: f64| if row == column { x } else { 0.0 };
             match (i < n, j < n) {
-                (true, true) | (false, false) => self.map[(row, column)] - if row == column { near.0 } else { 0.0 },
-                (true, false) => {
-                    if row == column {
-                        near.1
-                    } else {
-                        0.0
-                    }
-                }
-                (false, true) => {
-                    if row == column {
-                        -near.1
-                    } else {
-                        0.0
-                    }
-                }
+                (true, true) | (false, false) => self.map[(row, column)] - on_diagonal(near.0),
+                (true, false) => on_diagonal(near.1),
+                (false, true) => on_diagonal(-near.1),
             }
         });
         let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));

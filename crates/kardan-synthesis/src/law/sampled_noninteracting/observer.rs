@@ -1,17 +1,16 @@
 //! The observer of the law: the sampled plant that it follows and its stationary Kalman gain.
 
-use kardan_rt::functions::{atan2, ln, powi};
+use kardan_rt::functions::{atan2, ln};
 
 use crate::counters::ReducedStates;
-use crate::observed::{Reading, distinguishable_torques, reading};
-use crate::observer::{Noise, extend, kalman};
+use crate::observed::{Reading, distinguishable_torques, noise, reading};
+use crate::observer::{extend, kalman};
 use crate::sampled::{filter, zoh_plant};
 use crate::{Clock, Request, SynthesisError, reading_variance, rounded};
 use kardan_analysis::OutputSignal;
 use kardan_math::num::Matrix;
-use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::signal_name::Quantity;
 use kardan_results::{Complex, ObserverResult, Pole};
-use kardan_schema::schema::Values;
 
 /// The sampled plant that the observer follows, and how it corrects it.
 pub(super) struct Observer {
@@ -29,17 +28,6 @@ pub(super) struct Observer {
     /// M
     pub(super) correction: Matrix<f64>,
     pub(super) result: Option<ObserverResult>,
-}
-
-/// The noise of states and sensors from the keys of an observer.
-fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
-    let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
-    let intensity = |name: &String| match SignalName::new(name) {
-        name if name.is_position() => 0.0,
-        name if name.is_rate() => number("speed_noise", 10.0),
-        _ => number("disturbance_rate", 10.0),
-    };
-    Noise { process: states.iter().map(intensity).collect(), measurement: vec![number("sensor_noise", 1e-5); sensors] }
 }
 
 pub(super) fn observer(
@@ -84,7 +72,7 @@ pub(super) fn observer(
     let names: Vec<String> = out.disturbances.iter().map(|name| Quantity::Disturbance.of(name)).collect();
     let extended = extend(&system, &torques, &names);
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
-    let noise = noise(keys, &extended.states, out.sensors.len());
+    let noise = noise(keys, &extended, 10.0);
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
     let straight = plant.is_moved() || plant.point.position.iter().all(|angle| *angle == 0.0);
     if straight {
