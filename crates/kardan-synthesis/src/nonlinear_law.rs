@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
+use kardan_rt::{ComputedTorque, Situation, Task};
 
+use super::sampled::position_loop_in;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, SynthesisError, is_single};
 use kardan_math::num::Float;
 use kardan_mechanics::equations::Measured;
@@ -51,35 +52,31 @@ impl<T: Float> ComputedTorqueBlock<T> {
             friction_width: self.friction_width,
         }
     }
+}
 
-    fn cast<U: Float>(&self) -> ComputedTorqueBlock<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
-        let task = |task: &Task<T>| match task {
-            Task::Position { shaft, position_loop } => Task::Position {
-                shaft: *shaft,
-                position_loop: PositionLoop {
-                    natural_frequency: to(position_loop.natural_frequency),
-                    damping_ratio: to(position_loop.damping_ratio),
-                },
-            },
+impl ComputedTorqueBlock<f64> {
+    fn cast<T: Float>(&self) -> ComputedTorqueBlock<T> {
+        let task = |task: &Task<f64>| match task {
+            Task::Position { shaft, position_loop } => {
+                Task::Position { shaft: *shaft, position_loop: position_loop_in(position_loop) }
+            }
             Task::Torque { shaft } => Task::Torque { shaft: *shaft },
             Task::ConstraintTorque { cut } => Task::ConstraintTorque { cut: *cut },
         };
         ComputedTorqueBlock {
-            data: self.data.cast(to),
+            data: self.data.cast(T::from_f64),
             tasks: self.tasks.iter().map(task).collect(),
             reference_places: self.reference_places.clone(),
             inputs: self.inputs.clone(),
-            friction_width: self.friction_width.map(to),
+            friction_width: self.friction_width.map(T::from_f64),
             coordinates: self.coordinates.clone(),
             disturbed: self.disturbed.clone(),
-            memory: list(&self.memory),
-            position: list(&self.position),
-            speed: list(&self.speed),
-            references: list(&self.references),
-            disturbances: list(&self.disturbances),
-            torques: list(&self.torques),
+            memory: T::list(&self.memory),
+            position: T::list(&self.position),
+            speed: T::list(&self.speed),
+            references: T::list(&self.references),
+            disturbances: T::list(&self.disturbances),
+            torques: T::list(&self.torques),
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::channels::{effort_of, inertia_unit, position_of};
+use crate::sampled::position_loop_in;
 use crate::{
     Block, Clock, Law, LawKind, LinearLaw, Observation, Reference, Request, SynthesisError, input_inertia, is_single,
     output_shaft,
@@ -86,17 +87,12 @@ struct PositionLoopBlock<T> {
     position_loop: kardan_rt::PositionLoop<T>,
 }
 
-impl<T: Float> PositionLoopBlock<T> {
-    fn cast<U: Float>(&self) -> PositionLoopBlock<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+impl PositionLoopBlock<f64> {
+    fn cast<T: Float>(&self) -> PositionLoopBlock<T> {
         PositionLoopBlock {
             shaft: self.shaft,
-            inertia: to(self.inertia),
-            position_loop: kardan_rt::PositionLoop {
-                natural_frequency: to(natural_frequency),
-                damping_ratio: to(damping_ratio),
-            },
+            inertia: T::from_f64(self.inertia),
+            position_loop: position_loop_in(&self.position_loop),
         }
     }
 }

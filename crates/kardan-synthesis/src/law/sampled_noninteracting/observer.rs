@@ -6,11 +6,13 @@ use crate::counters::ReducedStates;
 use crate::observed::{Reading, distinguishable_torques, noise, reading};
 use crate::observer::{extend, kalman};
 use crate::sampled::{filter, zoh_plant};
-use crate::{Clock, Request, SynthesisError, reading_variance, rounded};
+use crate::{Request, SynthesisError, reading_variance, rounded};
 use kardan_analysis::OutputSignal;
 use kardan_math::num::Matrix;
 use kardan_results::signal_name::Quantity;
 use kardan_results::{Complex, ObserverResult, Pole};
+
+use super::position_design::DesignSpec;
 
 /// The sampled plant that the observer follows, and how it corrects it.
 pub(super) struct Observer {
@@ -30,12 +32,8 @@ pub(super) struct Observer {
     pub(super) result: Option<ObserverResult>,
 }
 
-pub(super) fn observer(
-    request: &Request<'_>,
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
-) -> Result<Observer, SynthesisError> {
+pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<Observer, SynthesisError> {
+    let DesignSpec { inputs, lags, clock, .. } = *spec;
     let (plant, states) = (request.plant, request.plant.state_names());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
@@ -45,10 +43,8 @@ pub(super) fn observer(
     if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
         return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
     }
-    let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.names("sensors")) {
-        Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
-        None => states.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
-    };
+    let measured = keys.and_then(|keys| keys.names("sensors")).unwrap_or(&states);
+    let sensors: Vec<OutputSignal> = measured.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?;
     let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
     let system = plant.system(inputs, &sensors);
     let (torques, _) = plant.torques(request.disturbances, &[]);
@@ -78,11 +74,9 @@ pub(super) fn observer(
     if straight {
         kalman(&extended, &noise).map_err(failed)?;
     }
-    let intensities: Vec<f64> = {
-        let lagged = size - out.states.len() - names.len();
-        let (plant, rest) = noise.process.split_at(out.states.len());
-        plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
-    };
+    let (of_plant, of_disturbances) = noise.process.split_at(out.states.len());
+    let of_lagged = vec![0.0; size - noise.process.len()];
+    let intensities = [of_plant, &of_lagged, of_disturbances].concat();
     let variances: Vec<f64> = out
         .sensors
         .iter()

@@ -81,13 +81,13 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
     let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
     let solution = problem.solve().ok_or(SynthesisError::SampledRiccati("feedback"))?;
     let lift = quotient.projection.to_f64();
-    let observed = observer(request, inputs, lags, clock)?;
+    let observed = observer(request, spec)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
-    let force_input = pushed(request, external, inputs, lags, clock)?;
+    let force_input = pushed(request, external, spec)?;
     let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
         .ok_or(SynthesisError::TooLarge)?;
     if values.word("governor") != Some("off") {
-        let responses = unit_torque_responses(request, tasks, inputs, lags, clock)?;
+        let responses = unit_torque_responses(request, spec)?;
         data.governor = governor(&data, &problem, &responses);
     }
     Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
@@ -95,13 +95,8 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
 
 /// The effect of a torque of 1 N m along each of these shafts, constant over a sample, on the plant's states, those of lagging motors
 /// included.
-fn pushed(
-    request: &Request<'_>,
-    shafts: &[usize],
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
-) -> Result<Matrix<f64>, SynthesisError> {
+fn pushed(request: &Request<'_>, shafts: &[usize], spec: &DesignSpec<'_>) -> Result<Matrix<f64>, SynthesisError> {
+    let DesignSpec { inputs, lags, clock, .. } = *spec;
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
@@ -173,16 +168,11 @@ fn assemble(
 /// plant's states in one sample.
 fn unit_torque_responses(
     request: &Request<'_>,
-    tasks: &[Task],
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
+    spec: &DesignSpec<'_>,
 ) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
-    let column =
-        |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
-    let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
+    let unknown = spec.tasks.iter().enumerate().filter_map(|(k, task)| match task {
         Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
         _ => None,
     });
-    unknown.map(|(k, shaft)| Ok((k, column(shaft)?))).collect()
+    unknown.map(|(k, shaft)| Ok((k, pushed(request, &[shaft], spec)?.as_slice().to_vec()))).collect()
 }
