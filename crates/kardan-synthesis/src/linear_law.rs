@@ -3,8 +3,9 @@
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
+use super::matrix_parts::{columns_of, side_by_side};
 use super::sampled::entries;
-use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single, side_by_side};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single};
 use kardan_math::num::{Float, Matrix, discretise, eigenvalues};
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
@@ -316,11 +317,10 @@ impl Law for Linear {
             out
         };
         let last = |matrix: &Matrix<f64>| {
-            let first = matrix.columns() - self.excess - self.disturbances;
-            Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
+            let end = matrix.columns() - self.excess;
+            columns_of(matrix, end - self.disturbances..end)
         };
-        let on_references =
-            |matrix: &Matrix<f64>| Matrix::from_fn(matrix.rows(), self.references.len(), |i, j| matrix[(i, 2 * r + j)]);
+        let on_references = |matrix: &Matrix<f64>| columns_of(matrix, 2 * r..2 * r + self.references.len());
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),

@@ -3,6 +3,7 @@
 use super::channels::{check_dynamics, compensation, once, reference};
 use super::counters::{ReducedStates, counters_of};
 use super::decoupling::Compensation;
+use super::matrix_parts::{joined, stacked, window};
 use super::{Plant, Reference, Request, SynthesisError};
 use kardan_analysis::{LinearSystem, OutputSignal};
 use kardan_math::num::{Matrix, Rational, rational_from_f64, rational_to_f64};
@@ -161,22 +162,10 @@ impl Task {
         if m != p {
             return None;
         }
-        let all = Matrix::from_fn(n + p, n + m, |i, j| {
-            match (i < n, j < n) {
-                (true, true) => &a[(i, j)],
-                (true, false) => &b[(i, j - n)],
-                (false, true) => &c[(i - n, j)],
-                (false, false) => &d[(i - n, j - n)],
-            }
-            .clone()
-        });
+        let all = joined([a, b], [c, d]);
         let [w, f] = &self.disturbance;
-        let right = Matrix::from_fn(n + p, w.columns(), |i, j| if i < n { &w[(i, j)] } else { &f[(i - n, j)] }.clone());
-        let rest = all.solve(&right)?.to_f64();
-        let (x, u) = (
-            Matrix::from_fn(n, w.columns(), |i, j| rest[(i, j)]),
-            Matrix::from_fn(m, w.columns(), |i, j| rest[(n + i, j)]),
-        );
+        let rest = all.solve(&stacked(w, f))?.to_f64();
+        let (x, u) = (window(&rest, 0..n, 0..w.columns()), window(&rest, n..n + m, 0..w.columns()));
         Some(u.plus(&k.multiply(&x)))
     }
 }

@@ -7,9 +7,10 @@ use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
 use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons};
 use crate::linear_law::{Linear, LinearBlock};
+use crate::matrix_parts::{side_by_side, window};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
-use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named, side_by_side};
+use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::{Design, Feedback};
@@ -303,25 +304,21 @@ fn exact_law(found: &Gains, projection: &Matrix<Rational>) -> ExactLaw {
     let (minus, shown) = (Rational::NEG_ONE, projection.rows());
     let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
     let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
-    let own = system.states.len() - shown;
-    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize, from: usize, columns: usize| {
-        Matrix::from_fn(rows, columns, |i, j| matrix[(first + i, from + j)].clone())
-    };
-    let inputs = feedback.rows();
+    let (inputs, all) = (feedback.rows(), system.states.len());
     ExactLaw {
-        a: part(&closed, shown, own, shown, own),
-        b: part(&closed, shown, own, 0, shown).multiply(projection),
-        c: part(&feedback, 0, inputs, shown, own),
-        d: part(&feedback, 0, inputs, 0, shown).multiply(projection),
+        a: window(&closed, shown..all, shown..all),
+        b: window(&closed, shown..all, 0..shown).multiply(projection),
+        c: window(&feedback, 0..inputs, shown..all),
+        d: window(&feedback, 0..inputs, 0..shown).multiply(projection),
     }
 }
 
 /// The law over the reduced coordinates and their speeds, with references and disturbances.
 fn block(found: &Gains, law: &ExactLaw, plant: &Plant) -> LinearBlock {
     let Gains { system, l, m, from_input, .. } = found;
-    let own = law.a.rows();
-    let shown = system.states.len() - own;
-    let of_own = |rows: &Matrix<Rational>| Matrix::from_fn(own, rows.columns(), |i, j| rows[(shown + i, j)].clone());
+    let all = system.states.len();
+    let shown = all - law.a.rows();
+    let of_own = |rows: &Matrix<Rational>| window(rows, shown..all, 0..rows.columns());
     let beside = |on_states: &Matrix<Rational>, on_references: &Matrix<Rational>, load: &Matrix<Rational>| {
         let on_motions = plant.over_motions(on_states);
         side_by_side(&[&on_motions.to_f64(), &on_references.to_f64(), &load.scale(&Rational::NEG_ONE).to_f64()])

@@ -1,10 +1,12 @@
 //! The law `flatness`: trajectories by inversion of the model.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
 use crate::linear_law::{Linear, LinearBlock};
+use crate::matrix_parts::{joined, side_by_side, stacked, window};
 use crate::outputs::{
     AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, decaying_poles, exact, inputs, references,
 };
@@ -180,10 +182,8 @@ fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
 fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSystem {
     let LinearSystem { a, b, c, d, states, outputs, .. } = &task.system;
     let (n, m, own) = (a.rows(), b.columns(), plan.states.len());
-    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize| {
-        Matrix::from_fn(rows, matrix.columns(), |i, j| matrix[(first + i, j)].clone())
-    };
-    let command = |of: &Matrix<Rational>| part(of, n, m).plus(&k.multiply(&part(of, 0, n)));
+    let rows = |of: &Matrix<Rational>, rows: Range<usize>| window(of, rows, 0..of.columns());
+    let command = |of: &Matrix<Rational>| rows(of, n..n + m).plus(&k.multiply(&rows(of, 0..n)));
     let (on_states, on_references) = (command(&plan.c), command(&plan.d));
     let minus = k.scale(&Rational::NEG_ONE);
     let (loop_a, loop_c) = (a.plus(&b.multiply(&minus)), c.plus(&d.multiply(&minus)));
@@ -195,22 +195,9 @@ fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSyste
         inputs: task.reference_names(),
         outputs: outputs.clone(),
         e: Matrix::identity(n + own),
-        a: Matrix::from_fn(n + own, n + own, |i, j| match (i < n, j < n) {
-            (true, true) => loop_a[(i, j)].clone(),
-            (true, false) => drive[(i, j - n)].clone(),
-            (false, true) => Rational::ZERO,
-            (false, false) => plan.a[(i - n, j - n)].clone(),
-        }),
-        b: Matrix::from_fn(n + own, plan.inputs.len(), |i, j| {
-            if i < n { drive_b[(i, j)].clone() } else { plan.b[(i - n, j)].clone() }
-        }),
-        c: Matrix::from_fn(
-            c.rows(),
-            n + own,
-            |i, j| {
-                if j < n { loop_c[(i, j)].clone() } else { through[(i, j - n)].clone() }
-            },
-        ),
+        a: joined([&loop_a, &drive], [&Matrix::zeros(own, n), &plan.a]),
+        b: stacked(&drive_b, &plan.b),
+        c: side_by_side(&[&loop_c, &through]),
         d: d.multiply(&on_references),
         degrees_of_freedom: None,
     }

@@ -15,6 +15,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
+use super::matrix_parts::{columns_of, joined, side_by_side, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use block::ObserverBlock;
@@ -84,8 +85,7 @@ impl Observed {
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);
         let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
-        let (m, p) = (inputs.len(), sensors.len());
-        let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
+        let b = side_by_side(&[&b, &floating]);
         let mut sentences = distinguishable_torques(plant, &system, &reduction)?;
         sentences.extend(notes);
         let method = values.word("method").unwrap_or("poles").to_string();
@@ -229,9 +229,6 @@ impl Observed {
         };
         let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
         let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
-        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
-            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
-        };
         // Measured coordinates pass to the law with their errors.
         let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
             let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
@@ -242,27 +239,20 @@ impl Observed {
                 Reading::Twist(..) => 0.0,
             })
         };
-        let correct = Matrix::from_fn(n, self.view.readings.len(), |i, j| b[(i, m + j)]);
+        let correct = columns_of(b, m..m + self.view.readings.len());
         LinearLaw {
-            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
-                (true, true) => a[(i, j)],
-                (true, false) => 0.0,
-                (false, true) => rate_states[(i - n, j)],
-                (false, false) => law.states[(i - n, j - n)],
-            }),
-            angles: below(&correct.multiply(&self.rows[0]), &angles),
-            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            states: joined([a, &Matrix::zeros(n, k)], [&rate_states, &law.states]),
+            angles: stacked(&correct.multiply(&self.rows[0]), &angles),
+            speeds: stacked(&correct.multiply(&self.rows[1]), &speeds),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: below(&Matrix::from_fn(n, m, |i, j| b[(i, j)]), &law.torques),
-            on_states: Matrix::from_fn(m, n + k, |i, j| {
-                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
-            }),
+            torques: stacked(&columns_of(b, 0..m), &law.torques),
+            on_states: side_by_side(&[&command_states, &law.on_states]),
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(m, 0),
-            references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
+            references: stacked(&Matrix::zeros(n, law.references.columns()), &law.references),
             on_references: law.on_references.clone(),
-            errors: below(&correct, &through(&law.angles, &law.speeds)),
+            errors: stacked(&correct, &through(&law.angles, &law.speeds)),
             on_errors: through(&law.on_angles, &law.on_speeds),
             flowing: law.flowing,
         }

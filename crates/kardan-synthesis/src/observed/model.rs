@@ -4,6 +4,7 @@ use kardan_rt::{ModelObserver, Sensor, StateSpace};
 
 use super::estimated_view::EstimatedView;
 use super::reading::{Reading, sensor_table, sensors};
+use crate::matrix_parts::columns_of;
 use crate::sampled::{entries, sensors_in};
 use crate::{Law, Plant, SynthesisError};
 use kardan_math::num::{Float, Matrix};
@@ -107,8 +108,7 @@ impl FullModel<f64> {
             at[j] = middle;
             (0..n).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * step));
         }
-        let columns = |first: usize, count: usize| Matrix::from_fn(n, count, |i, j| slopes[(i, first + j)]);
-        [columns(0, n), columns(n, m + readings.len())]
+        [columns_of(&slopes, 0..n), columns_of(&slopes, n..at.len())]
     }
 
     /// The same in a precision, for a sample time with that Γ.

@@ -3,6 +3,8 @@
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational};
 
+use crate::matrix_parts::{joined, side_by_side, stacked};
+
 /// The system with unknown constant disturbances as states: `E ẋ = A x + B u + W d`, `ḋ = 0` \[diss. (6.45)\], exact.
 ///
 /// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does:
@@ -24,20 +26,14 @@ use kardan_math::num::{Matrix, Rational};
 pub fn extend(system: &LinearSystem, disturbance: &Matrix<Rational>, names: &[String]) -> LinearSystem {
     let (n, k) = (system.states.len(), names.len());
     assert!(disturbance.rows() == n && disturbance.columns() == k, "one row per state, one column per name");
-    let zero = || Rational::ZERO;
-    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
     LinearSystem {
         states: system.states.iter().chain(names).cloned().collect(),
         inputs: system.inputs.clone(),
         outputs: system.outputs.clone(),
-        e: Matrix::from_fn(n + k, n + k, |i, j| if i < n && j < n { system.e[(i, j)].clone() } else { unit(i, j) }),
-        a: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
-            (true, true) => system.a[(i, j)].clone(),
-            (true, false) => disturbance[(i, j - n)].clone(),
-            _ => zero(),
-        }),
-        b: Matrix::from_fn(n + k, system.inputs.len(), |i, j| if i < n { system.b[(i, j)].clone() } else { zero() }),
-        c: Matrix::from_fn(system.outputs.len(), n + k, |i, j| if j < n { system.c[(i, j)].clone() } else { zero() }),
+        e: joined([&system.e, &Matrix::zeros(n, k)], [&Matrix::zeros(k, n), &Matrix::identity(k)]),
+        a: joined([&system.a, disturbance], [&Matrix::zeros(k, n), &Matrix::zeros(k, k)]),
+        b: stacked(&system.b, &Matrix::zeros(k, system.inputs.len())),
+        c: side_by_side(&[&system.c, &Matrix::zeros(system.outputs.len(), k)]),
         d: system.d.clone(),
         degrees_of_freedom: None,
     }

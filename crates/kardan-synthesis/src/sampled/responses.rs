@@ -7,6 +7,7 @@ use faer::Mat;
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
+use crate::matrix_parts::{selected, window};
 use kardan_math::num::{
     Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, rational_from_f64, scaled,
 };
@@ -48,7 +49,7 @@ impl ControlLoop<'_> {
             let (flow, commands) = places.flow();
             let n = places.laws.first()?.references?;
             let excess = places.laws[self.number].excess?;
-            let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
+            let b = window(&flow, 0..n, excess..excess + m);
             let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
             let sizes = Places::sizes(self.plant, self.parts);
             let found = response_excluding_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
@@ -61,7 +62,7 @@ impl ControlLoop<'_> {
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
         let (n, excess, first) = (found.states(), found.excess[self.number], found.in_force[self.number]);
         let map = found.between_commands(self.number)?;
-        let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
+        let b = window(&map, 0..n, excess..excess + m);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
         response_excluding_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
@@ -73,7 +74,7 @@ impl ControlLoop<'_> {
         let (n, excess) = (places.laws.first()?.references?, places.laws[self.number].excess?);
         let inputs = &self.parts[self.number].inputs;
         let m = inputs.len();
-        let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)].clone());
+        let b = window(&flow, 0..n, excess..excess + m);
         let c = Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)].clone());
         Some(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)]))
     }
@@ -125,7 +126,7 @@ impl ControlLoop<'_> {
             direct = Matrix::from_fn(m, errors, |i, j| commands[(inputs[i], first + j)]);
             (n, first, flow, Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)]))
         };
-        let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
+        let b = window(&map, 0..n, first..first + errors);
         let zero = Rational::ZERO;
         let exact_c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).unwrap_or(&zero).clone());
         let c = exact_c.to_f64();
@@ -134,7 +135,7 @@ impl ControlLoop<'_> {
             response_excluding_free(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
         if let Some(places) = self.exact_places(&parts) {
             let (flow, _) = places.flow();
-            let b = Matrix::from_fn(n, errors, |i, j| flow[(i, first + j)].clone());
+            let b = window(&flow, 0..n, first..first + errors);
             loops = loops.before_rounding(only_between(&flow, [&b, &exact_c, &Matrix::zeros(errors, errors)]));
         }
         let commands = response_excluding_free(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
@@ -175,8 +176,8 @@ impl ControlLoop<'_> {
             let places = Places::new(self.plant, self.parts, true);
             (places.laws.first()?.references?, places.laws[self.number].references?, places.flow().0)
         };
-        let a = Matrix::from_fn(n, n, |i, j| map[(i, j)]);
-        let b = Matrix::from_fn(n, count, |i, j| map[(i, first + j)]);
+        let a = window(&map, 0..n, 0..n);
+        let b = window(&map, 0..n, first..first + count);
         let c = Matrix::from_fn(rows.len(), n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
         Response::state_space([&a, &b, &c, &Matrix::zeros(rows.len(), count)], period)
     }
@@ -310,7 +311,7 @@ fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [M
     let states = between(matrix, b, c);
     let n = states.len();
     [
-        Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])].clone()),
+        selected(matrix, &states, &states),
         Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)].clone()),
         Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])].clone()),
         d.clone(),
