@@ -14,12 +14,8 @@ use kardan_schema::schema::Values;
 
 /// The signal that multiplies the commands of a controller, if there is one.
 pub fn blending_signal(values: &Values) -> Option<Reference> {
-    let description = "share of the controller's commands that is applied".to_string();
-    Some(Reference {
-        name: values.word("blending_signal")?.into(),
-        physical: Physical::of_unit(&Dimension::NONE.si()),
-        description,
-    })
+    let physical = Physical::of_unit(&Dimension::NONE.si());
+    Reference::of(values, "blending_signal", physical, "share of the controller's commands that is applied".into())
 }
 
 /// A law whose commands the last of its references multiplies.

@@ -8,6 +8,7 @@ use kardan_expr::expr::Side;
 use kardan_math::num::Rational;
 use kardan_mechanics::program::Task;
 use kardan_results::{Design, Physical};
+use kardan_schema::schema::Values;
 
 /// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
@@ -152,4 +153,11 @@ pub struct Reference {
     pub physical: Physical,
     /// One sentence.
     pub description: String,
+}
+
+impl Reference {
+    /// The one that a key names, if it is there.
+    pub(super) fn of(values: &Values, key: &str, physical: Physical, description: String) -> Option<Self> {
+        Some(Self { name: values.word(key)?.into(), physical, description })
+    }
 }

@@ -118,18 +118,19 @@ impl Plant {
 
     /// The angles of all shafts at the operating point, rad.
     pub fn true_angles(&self) -> Vec<f64> {
-        self.frozen.clone().unwrap_or_else(|| {
-            let mut kinematics = Kinematics::new(&self.reduced);
-            kinematics.update(&self.point.position, &self.point.rates);
-            kinematics.angles
-        })
+        self.frozen.clone().unwrap_or_else(|| self.kinematics().angles)
+    }
+
+    /// Angles and speeds at the operating point.
+    pub(super) fn kinematics(&self) -> Kinematics {
+        let mut kinematics = Kinematics::new(&self.reduced);
+        kinematics.update(&self.point.position, &self.point.rates);
+        kinematics
     }
 
     /// The speeds of all shafts at the operating point: currents that flow there.
     pub fn speeds_at_rest(&self) -> Vec<f64> {
-        let mut kinematics = Kinematics::new(&self.reduced);
-        kinematics.update(&self.point.position, &self.point.rates);
-        kinematics.speeds
+        self.kinematics().speeds
     }
 
     /// The value of a reading at the operating point, less that at zero coordinates; `None` where it depends directly on torques.

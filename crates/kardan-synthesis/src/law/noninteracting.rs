@@ -104,18 +104,13 @@ fn references(values: &Values) -> Vec<Reference> {
     let mut out = Vec::new();
     for channel in channels(values) {
         let output = channel.word_or_default("output");
-        if let Some(name) = channel.word("reference") {
-            let (physical, what) = if is_position(channel) {
-                (position_of(output), "position reference of")
-            } else {
-                (effort_of(output), "torque reference along")
-            };
-            out.push(Reference { name: name.into(), physical, description: format!("{what} {output}") });
-        }
-        if let Some(name) = channel.word("load") {
-            let description = format!("load estimate along {output}");
-            out.push(Reference { name: name.into(), physical: effort_of(output), description });
-        }
+        let (physical, what) = if is_position(channel) {
+            (position_of(output), "position reference of")
+        } else {
+            (effort_of(output), "torque reference along")
+        };
+        out.extend(Reference::of(channel, "reference", physical, format!("{what} {output}")));
+        out.extend(Reference::of(channel, "load", effort_of(output), format!("load estimate along {output}")));
     }
     out
 }

@@ -58,16 +58,9 @@ reference = \"ref_fs\"
 
 fn references(values: &Values) -> Vec<Reference> {
     let output = values.word_or_default("output");
-    let reference = values.word("reference").map(|name| Reference {
-        name: name.into(),
-        physical: position_of(output),
-        description: format!("position reference of {output}"),
-    });
-    let load = values.word("load").map(|name| Reference {
-        name: name.into(),
-        physical: effort_of(output),
-        description: format!("load estimate along {output}"),
-    });
+    let (position, load) = (format!("position reference of {output}"), format!("load estimate along {output}"));
+    let reference = Reference::of(values, "reference", position_of(output), position);
+    let load = Reference::of(values, "load", effort_of(output), load);
     reference.into_iter().chain(load).collect()
 }
 

@@ -84,7 +84,24 @@ impl Response {
     /// # Panics
     /// If the shapes do not fit.
     pub fn state_space([a, b, c, d]: [&Matrix<f64>; 4], sample_time: Option<f64>) -> Option<Self> {
-        Self::of(a.clone(), b.clone(), c.clone(), d.clone(), sample_time)
+        let n = a.rows();
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
+        assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
+        if ![a, b, c, d].into_iter().all(finite) {
+            return None;
+        }
+        let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
+        let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
+        let out = Self {
+            poles: poles(&a, sample_time.is_some())?,
+            b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
+            c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
+            a,
+            d: d.clone(),
+            sample_time,
+            exact: None,
+        };
+        [&out.a, &out.b, &out.c, &out.d].into_iter().all(finite).then_some(out)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
@@ -92,7 +109,7 @@ impl Response {
     /// # Panics
     /// If the shapes do not fit.
     pub fn continuous(a: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>) -> Option<Self> {
-        Self::of(a.clone(), b.clone(), c.clone(), Matrix::zeros(c.rows(), b.columns()), None)
+        Self::state_space([a, b, c, &Matrix::zeros(c.rows(), b.columns())], None)
     }
 
     /// The loop of the map `z⁺ = Φ z + Γ w`, `u = C z` over the sample time T in s; `None` if a number is not finite.
@@ -101,29 +118,6 @@ impl Response {
     /// If the shapes do not fit.
     pub fn sampled(map: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, sample_time: f64) -> Option<Self> {
         Self::state_space([map, b, c, &Matrix::zeros(c.rows(), b.columns())], Some(sample_time))
-    }
-
-    fn of(a: Matrix<f64>, b: Matrix<f64>, c: Matrix<f64>, d: Matrix<f64>, sample_time: Option<f64>) -> Option<Self> {
-        let n = a.rows();
-        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
-        assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
-        if ![&a, &b, &c, &d].iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())) {
-            return None;
-        }
-        let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
-        let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-        let poles = poles(&a, sample_time.is_some())?;
-        let out = Self {
-            b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
-            c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
-            a,
-            d,
-            sample_time,
-            poles,
-            exact: None,
-        };
-        let all = [&out.a, &out.b, &out.c, &out.d];
-        all.iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())).then_some(out)
     }
 
     /// The same, with A, B, C and D known before rounding: they give the results for one channel alone.
@@ -216,7 +210,7 @@ impl Response {
         let c = inverse.multiply(&self.c).scale(&-1.0);
         let d = inverse.multiply(&self.d).scale(&-1.0);
         let a = self.a.plus(&self.b.multiply(&c));
-        Self::of(a, b, c, d, self.sample_time)
+        Self::state_space([&a, &b, &c, &d], self.sample_time)
     }
 
     /// The sensitivity `S = I + M` of a loop as errors see it.
@@ -232,8 +226,7 @@ impl Response {
 
     /// All singular values at an angular frequency, rad/s, the largest first; `None` at a pole on the axis.
     pub fn singular_values(&self, frequency: f64) -> Option<Vec<f64>> {
-        let found = self.checked(frequency).ok()?.singular_values().ok()?;
-        Some(found)
+        self.checked(frequency).ok()?.singular_values().ok()
     }
 
     /// The largest singular value over all frequencies (the H∞ norm); `None` of a system that is not stable, or if an iteration
@@ -434,6 +427,10 @@ fn solve(rows: &mut [Vec<c64>]) {
         }
         right.iter_mut().for_each(|x| *x /= left[k]);
     }
+}
+
+fn finite(matrix: &Matrix<f64>) -> bool {
+    matrix.as_slice().iter().all(|x| x.is_finite())
 }
 
 fn exact(matrix: &Matrix<f64>) -> Matrix<Rational> {

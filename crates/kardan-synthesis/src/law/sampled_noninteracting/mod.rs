@@ -84,15 +84,11 @@ const RATE: f64 = 100.0;
 
 /// The references: of an angle under a torque channel it is a torque.
 fn references(values: &Values) -> Vec<Reference> {
-    let torque = |channel: &Values| {
-        let (name, output) = (channel.word("reference")?, channel.word("output")?);
-        let description = format!("torque reference along {output}");
-        Some(Reference { name: name.into(), physical: Physical::Torque, description })
-    };
     let one = |channel: &Values| {
         let own = reference(channel)?;
         let is_torque = own.physical == Physical::Torque || channel.word("kind") == Some("torque");
-        if is_torque { torque(channel) } else { Some(own) }
+        let description = format!("torque reference along {}", channel.word("output")?);
+        Some(if is_torque { Reference { physical: Physical::Torque, description, ..own } } else { own })
     };
     channels(values).filter_map(one).collect()
 }
