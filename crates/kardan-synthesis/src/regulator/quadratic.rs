@@ -139,14 +139,15 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     let through = exact(&r).solve(&exact(&cross).transpose()).ok_or(RiccatiError::NotSolved)?;
     let cost = difference(&exact(&q), &exact(&cross).multiply(&through));
     semidefinite(&system.states, &to_faer(&cost.to_f64()))?;
+    // The modes are roots with proven signs.
     if let Some(part) = unreached(&explicit) {
-        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| !decays(mode)).collect();
+        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| mode.re >= 0.0).collect();
         if !modes.is_empty() {
             return Err(RiccatiError::NotStabilisable { modes, combinations: part.combinations });
         }
     }
     if let Some(part) = unobservable(&explicit, &through, &cost) {
-        let modes: Vec<Pole> = part.modes.iter().copied().filter(stays).collect();
+        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| mode.re == 0.0).collect();
         if !modes.is_empty() {
             return Err(RiccatiError::NotDetectable { modes, motions: part.combinations });
         }
@@ -190,15 +191,6 @@ pub(super) fn balanced_eigenvalues(a: &Matrix<f64>) -> Option<Vec<Pole>> {
     }
     let s = kardan_math::num::balance(&to_faer(a));
     eigenvalues(&Matrix::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)] * s[j] / s[i])).map(Pole::list)
-}
-
-/// Exact: the modes are roots with proven signs.
-fn decays(mode: &Pole) -> bool {
-    mode.re < 0.0
-}
-
-fn stays(mode: &Pole) -> bool {
-    mode.re == 0.0
 }
 
 fn check(what: &'static str, m: &Matrix<f64>, expected: (usize, usize)) -> Result<(), RiccatiError> {

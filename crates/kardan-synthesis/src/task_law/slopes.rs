@@ -56,6 +56,16 @@ impl TaskLaw {
         }
     }
 
+    /// Rows over the angles and over the speeds of all shafts that an input follows.
+    pub(super) fn motion_rows(&self, read: usize) -> [SparseRow; 2] {
+        match self.comes[read] {
+            Comes::Angle(shaft) => [vec![(shaft, Rational::ONE)], SparseRow::new()],
+            Comes::Speed(shaft) => [SparseRow::new(), vec![(shaft, Rational::ONE)]],
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact.clone(),
+            Comes::Reference(_) | Comes::Time => Default::default(),
+        }
+    }
+
     /// The states after the first samples, at which blocks have no earlier one, with these inputs.
     fn settled(&self, read: &[f64]) -> Vec<f64> {
         let mut remembered: Vec<f64> = self.task.states.iter().map(|entry| entry.start).collect();
@@ -156,16 +166,7 @@ impl TaskLaw {
             out
         };
         let one = |k: usize| vec![(k, Rational::ONE)];
-        let angles = |k: usize| match self.comes[k] {
-            Comes::Angle(shaft) => one(shaft),
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[0].clone(),
-            _ => SparseRow::new(),
-        };
-        let speeds = |k: usize| match self.comes[k] {
-            Comes::Speed(shaft) => one(shaft),
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[1].clone(),
-            _ => SparseRow::new(),
-        };
+        let [angles, speeds] = [0, 1].map(|rate| move |k: usize| self.motion_rows(k)[rate].clone());
         let references = |k: usize| match self.comes[k] {
             Comes::Reference(k) => one(k),
             Comes::Reading(sensor) | Comes::AsRead(sensor) => {
