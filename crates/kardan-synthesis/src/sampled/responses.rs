@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use super::places::Number;
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
@@ -45,16 +46,12 @@ impl ControlLoop<'_> {
         let part = &self.parts[self.number];
         let m = part.inputs.len();
         let Some(period) = self.period().ok()? else {
-            let places = Places::new(self.plant, self.parts, true);
-            let (flow, commands) = places.flow();
-            let n = places.laws.first()?.references?;
-            let excess = places.laws[self.number].excess?;
-            let b = window(&flow, 0..n, excess..excess + m);
-            let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
+            let [flow, b, c] = self.motors_in(&Places::new(self.plant, self.parts, true))?;
             let sizes = Places::sizes(self.plant, self.parts);
             let found = response_excluding_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
-            return Some(match self.motors_before_rounding() {
-                Some(exact) => found.before_rounding(exact),
+            let exact = self.exact_places(self.parts).and_then(|places| self.motors_in(&places));
+            return Some(match exact {
+                Some([flow, b, c]) => found.before_rounding(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)])),
                 None => found,
             });
         };
@@ -67,16 +64,14 @@ impl ControlLoop<'_> {
         response_excluding_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
-    /// The same in continuous time before rounding, where it is known: A, B, C, D.
-    fn motors_before_rounding(&self) -> Option<[Matrix<Rational>; 4]> {
-        let places = self.exact_places(self.parts)?;
+    /// The matrix, B and C of the loop in continuous time for errors of the motors' torques.
+    fn motors_in<S: Number>(&self, places: &Places<'_, S>) -> Option<[Matrix<S>; 3]> {
+        let inputs = &self.parts[self.number].inputs;
         let (flow, commands) = places.flow();
         let (n, excess) = (places.laws.first()?.references?, places.laws[self.number].excess?);
-        let inputs = &self.parts[self.number].inputs;
-        let m = inputs.len();
-        let b = window(&flow, 0..n, excess..excess + m);
-        let c = Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)].clone());
-        Some(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)]))
+        let b = window(&flow, 0..n, excess..excess + inputs.len());
+        let c = Matrix::from_fn(inputs.len(), n, |i, j| commands[(inputs[i], j)].clone());
+        Some([flow, b, c])
     }
 
     /// The loop in continuous time before rounding, where no number of it is rounded.
