@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::notation::combination;
 use super::{Obstruction, obstruction};
-use crate::decoupling::relative_degrees;
+use crate::decoupling::{columns, relative_degrees};
+use crate::matrix_parts::{selected, side_by_side, stacked};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, Scalar, echelon};
 
@@ -157,14 +158,9 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
         (from_state, from_input) = moved(&from_state, &from_input);
         let (c, d) = moved(&extended.c, &extended.d);
         let (a, b) = moved(&extended.a, &extended.b);
-        let before = a.rows();
-        let total = before + e.pivots.len();
-        extended.a = Matrix::from_fn(total, total, |i, j| if i < before { a[(i, j)].clone() } else { Rational::ZERO });
-        extended.b = Matrix::from_fn(total, p, |i, j| match i.checked_sub(before) {
-            None => b[(i, j)].clone(),
-            Some(k) if e.pivots[k] == j => Rational::ONE,
-            Some(_) => Rational::ZERO,
-        });
+        let total = a.rows() + e.pivots.len();
+        extended.a = stacked(&a, &Matrix::zeros(e.pivots.len(), total));
+        extended.b = stacked(&b, &selected(&Matrix::identity(p), &e.pivots, &(0..p).collect::<Vec<_>>()));
         (extended.c, extended.d, extended.e) = (c, d, Matrix::identity(total));
     }
 }
@@ -175,11 +171,7 @@ fn moved_to_states(
     on_input: &Matrix<Rational>,
     moved: &[usize],
 ) -> (Matrix<Rational>, Matrix<Rational>) {
-    let n = on_state.columns();
-    let states = Matrix::from_fn(on_state.rows(), n + moved.len(), |i, j| match j.checked_sub(n) {
-        None => on_state[(i, j)].clone(),
-        Some(k) => on_input[(i, moved[k])].clone(),
-    });
+    let states = side_by_side(&[on_state, &columns(on_input, moved)]);
     let inputs = Matrix::from_fn(on_input.rows(), on_input.columns(), |i, j| {
         if moved.contains(&j) { Rational::ZERO } else { on_input[(i, j)].clone() }
     });
