@@ -278,8 +278,7 @@ impl Law for Nonlinear {
                 point[which][k] = value;
                 let [angles, speeds, disturbances, references] = point.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
-                let now =
-                    Observation { time: 0.0, angles, speeds, disturbances, references, readings: &[], states: &[] };
+                let now = Observation { angles, speeds, disturbances, references, ..Observation::default() };
                 block.command(now, &mut torques).then_some(torques)
             };
             let (above, below) = (at(middle + step)?, at(middle - step)?);

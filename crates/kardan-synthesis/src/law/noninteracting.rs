@@ -495,10 +495,6 @@ impl Law for Designed {
         Some(if is_single(clock) { Box::new(self.block_of::<f32>()) } else { Box::new(self.block_of::<f64>()) })
     }
 
-    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
-        Some(self.linear())
-    }
-
     fn linear(&self) -> LinearLaw {
         let (m, shafts) = (self.inputs.len(), self.plant.coordinates().len());
         let coordinates = &self.plant.reduced.coordinates;

@@ -21,8 +21,7 @@ impl TaskLaw {
         let signal = |reference: &Reference| plant.signals.get(&reference.name).copied().unwrap_or(0.0);
         let references: Vec<f64> = self.references.iter().map(signal).collect();
         let (angles, speeds, references) = (&angles[..], &speeds[..], &references[..]);
-        let observation =
-            Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: &[] };
+        let observation = Observation { angles, speeds, references, ..Observation::default() };
         let read: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, &observation)).collect();
         let remembered = self.settled(&read);
         let point = [read, remembered].concat();

@@ -164,7 +164,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     design.controller_data.numbers.extend(zeros.chain([DataNumber::new("delay", clock.delay)]));
     let states = state_names(&observed, &spec, &references);
     Ok(Arc::new(Sampled {
-        name: request.name.to_string(),
         clock,
         inputs,
         references,
