@@ -101,7 +101,8 @@ impl Response {
             sample_time,
             exact: None,
         };
-        [&out.a, &out.b, &out.c, &out.d].into_iter().all(finite).then_some(out)
+        let all = [&out.a, &out.b, &out.c, &out.d];
+        all.into_iter().all(finite).then_some(out)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.

@@ -8,7 +8,7 @@ use super::{Unreached, lyapunov, unreached};
 use crate::decoupling::difference;
 use crate::notation::{format_poles, linear_combination};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
+use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, eigenvalues, rational_from_f64};
 use kardan_results::Pole;
 
 /// The cost `∫ xᵀQx + 2xᵀNu + uᵀRu dt`.
