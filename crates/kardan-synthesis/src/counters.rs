@@ -119,12 +119,8 @@ pub fn remove_counting_charges(system: &LinearSystem, charges: &[usize]) -> Opti
     Some((counters.combinations(&system.states), hidden, rest))
 }
 
-/// The charges that neither A nor C of a plant's system know.
-pub(super) fn counters_of(plant: &Plant, system: &LinearSystem) -> Counters {
-    counters_beside(plant, system, &[])
-}
-
-/// The same without those that a law acts by, whose rows over the reduced coordinates are given.
+/// The charges that neither A nor C of a plant's system know, without those that a law acts by, whose rows over the reduced
+/// coordinates are given.
 pub(super) fn counters_beside(plant: &Plant, system: &LinearSystem, acting: &[Matrix<Rational>]) -> Counters {
     Counters::null_directions(plant, [&system.a, &system.c].into_iter().chain(acting).flat_map(rows))
 }

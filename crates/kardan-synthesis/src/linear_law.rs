@@ -29,12 +29,7 @@ pub(super) struct LinearBlock {
 impl LinearBlock {
     /// Static feedback `u = −K x + L r − M d`.
     pub fn gains(k: &Matrix<f64>, l: &Matrix<f64>, m: &Matrix<f64>) -> Self {
-        let (states, references) = (k.columns(), l.columns());
-        let d = Matrix::from_fn(k.rows(), states + references + m.columns(), |i, j| match j {
-            j if j < states => -k[(i, j)],
-            j if j < states + references => l[(i, j - states)],
-            j => -m[(i, j - states - references)],
-        });
+        let d = side_by_side(&[&k.scale(&-1.0), l, &m.scale(&-1.0)]);
         Self {
             states: Vec::new(),
             a: Matrix::zeros(0, 0),

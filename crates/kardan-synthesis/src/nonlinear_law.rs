@@ -8,7 +8,7 @@ use super::sampled::position_loop_in;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, SynthesisError, is_single};
 use kardan_math::num::Float;
 use kardan_mechanics::equations::Measured;
-use kardan_mechanics::reduce::{MechanismData, MechanismError};
+use kardan_mechanics::reduce::MechanismData;
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
@@ -142,7 +142,8 @@ impl Nonlinear {
                 _ => None,
             })
             .collect();
-        let data = MechanismData::with_cuts(reduced, &cuts).map_err(no_block)?;
+        let data =
+            MechanismData::with_cuts(reduced, &cuts).map_err(|error| SynthesisError::NoBlock(error.to_string()))?;
         let mut cut = 0;
         let tasks: Vec<Task<f64>> = task_specs
             .into_iter()
@@ -222,10 +223,6 @@ impl Nonlinear {
 
 /// Step of central differences, rad, rad/s or N m.
 const SLOPE_STEP: f64 = 1e-5;
-
-fn no_block(error: MechanismError) -> SynthesisError {
-    SynthesisError::NoBlock(error.to_string())
-}
 
 impl Law for Nonlinear {
     forward! {

@@ -1,7 +1,7 @@
 //! The common parts of laws with inputs and output channels: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
-use super::counters::{ReducedStates, counters_of};
+use super::counters::{ReducedStates, counters_beside};
 use super::decoupling::Compensation;
 use super::matrix_parts::{joined, stacked, window};
 use super::{Plant, Reference, Request, SynthesisError};
@@ -125,7 +125,7 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they are integrators without effect, and no law controls them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        let reduction = ReducedStates::of(&counters_of(plant, &self.system), self.system.states.len());
+        let reduction = ReducedStates::of(&counters_beside(plant, &self.system, &[]), self.system.states.len());
         self.disturbance[0] = reduction.columns(&self.disturbance[0]);
         self.system = reduction.system(&self.system);
         self.projection = reduction.columns(&self.projection);

@@ -102,14 +102,10 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
         degrees_of_freedom: None,
     };
     // A x = x M on the unobservable subspace; its basis has the identity in some columns.
-    let identity: Vec<usize> = (0..unobservable.rows()).map(|i| last_one(unobservable.row(i))).collect();
+    let last_one = |i: usize| unobservable.row(i).iter().rposition(|x| !Scalar::is_zero(x));
+    let identity: Vec<usize> = (0..unobservable.rows()).filter_map(last_one).collect();
     let motion = columns(&unobservable.multiply(&system.a.transpose()), &identity);
     Quotient { system: reduced, projection, definitions, hidden: characteristic_polynomial(&motion) }
-}
-
-/// The column of the identity in a row of an echelon form read from the right.
-fn last_one(row: &[Rational]) -> usize {
-    row.iter().rposition(|x| !Scalar::is_zero(x)).expect("rows of an echelon form are not zero")
 }
 
 /// Independent rows that vanish on the subspace, in the order of preference.

@@ -52,7 +52,8 @@ impl Extension {
         let mut out: Vec<(String, usize)> = Vec::new();
         for integrator in &self.integrators {
             // The chain before a plain input goes by the name of the input, however long it is.
-            let name = if integrator.is_plain() && self.only_plain(integrator.input) {
+            let mut same_input = self.integrators.iter().filter(|other| other.input == integrator.input);
+            let name = if same_input.all(Integrator::is_plain) {
                 integrator.before.trim_end_matches('\'').to_string()
             } else {
                 integrator.before.clone()
@@ -63,10 +64,6 @@ impl Extension {
             }
         }
         out
-    }
-
-    fn only_plain(&self, input: usize) -> bool {
-        self.integrators.iter().filter(|i| i.input == input).all(Integrator::is_plain)
     }
 }
 

@@ -154,27 +154,19 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
 
 /// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.
 fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
-    let (m, n, own, references) = (k.rows(), k.columns(), plan.states.len(), plan.inputs.len());
-    let disturbances = task.disturbed.len();
+    let (m, n, own, disturbances) = (k.rows(), k.columns(), plan.states.len(), task.disturbed.len());
     let (c, d) = (plan.c.to_f64(), plan.d.to_f64());
     let with_feedback = |of: &Matrix<f64>| {
         Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
     };
-    let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
-    let k = task.over_motions(k);
-    let all = k.columns();
-    let b = plan.b.to_f64();
-    let place = |j: usize| (all..all + references).contains(&j).then(|| j - all);
+    let minus = task.over_motions(k).scale(&-1.0);
+    let from_plant = Matrix::zeros(own, minus.columns());
     LinearBlock {
         states: plan.states.iter().map(|state| format!("planned {state}")).collect(),
         a: plan.a.to_f64(),
-        b: Matrix::from_fn(own, all + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
-        c: on_states,
-        d: Matrix::from_fn(m, all + references + disturbances, |i, j| match place(j) {
-            Some(reference) => on_references[(i, reference)],
-            None if j < all => -k[(i, j)],
-            None => 0.0,
-        }),
+        b: side_by_side(&[&from_plant, &plan.b.to_f64(), &Matrix::zeros(own, disturbances)]),
+        c: with_feedback(&c),
+        d: side_by_side(&[&minus, &with_feedback(&d), &Matrix::zeros(m, disturbances)]),
     }
 }
 

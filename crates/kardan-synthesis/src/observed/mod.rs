@@ -172,16 +172,12 @@ impl Observed {
             let torques = inputs.iter().map(|input| plant.effort_of(input).signal).zip(rest.torques.iter().copied());
             states.chain(torques).map(|(name, rest)| DataNumber::new(format!("{name} at rest"), rest)).collect()
         };
-        linear.rest().map(named).unwrap_or_default()
-    }
-
-    fn own(&self) -> usize {
-        self.a.rows()
+        linear.rest.as_ref().map(named).unwrap_or_default()
     }
 
     /// Γ = ∫ exp((A − L C) t) dt over a sample time.
     fn zoh_integral(&self, clock: Clock) -> Option<Matrix<f64>> {
-        Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
+        Some(discretise(&self.a, &Matrix::identity(self.a.rows()), clock.period)?.b)
     }
 
     /// For each coordinate whether its position or its speed is measured.
@@ -311,7 +307,7 @@ impl Observed {
         Some(match &self.model {
             Model::Linear(linear) => {
                 let sampled = discretise(&self.a, &self.b, clock.period)?;
-                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest().cloned(), true))
+                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest.clone(), true))
             }
             Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.zoh_integral(clock)?))),
         })
@@ -334,7 +330,7 @@ impl Law for Observed {
     }
 
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        let (own, rest) = out.split_at_mut(self.own());
+        let (own, rest) = out.split_at_mut(self.a.rows());
         own.fill(0.0);
         for (i, state) in own.iter_mut().enumerate().take(self.view.retained.len()) {
             let begins = |k: usize| {

@@ -210,7 +210,8 @@ pub(super) struct LinearModelBlock<T> {
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
-    rest: Option<RestOfModel>,
+    /// Its values at rest.
+    pub rest: Option<RestOfModel>,
     /// Whether it gives the states at the next sample instead of rates.
     steps: bool,
 }
@@ -227,11 +228,6 @@ impl<T: Float> LinearModelBlock<T> {
             rest,
             steps,
         }
-    }
-
-    /// Its values at rest.
-    pub fn rest(&self) -> Option<&RestOfModel> {
-        self.rest.as_ref()
     }
 
     /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, it writes nothing.

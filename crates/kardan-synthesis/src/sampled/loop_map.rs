@@ -52,7 +52,7 @@ pub struct SampledLoop {
     /// Reduced coordinates, which are first in z.
     degrees_of_freedom: usize,
     /// Where constants begin in z: references and errors.
-    constants: usize,
+    pub(super) constants: usize,
     jumps: Vec<Jump<f64>>,
     event_sequence: Vec<LoopEvent>,
 }
@@ -422,11 +422,6 @@ impl SampledLoop {
             }
         }
         Some(map)
-    }
-
-    /// The number of entries of z that are not constant.
-    pub(super) fn states(&self) -> usize {
-        self.constants
     }
 
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted

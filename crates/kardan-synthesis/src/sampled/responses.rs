@@ -57,7 +57,7 @@ impl ControlLoop<'_> {
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
-        let (n, excess, first) = (found.states(), found.excess[self.number], found.in_force[self.number]);
+        let (n, excess, first) = (found.constants, found.excess[self.number], found.in_force[self.number]);
         let map = found.between_commands(self.number)?;
         let b = window(&map, 0..n, excess..excess + m);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
@@ -112,8 +112,8 @@ impl ControlLoop<'_> {
             // Commands in force, which follow the readings after the delay: the size is that of the commands themselves.
             let found = SampledLoop::driven(self.plant, &parts, period).ok()?;
             let in_force = found.in_force[self.number];
-            let command = Matrix::from_fn(m, found.states(), |i, j| f64::from(u8::from(j == in_force + i)));
-            (found.states(), found.errors[self.number], found.map, command)
+            let command = Matrix::from_fn(m, found.constants, |i, j| f64::from(u8::from(j == in_force + i)));
+            (found.constants, found.errors[self.number], found.map, command)
         } else {
             let places = Places::new(self.plant, &parts, true);
             let (flow, commands) = places.flow();
@@ -166,7 +166,7 @@ impl ControlLoop<'_> {
         let count = self.parts[self.number].linear.on_references.columns();
         let (n, first, map) = if let Some(period) = period {
             let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
-            (found.states(), found.references[self.number], found.map)
+            (found.constants, found.references[self.number], found.map)
         } else {
             let places = Places::new(self.plant, self.parts, true);
             (places.laws.first()?.references?, places.laws[self.number].references?, places.flow().0)
