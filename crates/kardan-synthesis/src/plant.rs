@@ -93,14 +93,17 @@ impl Plant {
 
     /// The constant torque of an input at the operating point, N m.
     pub fn trim_torque(&self, input: &str) -> f64 {
-        let number = self.reduced.equations.inputs.iter().position(|candidate| candidate.element == input);
-        number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
+        self.input(input).zip(self.point.torques.as_ref()).map_or(0.0, |(number, torques)| torques[number])
+    }
+
+    /// The number of an input.
+    fn input(&self, name: &str) -> Option<usize> {
+        self.reduced.equations.inputs.iter().position(|input| input.element == name)
     }
 
     /// The margin between the torque at the operating point and the torque limit of an input's motor in each direction, N m; `None` if it has none.
-    pub fn torque_reserve(&self, input: usize) -> Option<f64> {
-        let trim = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
-        self.torque_limit(input).map(|limit| limit - trim)
+    pub fn torque_reserve(&self, input: &str) -> Option<f64> {
+        Some(self.torque_limit(self.input(input)?)? - self.trim_torque(input).abs())
     }
 
     /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows are frozen.

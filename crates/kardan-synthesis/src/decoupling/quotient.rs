@@ -37,14 +37,6 @@ impl Quotient {
     pub fn project(&self, w: &Matrix<Rational>) -> Matrix<Rational> {
         self.projection.multiply(w)
     }
-
-    /// `K P`: rows over the new states (gains, outputs) as rows over the old ones.
-    ///
-    /// # Panics
-    /// If K has not one column per new state.
-    pub fn lift(&self, k: &Matrix<Rational>) -> Matrix<Rational> {
-        k.multiply(&self.projection)
-    }
 }
 
 /// The exact quotient of a system by the unobservable subspace of (C, A), in coordinates that a reader knows

@@ -7,7 +7,7 @@ use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
 use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons};
 use crate::linear_law::{Linear, LinearBlock};
-use crate::matrix_parts::{side_by_side, window};
+use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
 use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
@@ -139,9 +139,8 @@ impl Observable<'_> {
         from_input: Matrix<Rational>,
     ) -> Result<Gains, SynthesisError> {
         let [on_states, on_outputs] = &self.disturbance;
-        let (plant, extended) = (on_states.rows(), system.states.len());
-        let entry = |i: usize, j: usize| if i < plant { on_states[(i, j)].clone() } else { Rational::ZERO };
-        let on_states = Matrix::from_fn(extended, on_states.columns(), entry);
+        let integrators = system.states.len() - on_states.rows();
+        let on_states = stacked(on_states, &Matrix::zeros(integrators, on_states.columns()));
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
         let found = found.map_err(|error| self.not_static(error))?;
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
@@ -286,10 +285,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
     exact.behind = found.behind;
     exact.law = Some(law);
-    let inputs = &plant.reduced.equations.inputs;
-    let number = |name: &String| inputs.iter().position(|input| input.element == *name);
-    let limits: Vec<Option<f64>> =
-        task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_reserve(input))).collect();
+    let limits: Vec<Option<f64>> = task.inputs.iter().map(|name| plant.torque_reserve(name)).collect();
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
 }
 

@@ -151,7 +151,7 @@ fn harmonic_drive_spring_as_in_the_source() {
     has_roots(&zero_dynamics(system).unwrap().polynomial, &zeros);
 
     // The same gains on the six states of the plant.
-    let on_plant = quotient.lift(&gains.k);
+    let on_plant = gains.k.multiply(&quotient.projection);
     let closed_plant = minus(&full.a, &full.b.multiply(&on_plant));
     assert_eq!(characteristic_polynomial(&closed_plant), characteristic_polynomial(&closed.a).times(&quotient.hidden));
     assert_eq!(on_plant, decouple(&full, &none(&full), None, &standard(&[2, 1])).unwrap().k);

@@ -125,11 +125,11 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
-    let torque_reserve = |input: &String| limit(input).map(|limit| limit - plant.trim_torque(input).abs());
-    let bounds: Vec<Bounds<f64>> = inputs
-        .iter()
-        .map(|input| Bounds { torque: torque_reserve(input), change: rate(input).map(|rate| rate * clock.period) })
-        .collect();
+    let bound = |input: &String| Bounds {
+        torque: plant.torque_reserve(input),
+        change: rate(input).map(|rate| rate * clock.period),
+    };
+    let bounds: Vec<Bounds<f64>> = inputs.iter().map(bound).collect();
     let spec = DesignSpec {
         inputs: &inputs,
         tasks: &tasks,
