@@ -3,7 +3,7 @@
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
-use super::matrix_parts::{columns_of, side_by_side};
+use super::matrix_parts::{columns_of, is_finite, side_by_side};
 use super::sampled::entries;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single};
 use kardan_math::num::{Float, Matrix, discretise, eigenvalues};
@@ -175,7 +175,7 @@ fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     });
     let z = equations.solve(&Matrix::from_fn(n * n, 1, |row, _| right[(row / n, row % n)]))?;
     let gain = Matrix::from_fn(n, n, |i, j| z[(i * n + j, 0)]).solve(&c.transpose())?;
-    gain.as_slice().iter().all(|x| x.is_finite()).then_some(gain)
+    is_finite(&gain).then_some(gain)
 }
 
 /// The block [`StateSpace`] with the memory of one evaluation.

@@ -1,8 +1,8 @@
-//! Parts of matrices, and matrices that are made of parts.
+//! Parts of matrices, matrices that are made of parts, and what their entries are.
 
 use std::ops::Range;
 
-use kardan_math::num::{Matrix, Scalar};
+use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64};
 
 /// Horizontal concatenation of matrices with the same number of rows.
 pub(super) fn side_by_side<S: Scalar>(parts: &[&Matrix<S>]) -> Matrix<S> {
@@ -47,4 +47,14 @@ pub(super) fn window<S: Scalar>(matrix: &Matrix<S>, rows: Range<usize>, columns:
 /// Columns that follow each other.
 pub(super) fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -> Matrix<S> {
     window(matrix, 0..matrix.rows(), columns)
+}
+
+/// Whether all entries are finite.
+pub(super) fn is_finite(matrix: &Matrix<f64>) -> bool {
+    matrix.as_slice().iter().all(|x| x.is_finite())
+}
+
+/// The exact values of finite numbers; zero for others.
+pub(super) fn exactly(matrix: &Matrix<f64>) -> Matrix<Rational> {
+    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| rational_from_f64(matrix[(i, j)]).unwrap_or_default())
 }

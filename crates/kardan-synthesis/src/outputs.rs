@@ -3,10 +3,10 @@
 use super::channels::{check_dynamics, compensation, once, reference};
 use super::counters::{ReducedStates, counters_beside};
 use super::decoupling::Compensation;
-use super::matrix_parts::{joined, stacked, window};
+use super::matrix_parts::{exactly, is_finite, joined, stacked, window};
 use super::{Plant, Reference, Request, SynthesisError};
 use kardan_analysis::{LinearSystem, OutputSignal};
-use kardan_math::num::{Matrix, Rational, rational_from_f64, rational_to_f64};
+use kardan_math::num::{Matrix, Rational, rational_to_f64};
 use kardan_math::units::Exact;
 use kardan_results::Pole;
 use kardan_results::signal_name::SignalName;
@@ -190,7 +190,5 @@ pub(super) fn decaying_poles(values: &Values) -> Result<Vec<Pole>, SynthesisErro
 
 /// The exact value of each entry.
 pub(super) fn exact(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
-    let entries: Option<Vec<Rational>> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect();
-    let entries = entries?;
-    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| entries[i * matrix.columns() + j].clone()))
+    is_finite(matrix).then(|| exactly(matrix))
 }

@@ -8,8 +8,9 @@ use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::one_channel::{LEVEL, OneChannel};
 use crate::decoupling::{characteristic_polynomial, common_denominator, resolvent};
+use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden, rational_from_f64,
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden,
 };
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
@@ -87,7 +88,7 @@ impl Response {
         let n = a.rows();
         assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
         assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
-        if ![a, b, c, d].into_iter().all(finite) {
+        if ![a, b, c, d].into_iter().all(is_finite) {
             return None;
         }
         let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
@@ -102,7 +103,7 @@ impl Response {
             exact: None,
         };
         let all = [&out.a, &out.b, &out.c, &out.d];
-        all.into_iter().all(finite).then_some(out)
+        all.into_iter().all(is_finite).then_some(out)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
@@ -320,7 +321,7 @@ impl Response {
         if self.channels() != 1 || self.a.rows() > MOST {
             return None;
         }
-        let rounded = || [&self.a, &self.b, &self.c, &self.d].map(exact);
+        let rounded = || [&self.a, &self.b, &self.c, &self.d].map(exactly);
         let [a, b, c, d] = self.exact.as_deref().cloned().unwrap_or_else(rounded);
         let found = resolvent(&a, &b, &c, &d);
         let [numerator, denominator] = [&found.numerators[0][0], &found.characteristic]
@@ -430,14 +431,6 @@ fn solve(rows: &mut [Vec<c64>]) {
     }
 }
 
-fn finite(matrix: &Matrix<f64>) -> bool {
-    matrix.as_slice().iter().all(|x| x.is_finite())
-}
-
-fn exact(matrix: &Matrix<f64>) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| rational_from_f64(matrix[(i, j)]).unwrap_or_default())
-}
-
 /// A polynomial in z with `z = (1 + s)/(1 − s)`, times `(1 − s)ⁿ`.
 fn on_the_axis(polynomial: &Polynomial, n: usize) -> Polynomial {
     let one = Rational::ONE;
@@ -469,7 +462,7 @@ fn poles(a: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> {
     if let Some(found) = certain_poles(&rates(), sampled) {
         return Some(found);
     }
-    let all = characteristic_polynomial(&exact(a));
+    let all = characteristic_polynomial(&exactly(a));
     Some(if sampled { on_the_axis(&all, n).roots() } else { all.roots() })
 }
 

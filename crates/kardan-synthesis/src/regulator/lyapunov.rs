@@ -2,8 +2,9 @@
 
 use faer::{Mat, c64};
 
-use super::floating::{finite, from_faer, scaled, to_faer};
+use super::floating::{from_faer, scaled, to_faer};
 use super::schur::Schur;
+use crate::matrix_parts::is_finite;
 use crate::notation::format_pole;
 use kardan_math::num::{Matrix, balance};
 use kardan_results::Pole;
@@ -55,7 +56,7 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     if a.columns() != n || q.rows() != n || q.columns() != n {
         return Err(LyapunovError::Shape);
     }
-    if !(finite(a) && finite(q)) {
+    if !(is_finite(a) && is_finite(q)) {
         return Err(LyapunovError::NotFinite);
     }
     if n == 0 {
@@ -72,7 +73,7 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     let size = 2.0 * (&a * &x).norm_l2() + q.norm_l2();
     let residual = residual(&x).norm_l2();
     let x = from_faer(&scaled(&x, &inverse, &scales));
-    if !finite(&x) {
+    if !is_finite(&x) {
         return Err(LyapunovError::NotFinite);
     }
     Ok(Lyapunov { solution: x, residual: if size > 0.0 { residual / size } else { 0.0 } })

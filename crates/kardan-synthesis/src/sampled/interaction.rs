@@ -2,7 +2,7 @@
 
 use super::hold::{ZohPlant, plant_flow};
 use crate::Clock;
-use crate::matrix_parts::{columns_of, selected};
+use crate::matrix_parts::{columns_of, is_finite, selected};
 use crate::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 use kardan_math::num::{Matrix, discretise};
 
@@ -130,8 +130,7 @@ impl Problem {
             on_reference: columns(&solved, d + 2 * c, c),
             regulator,
         };
-        let finite = |m: &Matrix<f64>| m.as_slice().iter().all(|x| x.is_finite());
-        (finite(&solved) && finite(&solution.regulator.gain)).then_some(solution)
+        (is_finite(&solved) && is_finite(&solution.regulator.gain)).then_some(solution)
     }
 
     /// Aξ and Bξ of the sampled reference models, `ξ⁺ = Aξ ξ + Bξ r`; `None` if a number overflows.

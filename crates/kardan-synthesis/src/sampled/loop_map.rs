@@ -9,6 +9,7 @@ use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoop
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
+use crate::matrix_parts::is_finite;
 use kardan_math::num::{AtZero, Matrix, Rounding, at_zero_rounded, balance, discretise, eigenvalues, isolated, square};
 use kardan_results::Stability;
 
@@ -119,7 +120,7 @@ struct NonzeroSpectrum {
 
 impl NonzeroSpectrum {
     fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, excluded: usize) -> Option<Self> {
-        if matrix.as_slice().iter().any(|x| !x.is_finite()) {
+        if !is_finite(matrix) {
             return None;
         }
         let [isolated, coupled] = isolated(matrix);
@@ -204,7 +205,7 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
         let x = shifted(a, im).solve(&once.scale(&(1.0 / largest)))?;
         let largest = x.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
         let x = x.scale(&(1.0 / largest));
-        x.as_slice().iter().all(|x| x.is_finite()).then_some(x)
+        is_finite(&x).then_some(x)
     };
     let (right, left) = (vector(&balanced, near.1), vector(&balanced.transpose(), -near.1));
     let condition = match (right, left) {
@@ -260,7 +261,7 @@ impl SampledLoop {
         let found = EventSequence::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
         let map = found.map(places.size);
         let EventSequence { jumps, events: event_sequence, applied, .. } = found;
-        if !map.as_slice().iter().all(|x| x.is_finite()) {
+        if !is_finite(&map) {
             return Err(SampledLoopError::NotFinite);
         }
         let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();

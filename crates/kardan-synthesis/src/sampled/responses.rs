@@ -8,10 +8,8 @@ use super::places::Number;
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
-use crate::matrix_parts::{selected, window};
-use kardan_math::num::{
-    Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, rational_from_f64, scaled,
-};
+use crate::matrix_parts::{exactly, selected, window};
+use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, scaled};
 use kardan_mechanics::reduce::motions_over_states;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -140,15 +138,8 @@ impl ControlLoop<'_> {
     /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
     fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<Rational>)> {
         let linear = &part.linear;
-        let fraction = |x: f64| rational_from_f64(x).unwrap_or_default();
-        let basis = &self.plant.basis;
-        let motion_rows = match &self.plant.exact {
-            Some(model) => motions_over_states(&model.basis, &self.plant.moving),
-            None => {
-                let basis = Matrix::from_fn(basis.rows(), basis.columns(), |i, j| fraction(basis[(i, j)]));
-                motions_over_states(&basis, &self.plant.moving)
-            }
-        };
+        let basis = self.plant.exact.as_ref().map_or_else(|| exactly(&self.plant.basis), |model| model.basis.clone());
+        let motion_rows = motions_over_states(&basis, &self.plant.moving);
         let used =
             |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
         let angles = (0..motions.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
