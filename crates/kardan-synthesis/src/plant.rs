@@ -8,7 +8,7 @@ use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_syst
 use kardan_expr::expr::Side;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_mechanics::assemble::{DirectionalTerm, SpringLaw};
-use kardan_mechanics::equations::{InputKind, Measured};
+use kardan_mechanics::equations::{InputKind, Measured, Motor};
 use kardan_mechanics::reduce::{
     Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, law_slopes_at, laws_are_linear, linearise_at,
 };
@@ -97,7 +97,7 @@ impl Plant {
     }
 
     /// The number of an input.
-    fn input(&self, name: &str) -> Option<usize> {
+    pub(super) fn input(&self, name: &str) -> Option<usize> {
         self.reduced.equations.inputs.iter().position(|input| input.element == name)
     }
 
@@ -183,8 +183,13 @@ impl Plant {
 
     /// The torque limit of an input's motor, N m; `None` if it has none.
     pub fn torque_limit(&self, input: usize) -> Option<f64> {
+        self.motor(input)?.torque_limit.as_ref().map(|limit| limit.to_f64())
+    }
+
+    /// The motor of an input.
+    pub(super) fn motor(&self, input: usize) -> Option<&Motor> {
         match &self.reduced.equations.inputs[input].value {
-            InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
+            InputKind::Motor(motor) => Some(motor),
             InputKind::Disturbance => None,
         }
     }

@@ -19,8 +19,7 @@ use crate::channels::{once, reference};
 use crate::observed::Reading;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::sampled::on_their_way;
-use crate::{Law, LawKind, Plant, Reference, Request, SynthesisError, clock};
-use kardan_mechanics::equations::{InputKind, Motor};
+use crate::{Law, LawKind, Reference, Request, SynthesisError, clock};
 use kardan_mechanics::reduce::Kinematics;
 use kardan_results::{DataNumber, Physical};
 use kardan_schema::schema::Values;
@@ -93,14 +92,6 @@ fn references(values: &Values) -> Vec<Reference> {
     channels(values).filter_map(one).collect()
 }
 
-fn motor<'a>(plant: &'a Plant, name: &str) -> Option<&'a Motor> {
-    let input = plant.reduced.equations.inputs.iter().find(|input| input.element == name)?;
-    match &input.value {
-        InputKind::Motor(motor) => Some(motor),
-        InputKind::Disturbance => None,
-    }
-}
-
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let Some(clock) = clock(values)? else {
@@ -113,9 +104,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let limit = |input: &String| motor(plant, input)?.torque_limit.as_ref().map(|limit| limit.to_f64());
-    let rate = |input: &String| motor(plant, input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
-    let lag = |input: &String| motor(plant, input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
+    let motor = |input: &String| plant.motor(plant.input(input)?);
+    let limit = |input: &String| motor(input)?.torque_limit.as_ref().map(|limit| limit.to_f64());
+    let rate = |input: &String| motor(input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
+    let lag = |input: &String| motor(input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
     let lags: Vec<f64> = inputs.iter().map(lag).collect();
     let effort = values.number_or_default("effort");
     let changes: Vec<f64> = channels(values)
