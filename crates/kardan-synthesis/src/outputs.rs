@@ -149,11 +149,6 @@ impl Task {
         self.references.iter().map(|r| r.name.clone()).collect()
     }
 
-    /// Names and units of the references.
-    pub fn units(&self) -> Vec<(String, String)> {
-        self.references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect()
-    }
-
     /// M of `u = … − M d` with which constant disturbances leave the outputs alone at rest under the gain K:
     /// `[A B; C D] [X; U] = −[W; F]`, `M = −(U + K X)`. `None` if there is no such rest.
     pub fn cancelling(&self, k: &Matrix<f64>) -> Option<Matrix<f64>> {

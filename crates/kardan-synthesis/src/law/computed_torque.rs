@@ -159,9 +159,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         ..Design::default()
     };
     let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
-    let units: Vec<(String, String)> =
-        references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
-    let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
+    let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &references);
     let reference_places = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
     Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))

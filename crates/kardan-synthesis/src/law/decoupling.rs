@@ -282,7 +282,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     };
     let law = exact_law(&found, &quotient.projection);
     let block = block(&found, &law, plant);
-    let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
+    let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.references);
     exact.behind = found.behind;
     exact.law = Some(law);
     let limits: Vec<Option<f64>> = task.inputs.iter().map(|name| plant.torque_reserve(name)).collect();

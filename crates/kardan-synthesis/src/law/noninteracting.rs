@@ -559,15 +559,13 @@ impl Law for Designed {
             }
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
-        let references: Vec<&Reference> =
-            self.reference_places.iter().map(|(reference, _)| &self.references[*reference]).collect();
+        let references: Vec<Reference> =
+            self.reference_places.iter().map(|(reference, _)| self.references[*reference].clone()).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let places = self.plant.state_places();
         let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
         let l = acceleration_gain.multiply(&reference);
-        let units: Vec<(String, String)> =
-            references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
-        Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &units))
+        Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &references))
     }
 
     fn describe(&self) -> Design {
