@@ -103,7 +103,7 @@ impl Response {
             exact: None,
         };
         let all = [&out.a, &out.b, &out.c, &out.d];
-        all.into_iter().all(is_finite).then_some(out)
+        all.iter().all(|m| is_finite(m)).then_some(out)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
