@@ -9,11 +9,23 @@ use kardan_math::num::{Matrix, Rational, Scalar};
 pub(crate) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
     let mut out = vec![Rational::ZERO; matrix.columns()];
     for (k, factor) in row.iter().enumerate().filter(|(_, factor)| !Scalar::is_zero(*factor)) {
-        for (x, entry) in out.iter_mut().zip(matrix.row(k)).filter(|(_, entry)| !Scalar::is_zero(*entry)) {
-            *x = x.plus(&factor.times(entry));
-        }
+        add(&mut out, factor, matrix.row(k));
     }
     out
+}
+
+/// `target += factor · row`; the row may be shorter.
+pub(crate) fn add(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
+    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
+        *x = x.plus(&factor.times(y));
+    }
+}
+
+/// `target −= factor · row`.
+pub(crate) fn subtract(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
+    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
+        *x = x.minus(&factor.times(y));
+    }
 }
 
 /// Rows of that length as a matrix.
@@ -87,9 +99,7 @@ impl RowSpan {
                 continue;
             }
             let factor = rest[*pivot].over(&basis[*pivot]);
-            for (x, y) in rest.iter_mut().zip(basis).filter(|(_, y)| !Scalar::is_zero(*y)) {
-                *x = x.minus(&factor.times(y));
-            }
+            subtract(&mut rest, &factor, basis);
         }
         rest
     }

@@ -1,8 +1,8 @@
 //! Static feedback that decouples blocks of outputs.
 
 use super::PolynomialMatrix;
-use super::row_span::add;
 use super::silverman::{StructureAlgorithm, structure_of_rows};
+use crate::decoupling::add;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
@@ -66,7 +66,8 @@ pub enum BlockError {
 /// `dynamics(output, order)` gives the monic polynomial a_i of degree `order`. `system` has E = I.
 ///
 /// ```
-/// use kardan_analysis::LinearSystem;
+/// use crate::decoupling::add;
+use kardan_analysis::LinearSystem;
 /// use kardan_math::num::{Matrix, Polynomial, Rational};
 /// use kardan_synthesis::inversion::decouple_blocks;
 /// let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));

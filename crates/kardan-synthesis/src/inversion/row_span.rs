@@ -1,5 +1,6 @@
 //! The span of exact rows, built one row at a time.
 
+use crate::decoupling::{add, subtract};
 use kardan_math::num::{Rational, Scalar};
 
 /// Independent rows, one added after the other, and how any row in their span is made of them. Exact.
@@ -29,20 +30,6 @@ impl RowSpan {
         made_of.push(Rational::ONE.over(&lead));
         self.rows.push((pivot, rest, made_of));
         None
-    }
-}
-
-/// `target −= factor · row`.
-pub(super) fn subtract(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
-    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
-        *x = x.minus(&factor.times(y));
-    }
-}
-
-/// `target += factor · row`; the row may be shorter.
-pub(super) fn add(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
-    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
-        *x = x.plus(&factor.times(y));
     }
 }
 

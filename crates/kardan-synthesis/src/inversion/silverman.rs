@@ -1,8 +1,8 @@
 //! The structure algorithm of Silverman: inversion by differentiating outputs.
 
 use super::polynomial_matrix::{PolynomialMatrix, derivative};
-use super::row_span::{RowSpan, subtract};
-use crate::decoupling::row_times;
+use super::row_span::RowSpan;
+use crate::decoupling::{row_times, subtract};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
