@@ -66,8 +66,7 @@ pub enum BlockError {
 /// `dynamics(output, order)` gives the monic polynomial a_i of degree `order`. `system` has E = I.
 ///
 /// ```
-/// use crate::decoupling::add;
-use kardan_analysis::LinearSystem;
+/// use kardan_analysis::LinearSystem;
 /// use kardan_math::num::{Matrix, Polynomial, Rational};
 /// use kardan_synthesis::inversion::decouple_blocks;
 /// let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
