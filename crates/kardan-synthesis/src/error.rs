@@ -201,7 +201,8 @@ pub enum SynthesisError {
          friction); the observer would report them as disturbances, and they would be cancelled twice"
     )]
     DoubleCancellation,
-    /// Torques that expressions of these elements give: the gain of the law includes them, the full model of an observer does not.
+    /// Torques that expressions of these elements give: the gain of the law includes them, the full model of an observer does
+    /// not.
     #[error(
         "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
          observer does not: it would report them as disturbances, and they would be cancelled twice",
