@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Block, Clock, ExactLoop, LawRuntime, LinearLaw};
+use super::{Block, Clock, ExactLoop, LawRuntime, LinearLaw, Reference};
 use kardan_analysis::OutputSignal;
 use kardan_expr::expr::Side;
 use kardan_math::num::Rational;
 use kardan_mechanics::program::Task;
-use kardan_results::{Design, Physical};
-use kardan_schema::schema::Values;
+use kardan_results::Design;
 
 /// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
@@ -144,22 +143,4 @@ pub enum Frozen {
     Command,
     /// An output or a state of blocks.
     Outputs,
-}
-
-/// A signal from the scenario to a law.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
-    /// Name.
-    pub name: String,
-    /// Angle or torque.
-    pub physical: Physical,
-    /// One sentence.
-    pub description: String,
-}
-
-impl Reference {
-    /// The one that a key names, if it is there.
-    pub(super) fn of(values: &Values, key: &str, physical: Physical, description: String) -> Option<Self> {
-        Some(Self { name: values.word(key)?.into(), physical, description })
-    }
 }

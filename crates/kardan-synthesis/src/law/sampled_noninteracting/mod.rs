@@ -25,10 +25,10 @@ use kardan_results::{DataNumber, Physical};
 use kardan_schema::schema::Values;
 use kardan_schema::schema::{Keys, LawKeys};
 
-use channel_tasks::{position, tasks};
+use channel_tasks::{DesignSpec, position, tasks};
 use description::describe;
 use observer::Observer;
-use position_design::{DesignSpec, Designed, designed};
+use position_design::{Designed, designed};
 use sampled_law::Sampled;
 use schedule::{Follows, follows, schedule};
 

@@ -12,7 +12,7 @@ use kardan_math::num::Matrix;
 use kardan_results::signal_name::Quantity;
 use kardan_results::{Complex, ObserverResult, Pole};
 
-use super::position_design::DesignSpec;
+use super::channel_tasks::DesignSpec;
 
 /// The sampled plant that the observer follows, and how it corrects it.
 pub(super) struct Observer {

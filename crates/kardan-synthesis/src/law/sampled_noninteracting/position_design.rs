@@ -5,25 +5,13 @@ use kardan_rt::Bounds;
 use crate::decoupling::observable_quotient;
 use crate::outputs::channels;
 use crate::sampled::{Problem, RegulatorData, Solution, Target, zoh_plant};
-use crate::{Clock, Request, SynthesisError, effective_inertia};
-use kardan_analysis::OutputSignal;
+use crate::{Request, SynthesisError, effective_inertia};
 use kardan_math::num::{Matrix, rational_to_f64};
 use kardan_results::Definition;
 
-use super::channel_tasks::Task;
+use super::channel_tasks::{DesignSpec, Task};
 use super::governor::governor;
 use super::observer::{Observer, observer};
-
-/// The specification of the law, at any position of the joints.
-pub(super) struct DesignSpec<'a> {
-    pub(super) inputs: &'a [String],
-    pub(super) tasks: &'a [Task],
-    pub(super) outputs: &'a [OutputSignal],
-    pub(super) lags: &'a [f64],
-    pub(super) changes: &'a [f64],
-    pub(super) bounds: &'a [Bounds<f64>],
-    pub(super) clock: Clock,
-}
 
 /// The design at one position.
 pub(super) struct Designed {

@@ -5,7 +5,8 @@ use crate::sampled::{PERIOD, ScheduleData, turning};
 use crate::{Plant, Request, SynthesisError};
 use kardan_mechanics::reduce::MechanismData;
 
-use super::position_design::{DesignSpec, Designed, designed};
+use super::channel_tasks::DesignSpec;
+use super::position_design::{Designed, designed};
 
 /// Positions over half a turn of the joints at which the law is designed.
 const POINTS: f64 = 16.0;
