@@ -75,10 +75,10 @@ pub(super) fn at_operating_point(
             return Ok(0.0);
         }
         let measured = plant.output(output)?.measured;
-        plant.at_rest(&measured).ok_or_else(|| SynthesisError::NotAtRest { signal: output.into() })
+        plant.at_rest(&measured).ok_or_else(|| SynthesisError::NotAtRest(output.into()))
     };
     let read = |sensor: &OutputSignal| {
-        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::NotAtRest { signal: sensor.name.clone() })
+        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::NotAtRest(sensor.name.clone()))
     };
     let rest = Rest {
         angles: plant.angles_at_rest(),
@@ -138,20 +138,24 @@ impl Block for DeviationBlock {
 }
 
 impl Law for AtOperatingPoint {
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.law.references()
+    forward! {
+        law;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn states(&self) -> Vec<String>;
+        fn friction_width(&self) -> Option<f64>;
+        fn linear(&self) -> LinearLaw;
+        fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+        fn is_nonlinear(&self) -> bool;
+        fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw>;
+        fn sensors(&self) -> &[OutputSignal];
+        fn clock(&self) -> Option<Clock>;
+        fn keeps(&self) -> Frozen;
+        fn exact(&self) -> Option<ExactLoop>;
     }
 
     fn references_at_rest(&self) -> Vec<f64> {
         self.rest.references.clone()
-    }
-
-    fn states(&self) -> Vec<String> {
-        self.law.states()
     }
 
     /// Angles, speeds and torques of motors are deviations there.
@@ -168,42 +172,6 @@ impl Law for AtOperatingPoint {
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
         let block = self.law.block(clock)?;
         Some(Box::new(DeviationBlock { block, rest: self.rest.clone(), deviations: self.rest.clone() }))
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
-    }
-
-    fn linear(&self) -> LinearLaw {
-        self.law.linear()
-    }
-
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.law.linear_sampled(clock)
-    }
-
-    fn is_nonlinear(&self) -> bool {
-        self.law.is_nonlinear()
-    }
-
-    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
-        self.law.linear_at(position, clock)
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        self.law.sensors()
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        self.law.clock()
-    }
-
-    fn keeps(&self) -> Frozen {
-        self.law.keeps()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
     }
 
     fn describe(&self) -> Design {

@@ -14,12 +14,8 @@ use kardan_schema::schema::Values;
 
 /// The signal that multiplies the commands of a controller, if there is one.
 pub fn blending_signal(values: &Values) -> Option<Reference> {
-    let description = "share of the controller's commands that is applied".to_string();
-    Some(Reference {
-        name: values.word("blending_signal")?.into(),
-        physical: Physical::of_unit(&Dimension::NONE.si()),
-        description,
-    })
+    let physical = Physical::of_unit(&Dimension::NONE.si());
+    Reference::of(values, "blending_signal", physical, "share of the controller's commands that is applied".into())
 }
 
 /// A law whose commands the last of its references multiplies.
@@ -81,16 +77,24 @@ fn with_share(law: LinearLaw) -> LinearLaw {
 }
 
 impl Law for BlendedLaw {
-    fn kinks(&self) -> Kinks {
-        self.law.kinks()
+    forward! {
+        law;
+        fn kinks(&self) -> Kinks;
+        fn inputs(&self) -> &[String];
+        fn states(&self) -> Vec<String>;
+        fn estimates(&self) -> Vec<(String, usize)>;
+        fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]);
+        fn on_full_model(&self) -> bool;
+        fn friction_width(&self) -> Option<f64>;
+        fn sensors(&self) -> &[OutputSignal];
+        fn clock(&self) -> Option<Clock>;
+        fn exact(&self) -> Option<ExactLoop>;
+        fn keeps(&self) -> Frozen;
+        fn describe(&self) -> Design;
     }
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
         Some(Arc::new(Self { law: self.law.on_side(side)?, references: self.references.clone() }))
-    }
-
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
     }
 
     fn references(&self) -> &[Reference] {
@@ -101,28 +105,8 @@ impl Law for BlendedLaw {
         self.law.references_at_rest().into_iter().chain([1.0]).collect()
     }
 
-    fn states(&self) -> Vec<String> {
-        self.law.states()
-    }
-
-    fn estimates(&self) -> Vec<(String, usize)> {
-        self.law.estimates()
-    }
-
-    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        self.law.start(angles, speeds, out);
-    }
-
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
         Some(Box::new(BlendedBlock { block: self.law.block(clock)? }))
-    }
-
-    fn on_full_model(&self) -> bool {
-        self.law.on_full_model()
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
     }
 
     fn linear(&self) -> LinearLaw {
@@ -139,25 +123,5 @@ impl Law for BlendedLaw {
 
     fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
         Some(with_share(self.law.linear_at(position, clock)?))
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        self.law.sensors()
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        self.law.clock()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
-    }
-
-    fn keeps(&self) -> Frozen {
-        self.law.keeps()
-    }
-
-    fn describe(&self) -> Design {
-        self.law.describe()
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::matrix_parts::is_finite;
 use super::{Counters, Law};
 use kardan_math::num::{Matrix, eigenvalues, rational_to_f64};
 use kardan_mechanics::reduce::{FirstOrder, LinearModel, over_states};
@@ -89,5 +90,5 @@ pub fn closed_loop_matrix(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<
         }
         first += states;
     }
-    a.as_slice().iter().all(|x| x.is_finite()).then_some(a)
+    is_finite(&a).then_some(a)
 }

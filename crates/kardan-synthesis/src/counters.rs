@@ -24,10 +24,15 @@ impl Counters {
         let charges: Vec<usize> = (0..coordinates.len()).filter(is_charge).collect();
         let rows: Vec<&[Rational]> = if charges.is_empty() { Vec::new() } else { rows.collect() };
         let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][charges[j]].clone());
-        let e = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>());
+        Self::kernel(&matrix, &charges, coordinates.len())
+    }
+
+    /// The directions that a matrix over these charges, of so many coordinates, sends to zero.
+    fn kernel(matrix: &Matrix<Rational>, charges: &[usize], coordinates: usize) -> Self {
+        let e = echelon(matrix, &(0..charges.len()).collect::<Vec<_>>());
         let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
         Self {
-            directions: Matrix::from_fn(coordinates.len(), kernel.columns(), |i, j| {
+            directions: Matrix::from_fn(coordinates, kernel.columns(), |i, j| {
                 place(i).map_or(Rational::ZERO, |i| kernel[(i, j)].clone())
             }),
             measured: e.free().into_iter().map(|k| charges[k]).collect(),
@@ -37,8 +42,12 @@ impl Counters {
     /// Each as a combination of charges.
     pub fn names(&self, plant: &Plant) -> Vec<String> {
         let names: Vec<String> = plant.motions(0).into_iter().map(|read| read.signal).collect();
-        let column = |j: usize| (0..names.len()).map(|i| self.directions[(i, j)].clone()).collect::<Vec<_>>();
-        (0..self.measured.len()).map(|j| linear_combination(&names, &column(j))).collect()
+        self.combinations(&names)
+    }
+
+    fn combinations(&self, names: &[String]) -> Vec<String> {
+        let columns = self.directions.transpose();
+        (0..columns.rows()).map(|j| linear_combination(names, columns.row(j))).collect()
     }
 }
 
@@ -101,26 +110,17 @@ impl ReducedStates {
 pub fn remove_counting_charges(system: &LinearSystem, charges: &[usize]) -> Option<(Vec<String>, bool, LinearSystem)> {
     let states = system.states.len();
     let matrix = Matrix::from_fn(states, charges.len(), |i, j| system.a[(i, charges[j])].clone());
-    let e = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>());
-    let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
-    if kernel.columns() == 0 {
+    let counters = Counters::kernel(&matrix, charges, states);
+    if counters.measured.is_empty() {
         return None;
     }
-    let directions =
-        Matrix::from_fn(states, kernel.columns(), |i, j| place(i).map_or(Rational::ZERO, |i| kernel[(i, j)].clone()));
-    let column = |j: usize| (0..states).map(|i| directions[(i, j)].clone()).collect::<Vec<_>>();
-    let names = (0..directions.columns()).map(|j| linear_combination(&system.states, &column(j))).collect();
-    let hidden = system.c.multiply(&directions).as_slice().iter().all(Scalar::is_zero);
-    let counters = Counters { directions, measured: e.free().into_iter().map(|k| charges[k]).collect() };
-    Some((names, hidden, ReducedStates::of(&counters, states).system(&system.explicit()?)))
+    let hidden = system.c.multiply(&counters.directions).as_slice().iter().all(Scalar::is_zero);
+    let rest = ReducedStates::of(&counters, states).system(&system.explicit()?);
+    Some((counters.combinations(&system.states), hidden, rest))
 }
 
-/// The charges that neither A nor C of a plant's system know.
-pub(super) fn counters_of(plant: &Plant, system: &LinearSystem) -> Counters {
-    counters_beside(plant, system, &[])
-}
-
-/// The same without those that a law acts by, whose rows over the reduced coordinates are given.
+/// The charges that neither A nor C of a plant's system know, without those that a law acts by, whose rows over the reduced
+/// coordinates are given.
 pub(super) fn counters_beside(plant: &Plant, system: &LinearSystem, acting: &[Matrix<Rational>]) -> Counters {
     Counters::null_directions(plant, [&system.a, &system.c].into_iter().chain(acting).flat_map(rows))
 }

@@ -14,7 +14,7 @@ use kardan_schema::schema::Values;
 /// Why it cannot be designed.
 pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Arc<dyn Law>, SynthesisError> {
     if clock(values)?.is_none() && kind.samples {
-        return Err(SynthesisError::SampledOnly { law: kind.keyword });
+        return Err(SynthesisError::SampledOnly(kind.keyword));
     }
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;

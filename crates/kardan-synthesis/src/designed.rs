@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Block, Clock, ExactLoop, LawRuntime, LinearLaw};
+use super::{Block, Clock, ExactLoop, LawRuntime, LinearLaw, Reference};
 use kardan_analysis::OutputSignal;
 use kardan_expr::expr::Side;
 use kardan_math::num::Rational;
 use kardan_mechanics::program::Task;
-use kardan_results::{Design, Physical};
+use kardan_results::Design;
 
 /// For each of some expressions the guards at which it has kinks, and those at which it jumps.
 pub type Kinks = Vec<[Vec<String>; 2]>;
@@ -68,7 +68,9 @@ pub trait Law: Send + Sync {
     /// The linear part at a sample time, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within
     /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
     /// there, or the law is for another sample time.
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.linear().sampled(clock.period)
+    }
     /// The linear part at every instant before its numbers are rounded, where that is known.
     fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
         None
@@ -141,15 +143,4 @@ pub enum Frozen {
     Command,
     /// An output or a state of blocks.
     Outputs,
-}
-
-/// A signal from the scenario to a law.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
-    /// Name.
-    pub name: String,
-    /// Angle or torque.
-    pub physical: Physical,
-    /// One sentence.
-    pub description: String,
 }

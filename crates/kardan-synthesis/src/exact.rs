@@ -1,5 +1,6 @@
 //! A designed linear loop over the rationals.
 
+use super::Reference;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::ExactMatrix;
@@ -57,13 +58,13 @@ impl ExactLoop {
         plant: LinearSystem,
         system: LinearSystem,
         [k, l]: [&Matrix<Rational>; 2],
-        references: &[(String, String)],
+        references: &[Reference],
     ) -> Self {
         let feedback = k.scale(&Rational::NEG_ONE);
         let LinearSystem { a, b, c, d, .. } = &system;
         let closed = LinearSystem {
             states: system.states.clone(),
-            inputs: references.iter().map(|(name, _)| name.clone()).collect(),
+            inputs: references.iter().map(|r| r.name.clone()).collect(),
             outputs: system.outputs.clone(),
             e: Matrix::identity(a.rows()),
             a: a.plus(&b.multiply(&feedback)),
@@ -73,7 +74,7 @@ impl ExactLoop {
             degrees_of_freedom: None,
         };
         let (units, channels) =
-            (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());
+            (references.iter().map(|r| r.physical.unit().to_string()).collect(), (0..references.len()).collect());
         // With integrators, or of a part of the state, the caller knows it.
         let law = (plant.states == system.states).then(|| ExactLaw::gain(feedback));
         Self { plant, system, closed, units, channels, behind: None, inverts: true, law }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::matrix_parts::{side_by_side, window};
 use super::sampled::{FirstOrderPlant, Places};
 use super::{Law, LinearLaw, LoopPlant, SampledPart};
 use kardan_analysis::{Plane, stability_of};
@@ -163,13 +164,12 @@ fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     loop {
         // F x = V y: as V is independent, x determines y.
         let k = basis.columns();
-        let both =
-            Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -basis[(i, j - n)].clone() });
+        let both = side_by_side(&[matrix, &basis.scale(&Rational::NEG_ONE)]);
         let order: Vec<usize> = (n..n + k).chain(0..n).collect();
         let kernel = echelon(&both, &order).kernel();
         if kernel.columns() == k {
             return basis;
         }
-        basis = Matrix::from_fn(n, kernel.columns(), |i, j| kernel[(i, j)].clone());
+        basis = window(&kernel, 0..n, 0..kernel.columns());
     }
 }

@@ -95,7 +95,7 @@ impl LawRuntime {
 }
 
 /// The observation of a law at one instant.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Observation<'a> {
     /// The time, s.
     pub time: f64,

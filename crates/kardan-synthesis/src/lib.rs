@@ -14,6 +14,8 @@
 #![deny(clippy::disallowed_methods)]
 
 #[macro_use]
+mod forward;
+#[macro_use]
 mod keys;
 
 mod at_operating_point;
@@ -35,12 +37,14 @@ mod law_runtime;
 mod linear_law;
 mod linear_part;
 pub mod margins;
+mod matrix_parts;
 mod nonlinear_law;
 mod notation;
 mod observed;
 pub mod observer;
 mod outputs;
 mod plant;
+mod reference;
 pub mod regulator;
 mod sample_time;
 mod sampled;
@@ -56,7 +60,7 @@ use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles, poles_excluding};
 pub use counters::{Counters, counting_charges, remove_counting_charges};
 pub use design::design_law;
-pub use designed::{ExportedSignal, Frozen, Kinks, Law, Reference};
+pub use designed::{ExportedSignal, Frozen, Kinks, Law};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions, exact_motions_of};
@@ -65,11 +69,12 @@ pub use kind::{LawKind, Request};
 pub use law::*;
 pub use law_runtime::{Block, LawRuntime, Observation};
 pub use linear_part::LinearLaw;
-use linear_part::{side_by_side, sizes};
+use linear_part::sizes;
 pub use notation::linear_combination;
 pub use observed::Observer;
 pub use plant::{Plant, effective_inertia, input_inertia};
 use plant::{angle_output, output_shaft};
+pub use reference::Reference;
 pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, implemented};
 pub use sampled::{
     BesideBlocks, Change, ControlLoop, ExactMap, GAINS, LIMIT_STEP, Lifted, Limit, LinearTask, LoopBlocks, LoopPlant,

@@ -3,8 +3,9 @@
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
+use super::matrix_parts::{columns_of, is_finite, side_by_side};
 use super::sampled::entries;
-use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single, side_by_side};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single};
 use kardan_math::num::{Float, Matrix, discretise, eigenvalues};
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
@@ -28,12 +29,7 @@ pub(super) struct LinearBlock {
 impl LinearBlock {
     /// Static feedback `u = −K x + L r − M d`.
     pub fn gains(k: &Matrix<f64>, l: &Matrix<f64>, m: &Matrix<f64>) -> Self {
-        let (states, references) = (k.columns(), l.columns());
-        let d = Matrix::from_fn(k.rows(), states + references + m.columns(), |i, j| match j {
-            j if j < states => -k[(i, j)],
-            j if j < states + references => l[(i, j - states)],
-            j => -m[(i, j - states - references)],
-        });
+        let d = side_by_side(&[&k.scale(&-1.0), l, &m.scale(&-1.0)]);
         Self {
             states: Vec::new(),
             a: Matrix::zeros(0, 0),
@@ -179,7 +175,7 @@ fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     });
     let z = equations.solve(&Matrix::from_fn(n * n, 1, |row, _| right[(row / n, row % n)]))?;
     let gain = Matrix::from_fn(n, n, |i, j| z[(i * n + j, 0)]).solve(&c.transpose())?;
-    gain.as_slice().iter().all(|x| x.is_finite()).then_some(gain)
+    is_finite(&gain).then_some(gain)
 }
 
 /// The block [`StateSpace`] with the memory of one evaluation.
@@ -273,10 +269,8 @@ fn data(request: &Request<'_>, design: &Design, references: &[Reference], block:
         block: "StateSpace".into(),
         reads,
         writes: design.inputs.clone(),
-        sample_time: None,
-        single: false,
         matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
-        numbers: Vec::new(),
+        ..ControllerData::default()
     }
 }
 
@@ -302,10 +296,6 @@ impl Law for Linear {
         })
     }
 
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.linear().sampled(clock.period)
-    }
-
     fn linear(&self) -> LinearLaw {
         let (r, n) = (self.coordinates.len(), self.shafts);
         let spread = |matrix: &Matrix<f64>, first: usize| {
@@ -318,11 +308,10 @@ impl Law for Linear {
             out
         };
         let last = |matrix: &Matrix<f64>| {
-            let first = matrix.columns() - self.excess - self.disturbances;
-            Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
+            let end = matrix.columns() - self.excess;
+            columns_of(matrix, end - self.disturbances..end)
         };
-        let on_references =
-            |matrix: &Matrix<f64>| Matrix::from_fn(matrix.rows(), self.references.len(), |i, j| matrix[(i, 2 * r + j)]);
+        let on_references = |matrix: &Matrix<f64>| columns_of(matrix, 2 * r..2 * r + self.references.len());
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),

@@ -1,5 +1,6 @@
 //! The linear part of a law.
 
+use crate::matrix_parts::{columns_of, selected, side_by_side};
 use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64};
 
 /// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
@@ -96,23 +97,20 @@ impl<S: Scalar> LinearLaw<S> {
     pub(super) fn part(&self, [commands, states, sensors]: [&[usize]; 3]) -> Self {
         let rows =
             |of: &Matrix<S>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)].clone());
-        let both = |of: &Matrix<S>, rows: &[usize], columns: &[usize]| {
-            Matrix::from_fn(rows.len(), columns.len(), |i, j| of[(rows[i], columns[j])].clone())
-        };
         Self {
-            states: both(&self.states, states, states),
+            states: selected(&self.states, states, states),
             angles: rows(&self.angles, states),
             speeds: rows(&self.speeds, states),
             disturbances: rows(&self.disturbances, states),
-            torques: both(&self.torques, states, commands),
-            on_states: both(&self.on_states, commands, states),
+            torques: selected(&self.torques, states, commands),
+            on_states: selected(&self.on_states, commands, states),
             on_angles: rows(&self.on_angles, commands),
             on_speeds: rows(&self.on_speeds, commands),
             on_disturbances: rows(&self.on_disturbances, commands),
             references: rows(&self.references, states),
             on_references: rows(&self.on_references, commands),
-            errors: both(&self.errors, states, sensors),
-            on_errors: both(&self.on_errors, commands, sensors),
+            errors: selected(&self.errors, states, sensors),
+            on_errors: selected(&self.on_errors, commands, sensors),
             flowing: self.flowing,
         }
     }
@@ -166,7 +164,7 @@ impl LinearLaw {
         let [angles, speeds, disturbances, torques, references, errors] = parts.map(|part| {
             let start = first;
             first += part.columns();
-            Matrix::from_fn(part.rows(), part.columns(), |i, j| found.b[(i, start + j)])
+            columns_of(&found.b, start..first)
         });
         Some(Self { states: found.a, angles, speeds, disturbances, torques, references, errors, ..self.clone() })
     }
@@ -175,21 +173,4 @@ impl LinearLaw {
 /// The absolute values of all entries.
 pub(super) fn sizes(matrix: &Matrix<f64>) -> Matrix<f64> {
     Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)].abs())
-}
-
-/// Horizontal concatenation of matrices with the same number of rows.
-pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
-    let rows = parts.first().map_or(0, |part| part.rows());
-    let columns = parts.iter().map(|part| part.columns()).sum();
-    let mut out = Matrix::zeros(rows, columns);
-    let mut first = 0;
-    for part in parts {
-        for i in 0..rows {
-            for j in 0..part.columns() {
-                out[(i, first + j)] = part[(i, j)];
-            }
-        }
-        first += part.columns();
-    }
-    out
 }

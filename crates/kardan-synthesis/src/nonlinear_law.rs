@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
+use kardan_rt::{ComputedTorque, Situation, Task};
 
+use super::sampled::position_loop_in;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, SynthesisError, is_single};
 use kardan_math::num::Float;
 use kardan_mechanics::equations::Measured;
-use kardan_mechanics::reduce::{MechanismData, MechanismError};
+use kardan_mechanics::reduce::MechanismData;
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
@@ -51,35 +52,31 @@ impl<T: Float> ComputedTorqueBlock<T> {
             friction_width: self.friction_width,
         }
     }
+}
 
-    fn cast<U: Float>(&self) -> ComputedTorqueBlock<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
-        let task = |task: &Task<T>| match task {
-            Task::Position { shaft, position_loop } => Task::Position {
-                shaft: *shaft,
-                position_loop: PositionLoop {
-                    natural_frequency: to(position_loop.natural_frequency),
-                    damping_ratio: to(position_loop.damping_ratio),
-                },
-            },
+impl ComputedTorqueBlock<f64> {
+    fn cast<T: Float>(&self) -> ComputedTorqueBlock<T> {
+        let task = |task: &Task<f64>| match task {
+            Task::Position { shaft, position_loop } => {
+                Task::Position { shaft: *shaft, position_loop: position_loop_in(position_loop) }
+            }
             Task::Torque { shaft } => Task::Torque { shaft: *shaft },
             Task::ConstraintTorque { cut } => Task::ConstraintTorque { cut: *cut },
         };
         ComputedTorqueBlock {
-            data: self.data.cast(to),
+            data: self.data.cast(T::from_f64),
             tasks: self.tasks.iter().map(task).collect(),
             reference_places: self.reference_places.clone(),
             inputs: self.inputs.clone(),
-            friction_width: self.friction_width.map(to),
+            friction_width: self.friction_width.map(T::from_f64),
             coordinates: self.coordinates.clone(),
             disturbed: self.disturbed.clone(),
-            memory: list(&self.memory),
-            position: list(&self.position),
-            speed: list(&self.speed),
-            references: list(&self.references),
-            disturbances: list(&self.disturbances),
-            torques: list(&self.torques),
+            memory: T::list(&self.memory),
+            position: T::list(&self.position),
+            speed: T::list(&self.speed),
+            references: T::list(&self.references),
+            disturbances: T::list(&self.disturbances),
+            torques: T::list(&self.torques),
         }
     }
 }
@@ -145,7 +142,8 @@ impl Nonlinear {
                 _ => None,
             })
             .collect();
-        let data = MechanismData::with_cuts(reduced, &cuts).map_err(no_block)?;
+        let data =
+            MechanismData::with_cuts(reduced, &cuts).map_err(|error| SynthesisError::NoBlock(error.to_string()))?;
         let mut cut = 0;
         let tasks: Vec<Task<f64>> = task_specs
             .into_iter()
@@ -185,40 +183,23 @@ impl Nonlinear {
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
-        let shafts = &self.block.data.shafts;
+        let ComputedTorqueBlock { data, disturbed, friction_width, .. } = &self.block;
         let mut reads = self.motions.clone();
         let references = self.at_design_point.references();
-        reads.extend(
-            self.block
-                .reference_places
-                .iter()
-                .map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
-        );
-        reads.extend(ReadSignal::of_each(
-            Quantity::Disturbance,
-            self.block.disturbed.iter().flatten().map(|&k| &shafts[k]),
-        ));
+        let places = self.block.reference_places.iter();
+        reads.extend(places.map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())));
+        reads.extend(ReadSignal::of_each(Quantity::Disturbance, disturbed.iter().flatten().map(|&k| &data.shafts[k])));
+        let tables = data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]);
+        let mut numbers =
+            vec![DataNumber::new("shafts", data.shafts.len() as f64), DataNumber::new("cuts", data.cuts() as f64)];
+        numbers.extend(friction_width.map(|width| DataNumber::new("friction_width", width)));
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
             writes: self.at_design_point.inputs().to_vec(),
-            sample_time: None,
-            single: false,
-            matrices: self
-                .block
-                .data
-                .tables(|x| x)
-                .into_iter()
-                .chain([("tasks".into(), self.tasks())])
-                .map(|(name, rows)| DataMatrix::new(name, rows))
-                .collect(),
-            numbers: [
-                DataNumber::new("shafts", self.block.data.shafts.len() as f64),
-                DataNumber::new("cuts", self.block.data.cuts() as f64),
-            ]
-            .into_iter()
-            .chain(self.block.friction_width.map(|width| DataNumber::new("friction_width", width)))
-            .collect(),
+            matrices: tables.map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
+            numbers,
+            ..ControllerData::default()
         }
     }
 
@@ -243,17 +224,14 @@ impl Nonlinear {
 /// Step of central differences, rad, rad/s or N m.
 const SLOPE_STEP: f64 = 1e-5;
 
-fn no_block(error: MechanismError) -> SynthesisError {
-    SynthesisError::NoBlock { reason: error.to_string() }
-}
-
 impl Law for Nonlinear {
-    fn inputs(&self) -> &[String] {
-        self.at_design_point.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.at_design_point.references()
+    forward! {
+        at_design_point;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+        fn linear(&self) -> LinearLaw;
+        fn exact(&self) -> Option<ExactLoop>;
     }
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
@@ -297,8 +275,7 @@ impl Law for Nonlinear {
                 point[which][k] = value;
                 let [angles, speeds, disturbances, references] = point.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
-                let now =
-                    Observation { time: 0.0, angles, speeds, disturbances, references, readings: &[], states: &[] };
+                let now = Observation { angles, speeds, disturbances, references, ..Observation::default() };
                 block.command(now, &mut torques).then_some(torques)
             };
             let (above, below) = (at(middle + step)?, at(middle - step)?);
@@ -315,18 +292,6 @@ impl Law for Nonlinear {
             }
         }
         Some(out)
-    }
-
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.at_design_point.linear_sampled(clock)
-    }
-
-    fn linear(&self) -> LinearLaw {
-        self.at_design_point.linear()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.at_design_point.exact()
     }
 
     fn describe(&self) -> Design {

@@ -1,11 +1,14 @@
 //! The common parts of laws with inputs and output channels: reading their keys, the model they are for, disturbances, data.
 
 use super::channels::{check_dynamics, compensation, once, reference};
-use super::counters::{ReducedStates, counters_of};
+use super::counters::{ReducedStates, counters_beside};
 use super::decoupling::Compensation;
+use super::matrix_parts::{exactly, is_finite, joined, stacked, window};
 use super::{Plant, Reference, Request, SynthesisError};
 use kardan_analysis::{LinearSystem, OutputSignal};
-use kardan_math::num::{Matrix, Rational, rational_from_f64};
+use kardan_math::num::{Matrix, Rational, rational_to_f64};
+use kardan_math::units::Exact;
+use kardan_results::Pole;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::schema::Values;
 use kardan_schema::schema::{Field, Kind};
@@ -122,7 +125,7 @@ impl Task {
 
     /// Leaves out charges on which nothing depends, such as that through a source: they are integrators without effect, and no law controls them. Exact.
     pub fn leave_counters(&mut self, plant: &Plant) {
-        let reduction = ReducedStates::of(&counters_of(plant, &self.system), self.system.states.len());
+        let reduction = ReducedStates::of(&counters_beside(plant, &self.system, &[]), self.system.states.len());
         self.disturbance[0] = reduction.columns(&self.disturbance[0]);
         self.system = reduction.system(&self.system);
         self.projection = reduction.columns(&self.projection);
@@ -146,11 +149,6 @@ impl Task {
         self.references.iter().map(|r| r.name.clone()).collect()
     }
 
-    /// Names and units of the references.
-    pub fn units(&self) -> Vec<(String, String)> {
-        self.references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect()
-    }
-
     /// M of `u = … − M d` with which constant disturbances leave the outputs alone at rest under the gain K:
     /// `[A B; C D] [X; U] = −[W; F]`, `M = −(U + K X)`. `None` if there is no such rest.
     pub fn cancelling(&self, k: &Matrix<f64>) -> Option<Matrix<f64>> {
@@ -159,22 +157,10 @@ impl Task {
         if m != p {
             return None;
         }
-        let all = Matrix::from_fn(n + p, n + m, |i, j| {
-            match (i < n, j < n) {
-                (true, true) => &a[(i, j)],
-                (true, false) => &b[(i, j - n)],
-                (false, true) => &c[(i - n, j)],
-                (false, false) => &d[(i - n, j - n)],
-            }
-            .clone()
-        });
+        let all = joined([a, b], [c, d]);
         let [w, f] = &self.disturbance;
-        let right = Matrix::from_fn(n + p, w.columns(), |i, j| if i < n { &w[(i, j)] } else { &f[(i - n, j)] }.clone());
-        let rest = all.solve(&right)?.to_f64();
-        let (x, u) = (
-            Matrix::from_fn(n, w.columns(), |i, j| rest[(i, j)]),
-            Matrix::from_fn(m, w.columns(), |i, j| rest[(n + i, j)]),
-        );
+        let rest = all.solve(&stacked(w, f))?.to_f64();
+        let (x, u) = (window(&rest, 0..n, 0..w.columns()), window(&rest, n..n + m, 0..w.columns()));
         Some(u.plus(&k.multiply(&x)))
     }
 }
@@ -186,9 +172,18 @@ fn to_last_bit(x: f64, largest: f64) -> f64 {
     (x + far) - far
 }
 
+/// The poles that a law's keys ask for, all of which must decay.
+pub(super) fn decaying_poles(values: &Values) -> Result<Vec<Pole>, SynthesisError> {
+    let number = |x: &Exact| rational_to_f64(&x.to_rational());
+    let poles = values.poles("poles").unwrap_or_default().iter();
+    let poles: Vec<Pole> = poles.map(|(re, im)| Pole::new(number(re), number(im))).collect();
+    match poles.iter().find(|pole| pole.re >= 0.0) {
+        Some(pole) => Err(SynthesisError::UnstablePole(pole.re)),
+        None => Ok(poles),
+    }
+}
+
 /// The exact value of each entry.
 pub(super) fn exact(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
-    let entries: Option<Vec<Rational>> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect();
-    let entries = entries?;
-    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| entries[i * matrix.columns() + j].clone()))
+    is_finite(matrix).then(|| exactly(matrix))
 }

@@ -8,7 +8,7 @@ use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_syst
 use kardan_expr::expr::Side;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_mechanics::assemble::{DirectionalTerm, SpringLaw};
-use kardan_mechanics::equations::{InputKind, Measured};
+use kardan_mechanics::equations::{InputKind, Measured, Motor};
 use kardan_mechanics::reduce::{
     Dynamics, Kinematics, LinearModel, OperatingPoint, Reduced, law_slopes_at, laws_are_linear, linearise_at,
 };
@@ -93,14 +93,17 @@ impl Plant {
 
     /// The constant torque of an input at the operating point, N m.
     pub fn trim_torque(&self, input: &str) -> f64 {
-        let number = self.reduced.equations.inputs.iter().position(|candidate| candidate.element == input);
-        number.and_then(|number| self.point.torques.as_ref().map(|torques| torques[number])).unwrap_or(0.0)
+        self.input(input).zip(self.point.torques.as_ref()).map_or(0.0, |(number, torques)| torques[number])
+    }
+
+    /// The number of an input.
+    pub(super) fn input(&self, name: &str) -> Option<usize> {
+        self.reduced.equations.inputs.iter().position(|input| input.element == name)
     }
 
     /// The margin between the torque at the operating point and the torque limit of an input's motor in each direction, N m; `None` if it has none.
-    pub fn torque_reserve(&self, input: usize) -> Option<f64> {
-        let trim = self.point.torques.as_ref().map_or(0.0, |torques| torques[input].abs());
-        self.torque_limit(input).map(|limit| limit - trim)
+    pub fn torque_reserve(&self, input: &str) -> Option<f64> {
+        Some(self.torque_limit(self.input(input)?)? - self.trim_torque(input).abs())
     }
 
     /// The angles of all shafts at the operating point, rad; less those at zero coordinates where no rows are frozen.
@@ -118,18 +121,19 @@ impl Plant {
 
     /// The angles of all shafts at the operating point, rad.
     pub fn true_angles(&self) -> Vec<f64> {
-        self.frozen.clone().unwrap_or_else(|| {
-            let mut kinematics = Kinematics::new(&self.reduced);
-            kinematics.update(&self.point.position, &self.point.rates);
-            kinematics.angles
-        })
+        self.frozen.clone().unwrap_or_else(|| self.kinematics().angles)
+    }
+
+    /// Angles and speeds at the operating point.
+    pub(super) fn kinematics(&self) -> Kinematics {
+        let mut kinematics = Kinematics::new(&self.reduced);
+        kinematics.update(&self.point.position, &self.point.rates);
+        kinematics
     }
 
     /// The speeds of all shafts at the operating point: currents that flow there.
     pub fn speeds_at_rest(&self) -> Vec<f64> {
-        let mut kinematics = Kinematics::new(&self.reduced);
-        kinematics.update(&self.point.position, &self.point.rates);
-        kinematics.speeds
+        self.kinematics().speeds
     }
 
     /// The value of a reading at the operating point, less that at zero coordinates; `None` where it depends directly on torques.
@@ -179,8 +183,13 @@ impl Plant {
 
     /// The torque limit of an input's motor, N m; `None` if it has none.
     pub fn torque_limit(&self, input: usize) -> Option<f64> {
+        self.motor(input)?.torque_limit.as_ref().map(|limit| limit.to_f64())
+    }
+
+    /// The motor of an input.
+    pub(super) fn motor(&self, input: usize) -> Option<&Motor> {
         match &self.reduced.equations.inputs[input].value {
-            InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
+            InputKind::Motor(motor) => Some(motor),
             InputKind::Disturbance => None,
         }
     }
@@ -224,7 +233,7 @@ impl Plant {
     pub(super) fn check_accelerates(&self, shaft: usize, output: &str) -> Result<(), SynthesisError> {
         match self.linear.accelerates(shaft) {
             true => Ok(()),
-            false => Err(SynthesisError::NoAcceleration { output: output.into() }),
+            false => Err(SynthesisError::NoAcceleration(output.into())),
         }
     }
 
@@ -233,7 +242,7 @@ impl Plant {
         let moving = self.linear.moving();
         let names = self.linear.coordinates.iter().enumerate().filter(|(k, _)| !moving.contains(k));
         let coordinates: Vec<String> = names.map(|(_, name)| name.clone()).collect();
-        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia { coordinates }) }
+        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia(coordinates)) }
     }
 
     /// Names of the states.

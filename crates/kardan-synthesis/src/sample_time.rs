@@ -23,12 +23,12 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
     let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
     let Some(period) = values.number("sample_time") else {
         return match ["delay", "precision", "blending_signal"].into_iter().find(|key| values.has(key)) {
-            Some(key) => Err(SynthesisError::NeedsSampleTime { key }),
+            Some(key) => Err(SynthesisError::NeedsSampleTime(key)),
             None => Ok(None),
         };
     };
     if !allowed.contains(&period) {
-        return Err(SynthesisError::SampleTime { time: period });
+        return Err(SynthesisError::SampleTime(period));
     }
     let delay = values.number_or_default("delay");
     if delay > LONGEST_DELAY * period {
@@ -45,7 +45,7 @@ pub fn implemented(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, S
     match clock(values)? {
         Some(clock) => match sampled(law, clock) {
             Some(law) => Ok(blending(law, values)),
-            None => Err(SynthesisError::SampledOverflow { time: clock.period }),
+            None => Err(SynthesisError::SampledOverflow(clock.period)),
         },
         None => Ok(law),
     }

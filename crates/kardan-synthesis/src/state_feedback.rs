@@ -58,7 +58,7 @@ pub(super) fn state_feedback(
     let found = exact(k).zip(exact(&l)).filter(|_| !task.outputs.is_empty());
     let exact = found.map(|(k, l)| {
         let plant = request.plant.system(inputs, &task.outputs);
-        let found = ExactLoop::feedback(plant, task.system.clone(), [&k, &l], &task.units());
+        let found = ExactLoop::feedback(plant, task.system.clone(), [&k, &l], &task.references);
         ExactLoop { inverts: false, ..found }
     });
     let block = LinearBlock::gains(&task.over_motions(k), &l, &m);

@@ -111,24 +111,20 @@ impl Block for SubmodelBlock {
 }
 
 impl Law for SubmodelLaw {
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.law.references()
-    }
-
-    fn references_at_rest(&self) -> Vec<f64> {
-        self.law.references_at_rest()
-    }
-
-    fn states(&self) -> Vec<String> {
-        self.law.states()
-    }
-
-    fn estimates(&self) -> Vec<(String, usize)> {
-        self.law.estimates()
+    forward! {
+        law;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn references_at_rest(&self) -> Vec<f64>;
+        fn states(&self) -> Vec<String>;
+        fn estimates(&self) -> Vec<(String, usize)>;
+        fn on_full_model(&self) -> bool;
+        fn friction_width(&self) -> Option<f64>;
+        fn is_nonlinear(&self) -> bool;
+        fn sensors(&self) -> &[OutputSignal];
+        fn clock(&self) -> Option<Clock>;
+        fn exact(&self) -> Option<ExactLoop>;
+        fn keeps(&self) -> Frozen;
     }
 
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
@@ -143,14 +139,6 @@ impl Law for SubmodelLaw {
         Some(Box::new(SubmodelBlock { block, part: self.part.clone(), angles: Vec::new(), speeds: Vec::new() }))
     }
 
-    fn on_full_model(&self) -> bool {
-        self.law.on_full_model()
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
-    }
-
     fn linear(&self) -> LinearLaw {
         self.part.linear(self.law.linear())
     }
@@ -159,30 +147,10 @@ impl Law for SubmodelLaw {
         Some(self.part.linear(self.law.linear_sampled(clock)?))
     }
 
-    fn is_nonlinear(&self) -> bool {
-        self.law.is_nonlinear()
-    }
-
     fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
         let mut own = Vec::new();
         Part::of(&self.part.reduced, position, &mut own);
         Some(self.part.linear(self.law.linear_at(&own, clock)?))
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        self.law.sensors()
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        self.law.clock()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
-    }
-
-    fn keeps(&self) -> Frozen {
-        self.law.keeps()
     }
 
     fn describe(&self) -> Design {

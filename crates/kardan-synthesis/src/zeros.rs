@@ -1,6 +1,6 @@
 //! Rejects designs with unstable zero dynamics.
 
-use super::decoupling::zero_polynomial;
+use super::decoupling::zero_dynamics;
 use super::inversion::flat_parametrisation;
 use super::{Stability, SynthesisError, stability};
 use kardan_analysis::LinearSystem;
@@ -11,8 +11,8 @@ use kardan_results::Pole;
 ///
 /// Zeros on the imaginary axis pass; the design warns of them.
 pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {
-    let polynomial = match zero_polynomial(system) {
-        Ok(polynomial) => polynomial,
+    let polynomial = match zero_dynamics(system) {
+        Ok(zeros) => zeros.polynomial,
         // Not for static feedback; the inverse has the same zeros.
         Err(_) => match flat_parametrisation(system) {
             Ok(inverse) => inverse.zeros,

@@ -2,7 +2,7 @@
 
 use super::decouplable::{NotDecouplable, closed, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
-use super::rows::{row_times, stack};
+use super::rows::{add, row_times, stack};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
@@ -130,9 +130,4 @@ pub fn decouple(
         polynomials: polynomials.to_vec(),
         rejects_any_signal,
     })
-}
-
-/// `row += factor · other`.
-fn add(row: &mut [Rational], factor: &Rational, other: &[Rational]) {
-    row.iter_mut().zip(other).for_each(|(x, y)| *x = x.plus(&factor.times(y)));
 }

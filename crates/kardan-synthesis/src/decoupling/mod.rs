@@ -11,7 +11,6 @@
 
 mod annihilator;
 mod canonical;
-mod canonical_check;
 mod compensation;
 mod decouplable;
 mod diagonal;
@@ -24,7 +23,6 @@ mod transfer;
 mod zero_dynamics;
 
 pub use canonical::{CanonicalForm, NotIntegratorDecoupled, canonical_form};
-pub use canonical_check::{ConditionFails, check_canonical};
 pub use compensation::{Compensation, CompensationError};
 pub use decouplable::{NotDecouplable, integrator_decoupled, inverse_decoupling_matrix};
 pub use diagonal::coupled_entries;
@@ -33,6 +31,6 @@ pub use quotient::{Quotient, observable_quotient};
 pub use relative_degree::{RelativeDegrees, relative_degrees};
 pub use resolvent::characteristic_polynomial;
 pub(super) use resolvent::resolvent;
-pub(super) use rows::common_denominator;
+pub(super) use rows::{RowSpan, add, columns, common_denominator, difference, primitive, row_times, subtract};
 pub use transfer::{RationalFunction, transfer_matrix};
-pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics, zero_polynomial};
+pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics};

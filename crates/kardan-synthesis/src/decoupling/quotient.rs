@@ -37,14 +37,6 @@ impl Quotient {
     pub fn project(&self, w: &Matrix<Rational>) -> Matrix<Rational> {
         self.projection.multiply(w)
     }
-
-    /// `K P`: rows over the new states (gains, outputs) as rows over the old ones.
-    ///
-    /// # Panics
-    /// If K has not one column per new state.
-    pub fn lift(&self, k: &Matrix<Rational>) -> Matrix<Rational> {
-        k.multiply(&self.projection)
-    }
 }
 
 /// The exact quotient of a system by the unobservable subspace of (C, A), in coordinates that a reader knows
@@ -102,14 +94,10 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
         degrees_of_freedom: None,
     };
     // A x = x M on the unobservable subspace; its basis has the identity in some columns.
-    let identity: Vec<usize> = (0..unobservable.rows()).map(|i| last_one(unobservable.row(i))).collect();
+    let last_one = |i: usize| unobservable.row(i).iter().rposition(|x| !Scalar::is_zero(x));
+    let identity: Vec<usize> = (0..unobservable.rows()).filter_map(last_one).collect();
     let motion = columns(&unobservable.multiply(&system.a.transpose()), &identity);
     Quotient { system: reduced, projection, definitions, hidden: characteristic_polynomial(&motion) }
-}
-
-/// The column of the identity in a row of an echelon form read from the right.
-fn last_one(row: &[Rational]) -> usize {
-    row.iter().rposition(|x| !Scalar::is_zero(x)).expect("rows of an echelon form are not zero")
 }
 
 /// Independent rows that vanish on the subspace, in the order of preference.
@@ -130,16 +118,9 @@ fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<
 
 /// A basis of the rows that vanish on the subspace, in whole numbers.
 fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
-    let n = subspace.columns();
-    let descending: Vec<usize> = (0..n).rev().collect();
-    let e = echelon(subspace, &descending);
-    let free = (0..n).filter(|j| !e.pivots.contains(j));
-    free.map(|j| {
-        let mut row = unit(j, n);
-        e.pivots.iter().enumerate().for_each(|(i, &pivot)| row[pivot] = Rational::ZERO.minus(&e.form[(i, j)]));
-        primitive(&row)
-    })
-    .collect()
+    let descending: Vec<usize> = (0..subspace.columns()).rev().collect();
+    let kernel = echelon(subspace, &descending).kernel().transpose();
+    (0..kernel.rows()).map(|i| primitive(kernel.row(i))).collect()
 }
 
 /// Names of the new states and the definitions of those that are combinations.

@@ -6,14 +6,26 @@ use dashu_int::{IBig, UBig};
 use kardan_math::num::{Matrix, Rational, Scalar};
 
 /// `row · matrix`.
-pub(super) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
+pub(crate) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
     let mut out = vec![Rational::ZERO; matrix.columns()];
     for (k, factor) in row.iter().enumerate().filter(|(_, factor)| !Scalar::is_zero(*factor)) {
-        for (x, entry) in out.iter_mut().zip(matrix.row(k)).filter(|(_, entry)| !Scalar::is_zero(*entry)) {
-            *x = x.plus(&factor.times(entry));
-        }
+        add(&mut out, factor, matrix.row(k));
     }
     out
+}
+
+/// `target += factor · row`; the row may be shorter.
+pub(crate) fn add(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
+    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
+        *x = x.plus(&factor.times(y));
+    }
+}
+
+/// `target −= factor · row`.
+pub(crate) fn subtract(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
+    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
+        *x = x.minus(&factor.times(y));
+    }
 }
 
 /// Rows of that length as a matrix.
@@ -22,12 +34,12 @@ pub(super) fn stack(rows: &[Vec<Rational>], columns: usize) -> Matrix<Rational> 
 }
 
 /// `self − other`.
-pub(super) fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
+pub(crate) fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
     Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)].minus(&b[(i, j)]))
 }
 
 /// Some of the columns.
-pub(super) fn columns(matrix: &Matrix<Rational>, chosen: &[usize]) -> Matrix<Rational> {
+pub(crate) fn columns(matrix: &Matrix<Rational>, chosen: &[usize]) -> Matrix<Rational> {
     Matrix::from_fn(matrix.rows(), chosen.len(), |i, j| matrix[(i, chosen[j])].clone())
 }
 
@@ -56,7 +68,7 @@ pub(super) fn whole(x: &Rational, factor: &UBig) -> IBig {
 }
 
 /// The same direction in whole numbers without common divisor, the first one positive; zeros stay.
-pub(super) fn primitive(row: &[Rational]) -> Vec<Rational> {
+pub(crate) fn primitive(row: &[Rational]) -> Vec<Rational> {
     let common = common_denominator(row);
     let numbers: Vec<IBig> = row.iter().map(|x| whole(x, &common)).collect();
     let divisor = numbers.iter().filter(|x| **x != IBig::ZERO).fold(UBig::ZERO, |all, x| {
@@ -73,7 +85,7 @@ pub(super) fn primitive(row: &[Rational]) -> Vec<Rational> {
 
 /// A growing space of rows with an exact basis in echelon form.
 #[derive(Debug, Clone, Default)]
-pub(super) struct RowSpan {
+pub(crate) struct RowSpan {
     /// Pivot columns and rows; every row is zero in the pivots of those before it.
     rows: Vec<(usize, Vec<Rational>)>,
 }
@@ -87,9 +99,7 @@ impl RowSpan {
                 continue;
             }
             let factor = rest[*pivot].over(&basis[*pivot]);
-            for (x, y) in rest.iter_mut().zip(basis).filter(|(_, y)| !Scalar::is_zero(*y)) {
-                *x = x.minus(&factor.times(y));
-            }
+            subtract(&mut rest, &factor, basis);
         }
         rest
     }

@@ -46,28 +46,16 @@ pub fn zero_dynamics(system: &LinearSystem) -> Result<ZeroDynamicsMatrix, NotDec
     let lengths = degrees.degrees.iter().map(|degree| degree.unwrap_or(0)).enumerate();
     let rows: Vec<Vec<Rational>> = lengths.flat_map(|(i, length)| chain(system, i, length)).collect();
     // The rows of all chains are independent: with as many as states there is no remainder.
-    let (basis, free) = if rows.len() == n { (Matrix::zeros(n, 0), Vec::new()) } else { kernel(&stack(&rows, n)) };
+    let (basis, free) = if rows.len() == n {
+        (Matrix::zeros(n, 0), Vec::new())
+    } else {
+        let e = echelon(&stack(&rows, n), &(0..n).collect::<Vec<_>>());
+        (e.kernel(), e.free())
+    };
     let feedback = inverse.multiply(&degrees.free);
     // (A − B F) V
     let image = difference(&system.a.multiply(&basis), &system.b.multiply(&feedback.multiply(&basis)));
     let matrix = Matrix::from_fn(free.len(), free.len(), |i, j| image[(free[i], j)].clone());
     let polynomial = characteristic_polynomial(&matrix);
     Ok(ZeroDynamicsMatrix { basis, matrix, polynomial })
-}
-
-/// The monic polynomial of the invariant zeros of a square system that can be decoupled; see [`zero_dynamics`].
-///
-/// # Errors
-/// [`NotDecouplable`].
-///
-/// # Panics
-/// If E is not the identity.
-pub fn zero_polynomial(system: &LinearSystem) -> Result<Polynomial, NotDecouplable> {
-    zero_dynamics(system).map(|zeros| zeros.polynomial)
-}
-
-/// A basis of the kernel, one column per vector, and the rows in which it is the identity.
-fn kernel(rows: &Matrix<Rational>) -> (Matrix<Rational>, Vec<usize>) {
-    let e = echelon(rows, &(0..rows.columns()).collect::<Vec<_>>());
-    (e.kernel(), e.free())
 }

@@ -1,9 +1,8 @@
 //! Static feedback that decouples blocks of outputs.
 
 use super::PolynomialMatrix;
-use super::polynomial_matrix::{constant, plus, scaled, times};
-use super::row_span::add;
 use super::silverman::{StructureAlgorithm, structure_of_rows};
+use crate::decoupling::add;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
@@ -112,7 +111,7 @@ pub fn decouple_blocks(
     let mut reference_rows = Matrix::<Rational>::zeros(m, m);
     let mut orders = vec![0; m];
     let (mut operators, mut reference_gains) = (Vec::new(), Vec::new());
-    let mut assigned = constant(Rational::ONE);
+    let mut assigned = Polynomial::constant(Rational::ONE);
     for (block, found) in blocks.iter().zip(&found) {
         let mut rows = Vec::new();
         for (i, &output) in block.iter().enumerate() {
@@ -129,11 +128,11 @@ pub fn decouple_blocks(
             for (determined, factor) in found.chain(i).zip(desired.coefficients()) {
                 add(target, factor, &determined.row);
                 for (p, q) in operator.iter_mut().zip(&determined.operator) {
-                    *p = plus(p, &scaled(q, factor));
+                    *p = p.plus(&q.scale(factor));
                 }
             }
             rows.push(operator);
-            assigned = times(&assigned, &desired);
+            assigned = assigned.times(&desired);
         }
         let operator = PolynomialMatrix::from_rows(rows, block.len());
         let at_rest = operator.evaluate(&Rational::ZERO);

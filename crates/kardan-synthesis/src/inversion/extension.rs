@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::notation::combination;
-use super::silverman::row_times;
 use super::{Obstruction, obstruction};
+use crate::decoupling::{columns, relative_degrees};
+use crate::matrix_parts::{selected, side_by_side, stacked};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, Scalar, echelon};
 
@@ -51,7 +52,8 @@ impl Extension {
         let mut out: Vec<(String, usize)> = Vec::new();
         for integrator in &self.integrators {
             // The chain before a plain input goes by the name of the input, however long it is.
-            let name = if integrator.is_plain() && self.only_plain(integrator.input) {
+            let mut same_input = self.integrators.iter().filter(|other| other.input == integrator.input);
+            let name = if same_input.all(Integrator::is_plain) {
                 integrator.before.trim_end_matches('\'').to_string()
             } else {
                 integrator.before.clone()
@@ -62,10 +64,6 @@ impl Extension {
             }
         }
         out
-    }
-
-    fn only_plain(&self, input: usize) -> bool {
-        self.integrators.iter().filter(|i| i.input == input).all(Integrator::is_plain)
     }
 }
 
@@ -113,7 +111,8 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
     let (mut from_state, mut from_input) = (Matrix::zeros(p, n), Matrix::identity(p));
     let mut integrators: Vec<Integrator> = Vec::new();
     loop {
-        let (degrees, g) = decoupling_matrix(&extended);
+        let found = relative_degrees(&extended);
+        let g = found.matrix;
         let dependent: BTreeSet<usize> =
             echelon(&g, &(0..p).collect::<Vec<_>>()).dependent_rows().into_iter().flatten().collect();
         if dependent.is_empty() {
@@ -122,7 +121,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
                 extended,
                 from_state,
                 from_input,
-                relative_degrees: degrees,
+                relative_degrees: found.degrees.into_iter().flatten().collect(),
                 decoupling_matrix: g,
             });
         }
@@ -156,14 +155,9 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
         (from_state, from_input) = moved(&from_state, &from_input);
         let (c, d) = moved(&extended.c, &extended.d);
         let (a, b) = moved(&extended.a, &extended.b);
-        let before = a.rows();
-        let total = before + e.pivots.len();
-        extended.a = Matrix::from_fn(total, total, |i, j| if i < before { a[(i, j)].clone() } else { Rational::ZERO });
-        extended.b = Matrix::from_fn(total, p, |i, j| match i.checked_sub(before) {
-            None => b[(i, j)].clone(),
-            Some(k) if e.pivots[k] == j => Rational::ONE,
-            Some(_) => Rational::ZERO,
-        });
+        let total = a.rows() + e.pivots.len();
+        extended.a = stacked(&a, &Matrix::zeros(e.pivots.len(), total));
+        extended.b = stacked(&b, &selected(&Matrix::identity(p), &e.pivots, &(0..p).collect::<Vec<_>>()));
         (extended.c, extended.d, extended.e) = (c, d, Matrix::identity(total));
     }
 }
@@ -174,33 +168,9 @@ fn moved_to_states(
     on_input: &Matrix<Rational>,
     moved: &[usize],
 ) -> (Matrix<Rational>, Matrix<Rational>) {
-    let n = on_state.columns();
-    let states = Matrix::from_fn(on_state.rows(), n + moved.len(), |i, j| match j.checked_sub(n) {
-        None => on_state[(i, j)].clone(),
-        Some(k) => on_input[(i, moved[k])].clone(),
-    });
+    let states = side_by_side(&[on_state, &columns(on_input, moved)]);
     let inputs = Matrix::from_fn(on_input.rows(), on_input.columns(), |i, j| {
         if moved.contains(&j) { Rational::ZERO } else { on_input[(i, j)].clone() }
     });
     (states, inputs)
-}
-
-/// Relative degrees and decoupling matrix \[diss. (6.64)-(6.66)\]; an output that no input reaches has degree n + 1 and a
-/// row of zeros.
-fn decoupling_matrix(system: &LinearSystem) -> (Vec<usize>, Matrix<Rational>) {
-    let (n, m, p) = (system.a.rows(), system.c.rows(), system.b.columns());
-    let mut degrees = Vec::with_capacity(m);
-    let mut g = Matrix::<Rational>::zeros(m, p);
-    for i in 0..m {
-        let (mut row, mut on_inputs) = (system.c.row(i).to_vec(), system.d.row(i).to_vec());
-        let mut degree = 0;
-        while degree <= n && on_inputs.iter().all(Scalar::is_zero) {
-            on_inputs = row_times(&row, &system.b);
-            row = row_times(&row, &system.a);
-            degree += 1;
-        }
-        degrees.push(degree);
-        g.row_mut(i).clone_from_slice(&on_inputs);
-    }
-    (degrees, g)
 }

@@ -1,22 +1,21 @@
 //! Writes combinations of signals and their derivatives as text.
 
-use super::polynomial_matrix::{is_zero, scaled};
 use kardan_math::num::{Polynomial, Rational, Scalar, rational_to_f64};
 
 /// `wg_motor - 50 rk_motor`; `0` if all weights vanish.
 pub(super) fn combination(weights: &[Rational], names: &[String]) -> String {
-    let polynomials: Vec<Polynomial> = weights.iter().map(|w| Polynomial::new(vec![w.clone()])).collect();
+    let polynomials: Vec<Polynomial> = weights.iter().map(|w| Polynomial::constant(w.clone())).collect();
     sum(&polynomials, names)
 }
 
 /// `(s^2 + 2 s) rk.phi - 50 fs.phi`; `0` if all factors vanish.
 pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
     let mut out = String::new();
-    for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !is_zero(f)) {
+    for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !f.is_zero()) {
         let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
         // A sign comes first.
         let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
-        let text = polynomial(&if negative { scaled(factor, &Rational::NEG_ONE) } else { factor.clone() });
+        let text = polynomial(&if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() });
         let size = if terms > 1 { format!("({text})") } else { text };
         out += match (out.is_empty(), negative) {
             (true, true) => "-",

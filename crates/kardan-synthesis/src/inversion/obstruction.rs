@@ -1,10 +1,11 @@
 //! What obstructs independent control of outputs.
 
 use super::notation;
-use super::polynomial_matrix::{constant, derivative, is_zero, plus, scaled};
+use super::polynomial_matrix::derivative;
 use super::row_span::RowSpan;
-use super::silverman::row_times;
 use super::structure_algorithm;
+use crate::decoupling::{primitive, row_times};
+use crate::regulator::chains;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
@@ -25,11 +26,10 @@ pub struct Obstruction {
 impl Obstruction {
     /// A relation as text: `wg.phi - 51 cs.phi + 50 fs.phi = 0`, `(s^2 + 3 s) rk.phi = 3 s cj.phi`.
     pub fn notation(&self, relation: &[Polynomial]) -> String {
-        let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
+        let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !relation[i].is_zero()).collect();
         if let [first, second] = taking_part[..] {
-            let side = |i: usize, sign: i64| {
-                notation::sum(&[scaled(&relation[i], &Rational::from(sign))], &self.outputs[i..=i])
-            };
+            let side =
+                |i: usize, sign: i64| notation::sum(&[relation[i].scale(&Rational::from(sign))], &self.outputs[i..=i]);
             return format!("{} = {}", side(first, 1), side(second, -1));
         }
         format!("{} = 0", notation::sum(relation, &self.outputs))
@@ -104,8 +104,8 @@ fn relations(system: &LinearSystem, count: usize) -> Vec<Vec<Polynomial>> {
             let mut relation = vec![Polynomial::default(); m];
             relation[i] = power(order);
             for (weight, &(output, order)) in weights.iter().zip(&inserted) {
-                let term = scaled(&power(order), &Rational::ZERO.minus(weight));
-                relation[output] = plus(&relation[output], &term);
+                let term = power(order).scale(&Rational::ZERO.minus(weight));
+                relation[output] = relation[output].plus(&term);
             }
             out.push(whole(&relation));
             false
@@ -123,45 +123,25 @@ fn relations(system: &LinearSystem, count: usize) -> Vec<Vec<Polynomial>> {
 
 /// sᵏ.
 fn power(k: usize) -> Polynomial {
-    (0..k).fold(constant(Rational::ONE), |p, _| derivative(&p))
+    (0..k).fold(Polynomial::constant(Rational::ONE), |p, _| derivative(&p))
 }
 
 /// Columns that span the states that inputs reach; `None` if those are all states.
 fn reachable_basis(system: &LinearSystem) -> Option<Matrix<Rational>> {
     let n = system.a.rows();
-    let (a, b) = (system.a.transpose(), system.b.transpose());
-    let mut span = RowSpan::default();
-    for j in 0..b.rows() {
-        span.insert(b.row(j));
-    }
-    let mut next = 0;
-    while next < span.dimension() && span.dimension() < n {
-        let moved = row_times(span.reduced(next), &a);
-        span.insert(&moved);
-        next += 1;
-    }
-    let columns: Vec<&[Rational]> = span.basis().collect();
-    (columns.len() < n).then(|| Matrix::from_fn(n, columns.len(), |i, j| columns[j][i].clone()))
+    let reached = chains(&system.a, &system.b).vectors;
+    (reached.len() < n).then(|| Matrix::from_fn(n, reached.len(), |i, j| reached[j].2[i].clone()))
 }
 
 /// A multiple with whole coprime coefficients, the leading one of the first polynomial positive.
 fn whole(relation: &[Polynomial]) -> Vec<Polynomial> {
-    use dashu_int::ops::Gcd;
-    use dashu_int::{IBig, UBig};
-    let all = || relation.iter().flat_map(Polynomial::coefficients).filter(|c| !Scalar::is_zero(*c));
-    let common = all().fold(UBig::ONE, |sum, c| {
-        let shared = (&sum).gcd(c.denominator());
-        sum / shared * c.denominator()
-    });
-    let divisor = all().fold(UBig::ZERO, |sum, c| {
-        let size = c.numerator().clone().into_parts().1 * (&common / c.denominator());
-        if sum == UBig::ZERO { size } else { sum.gcd(&size) }
-    });
-    if divisor == UBig::ZERO {
-        return relation.to_vec();
-    }
-    let leading = relation.iter().find_map(|p| p.coefficients().last());
-    let sign = if leading.is_some_and(|c| *c < Rational::ZERO) { IBig::NEG_ONE } else { IBig::ONE };
-    let factor = Rational::from_parts(sign * IBig::from(common), divisor);
-    relation.iter().map(|p| scaled(p, &factor)).collect()
+    let highest_first = |p: &Polynomial| p.coefficients().iter().rev().cloned().collect::<Vec<_>>();
+    let all: Vec<Rational> = relation.iter().flat_map(highest_first).collect();
+    let mut rest = primitive(&all).into_iter();
+    let mut next = |p: &Polynomial| {
+        let mut coefficients: Vec<Rational> = rest.by_ref().take(p.coefficients().len()).collect();
+        coefficients.reverse();
+        Polynomial::new(coefficients)
+    };
+    relation.iter().map(&mut next).collect()
 }

@@ -42,7 +42,7 @@ pub fn finest_blocks(system: &LinearSystem) -> Option<Vec<Vec<usize>>> {
     let m = system.c.rows();
     let all: Vec<usize> = (0..m).collect();
     let whole = structure_of_rows(system, &all);
-    if !whole.is_right_invertible() {
+    if whole.rank() < m {
         return None;
     }
     if m > MOST_OUTPUTS {

@@ -1,7 +1,6 @@
 //! The planner that inverts a model for its references, as a linear block.
 
 use super::FlatParametrisation;
-use super::polynomial_matrix::is_zero;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, is_hurwitz};
 
@@ -92,7 +91,7 @@ pub fn planner(flat: &FlatParametrisation, filters: &[Polynomial]) -> Result<Lin
     // Entry/z = quotient + remainder/z.
     let divided: Vec<Vec<(Polynomial, Polynomial)>> =
         (0..m).map(|i| (0..rows).map(|row| entry(row, i).divide(&flat.z)).collect()).collect();
-    let filtered = |i: usize| divided[i].iter().any(|(_, rest)| !is_zero(rest));
+    let filtered = |i: usize| divided[i].iter().any(|(_, rest)| !rest.is_zero());
     let mut states = Vec::new();
     // Where the states of each output and of its filter 1/z begin.
     let mut places = Vec::new();

@@ -1,6 +1,6 @@
 //! Matrices of polynomials.
 
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
+use kardan_math::num::{Matrix, Polynomial, Rational};
 
 /// A matrix of polynomials in s, stored row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +19,7 @@ impl PolynomialMatrix {
 
     /// A matrix without s.
     pub fn constant(matrix: &Matrix<Rational>) -> Self {
-        Self::from_fn(matrix.rows(), matrix.columns(), |i, j| Polynomial::new(vec![matrix[(i, j)].clone()]))
+        Self::from_fn(matrix.rows(), matrix.columns(), |i, j| Polynomial::constant(matrix[(i, j)].clone()))
     }
 
     /// From rows of the same length; `columns` counts if there are none.
@@ -49,13 +49,12 @@ impl PolynomialMatrix {
 
     /// The matrix of the coefficients of sᵏ.
     pub fn coefficient(&self, k: usize) -> Matrix<Rational> {
-        let at = |i, j| self[(i, j)].coefficients().get(k).cloned().unwrap_or(Rational::ZERO);
-        Matrix::from_fn(self.rows, self.columns, at)
+        Matrix::from_fn(self.rows, self.columns, |i, j| self[(i, j)].coefficient(k))
     }
 
     /// The value at a number.
     pub fn evaluate(&self, s: &Rational) -> Matrix<Rational> {
-        Matrix::from_fn(self.rows, self.columns, |i, j| value(&self[(i, j)], s))
+        Matrix::from_fn(self.rows, self.columns, |i, j| self[(i, j)].evaluate(s))
     }
 
     /// `self + other`.
@@ -64,7 +63,7 @@ impl PolynomialMatrix {
     /// If the shapes differ.
     pub fn plus(&self, other: &Self) -> Self {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "sum of matrices of different shape");
-        Self::from_fn(self.rows, self.columns, |i, j| plus(&self[(i, j)], &other[(i, j)]))
+        Self::from_fn(self.rows, self.columns, |i, j| self[(i, j)].plus(&other[(i, j)]))
     }
 
     /// `self · other`.
@@ -74,13 +73,13 @@ impl PolynomialMatrix {
     pub fn multiply(&self, other: &Self) -> Self {
         assert_eq!(self.columns, other.rows, "product of matrices that do not fit");
         Self::from_fn(self.rows, other.columns, |i, j| {
-            (0..self.columns).fold(Polynomial::default(), |sum, k| plus(&sum, &times(&self[(i, k)], &other[(k, j)])))
+            (0..self.columns).fold(Polynomial::default(), |sum, k| sum.plus(&self[(i, k)].times(&other[(k, j)])))
         })
     }
 
     /// Every entry times a polynomial.
     pub fn scale(&self, factor: &Polynomial) -> Self {
-        Self::from_fn(self.rows, self.columns, |i, j| times(factor, &self[(i, j)]))
+        Self::from_fn(self.rows, self.columns, |i, j| factor.times(&self[(i, j)]))
     }
 }
 
@@ -91,52 +90,7 @@ impl std::ops::Index<(usize, usize)> for PolynomialMatrix {
     }
 }
 
-/// `constant`, as a polynomial.
-pub(super) fn constant(value: Rational) -> Polynomial {
-    Polynomial::new(vec![value])
-}
-
-/// `a + b`.
-pub(super) fn plus(a: &Polynomial, b: &Polynomial) -> Polynomial {
-    let (long, short) = if a.coefficients().len() < b.coefficients().len() { (b, a) } else { (a, b) };
-    let mut out = long.coefficients().to_vec();
-    out.iter_mut().zip(short.coefficients()).for_each(|(x, y)| *x = x.plus(y));
-    Polynomial::new(out)
-}
-
-/// `a · b`.
-pub(super) fn times(a: &Polynomial, b: &Polynomial) -> Polynomial {
-    if is_zero(a) || is_zero(b) {
-        return Polynomial::default();
-    }
-    let mut out = vec![Rational::ZERO; a.degree() + b.degree() + 1];
-    for (i, x) in a.coefficients().iter().enumerate().filter(|(_, x)| !Scalar::is_zero(*x)) {
-        for (j, y) in b.coefficients().iter().enumerate() {
-            out[i + j] = out[i + j].plus(&x.times(y));
-        }
-    }
-    Polynomial::new(out)
-}
-
-/// `factor · p`.
-pub(super) fn scaled(p: &Polynomial, factor: &Rational) -> Polynomial {
-    Polynomial::new(p.coefficients().iter().map(|c| c.times(factor)).collect())
-}
-
 /// `s · p`.
 pub(super) fn derivative(p: &Polynomial) -> Polynomial {
-    if is_zero(p) {
-        return Polynomial::default();
-    }
     Polynomial::new(std::iter::once(Rational::ZERO).chain(p.coefficients().iter().cloned()).collect())
-}
-
-/// p(s).
-pub(super) fn value(p: &Polynomial, s: &Rational) -> Rational {
-    p.coefficients().iter().rev().fold(Rational::ZERO, |sum, c| sum.times(s).plus(c))
-}
-
-/// Whether every coefficient vanishes.
-pub(super) fn is_zero(p: &Polynomial) -> bool {
-    p.coefficients().is_empty()
 }

@@ -1,7 +1,7 @@
 //! Explains why outputs cannot be controlled independently.
 
 use super::Obstruction;
-use super::polynomial_matrix::{constant, derivative, is_zero, plus, times, value};
+use super::polynomial_matrix::derivative;
 use crate::notation::listed;
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
@@ -54,7 +54,7 @@ pub fn reasons(
         out.push(format!("{}, {}", count(m, "output"), count(p, "input")));
     }
     for relation in &obstruction.relations {
-        let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
+        let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !relation[i].is_zero()).collect();
         if let [only] = taking_part[..] {
             out.push(format!("no input reaches {}", obstruction.outputs[only]));
             continue;
@@ -76,28 +76,27 @@ fn over_shafts(
 ) -> Option<Vec<Polynomial>> {
     let number = |name: &String| system.coordinates.iter().position(|shaft| shaft == name);
     let mut out = vec![Polynomial::default(); system.coordinates.len()];
-    for (i, factor) in relation.iter().enumerate().filter(|(_, factor)| !is_zero(factor)) {
+    for (i, factor) in relation.iter().enumerate().filter(|(_, factor)| !factor.is_zero()) {
         match &outputs.get(i)?.measured {
             Measured::Angle(shaft) => {
                 let shaft = number(shaft)?;
-                out[shaft] = plus(&out[shaft], factor);
+                out[shaft] = out[shaft].plus(factor);
             }
             Measured::Speed(shaft) => {
                 let shaft = number(shaft)?;
-                out[shaft] = plus(&out[shaft], &derivative(factor));
+                out[shaft] = out[shaft].plus(&derivative(factor));
             }
             Measured::SpringTorque(element) => {
                 for spring in system.springs.iter().filter(|spring| spring.element == *element) {
                     for (shaft, x) in &spring.row {
-                        let term = times(factor, &constant(spring.value.times(x)));
-                        out[*shaft] = plus(&out[*shaft], &term);
+                        out[*shaft] = out[*shaft].plus(&factor.scale(&spring.value.times(x)));
                     }
                 }
             }
             Measured::NetTorque(name) => {
                 let shaft = number(name)?;
-                let term = times(&derivative(&derivative(factor)), &constant(system.own_inertia(shaft)));
-                out[shaft] = plus(&out[shaft], &term);
+                let term = derivative(&derivative(factor)).scale(&system.own_inertia(shaft));
+                out[shaft] = out[shaft].plus(&term);
             }
             Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::Signal(_) => return None,
         }
@@ -142,7 +141,7 @@ impl Cause {
             let s = Rational::from(number);
             // The virtual motion is that of the transposed system; they are one without loads.
             let m = inertia.scale(&s.times(&s)).plus(&damping.scale(&s)).plus(&stiffness).transpose();
-            let a = Matrix::from_fn(n, 1, |i, _| value(&row[i], &s));
+            let a = Matrix::from_fn(n, 1, |i, _| row[i].evaluate(&s));
             let forced = basis.transpose().multiply(&a);
             let eta = if forced.as_slice().iter().all(Scalar::is_zero) {
                 // The constraints alone are the cause, whatever M is.

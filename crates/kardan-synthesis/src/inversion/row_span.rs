@@ -1,5 +1,6 @@
 //! The span of exact rows, built one row at a time.
 
+use crate::decoupling::{add, subtract};
 use kardan_math::num::{Rational, Scalar};
 
 /// Independent rows, one added after the other, and how any row in their span is made of them. Exact.
@@ -10,11 +11,6 @@ pub(super) struct RowSpan {
 }
 
 impl RowSpan {
-    /// Number of rows.
-    pub(super) fn dimension(&self) -> usize {
-        self.rows.len()
-    }
-
     /// Adds a row. If it is a combination of those that are there, it is not added and its weights are the result.
     pub(super) fn insert(&mut self, row: &[Rational]) -> Option<Vec<Rational>> {
         let count = self.rows.len();
@@ -34,30 +30,6 @@ impl RowSpan {
         made_of.push(Rational::ONE.over(&lead));
         self.rows.push((pivot, rest, made_of));
         None
-    }
-
-    /// A basis of the span: the reduced rows.
-    pub(super) fn basis(&self) -> impl Iterator<Item = &[Rational]> {
-        self.rows.iter().map(|(_, row, _)| row.as_slice())
-    }
-
-    /// The reduced row with that number.
-    pub(super) fn reduced(&self, number: usize) -> &[Rational] {
-        &self.rows[number].1
-    }
-}
-
-/// `target −= factor · row`.
-pub(super) fn subtract(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
-    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
-        *x = x.minus(&factor.times(y));
-    }
-}
-
-/// `target += factor · row`; the row may be shorter.
-pub(super) fn add(target: &mut [Rational], factor: &Rational, row: &[Rational]) {
-    for (x, y) in target.iter_mut().zip(row).filter(|(_, y)| !Scalar::is_zero(*y)) {
-        *x = x.plus(&factor.times(y));
     }
 }
 

@@ -1,7 +1,8 @@
 //! The structure algorithm of Silverman: inversion by differentiating outputs.
 
-use super::polynomial_matrix::{PolynomialMatrix, constant, derivative, plus, scaled};
-use super::row_span::{RowSpan, subtract};
+use super::polynomial_matrix::{PolynomialMatrix, derivative};
+use super::row_span::RowSpan;
+use crate::decoupling::{row_times, subtract};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
@@ -38,18 +39,6 @@ impl StructureAlgorithm {
         self.orders.iter().flatten().count()
     }
 
-    /// Orders of the zeros at infinity of the transfer matrix, ascending.
-    pub fn orders_at_infinity(&self) -> Vec<usize> {
-        let mut orders: Vec<usize> = self.orders.iter().flatten().copied().collect();
-        orders.sort_unstable();
-        orders
-    }
-
-    /// Whether no outputs depend on each other.
-    pub fn is_right_invertible(&self) -> bool {
-        self.orders.iter().all(Option::is_some)
-    }
-
     /// The chain that begins with an output, as far as computed, in the order of its derivatives.
     pub fn chain(&self, output: usize) -> impl Iterator<Item = &DecouplingRow> {
         self.determined.iter().filter(move |determined| determined.output == output)
@@ -68,7 +57,7 @@ impl Row {
     fn subtract(&mut self, factor: &Rational, operator: &[Polynomial], c: &[Rational]) {
         let minus = Rational::ZERO.minus(factor);
         for (p, q) in self.operator.iter_mut().zip(operator) {
-            *p = plus(p, &scaled(q, &minus));
+            *p = p.plus(&q.scale(&minus));
         }
         subtract(&mut self.c, factor, c);
     }
@@ -96,7 +85,7 @@ impl Row {
 ///     matrix(&[&[1, 0, 0], &[0, 1, 0]]),
 /// );
 /// let found = structure_algorithm(&system);
-/// assert_eq!((found.rank(), found.orders_at_infinity()), (2, vec![1, 2]));
+/// assert_eq!((found.rank(), found.orders), (2, vec![Some(1), Some(2)]));
 /// // s (s y₂ − s y₁) = u₂
 /// assert_eq!(found.operator[(1, 0)].to_string(), "-s^2");
 /// ```
@@ -107,7 +96,7 @@ pub fn structure_algorithm(system: &LinearSystem) -> StructureAlgorithm {
 /// The same for some of the outputs; they are numbered by their place in `outputs`.
 pub(super) fn structure_of_rows(system: &LinearSystem, outputs: &[usize]) -> StructureAlgorithm {
     let m = outputs.len();
-    let unit = |i: usize, j: usize| constant(if i == j { Rational::ONE } else { Rational::ZERO });
+    let unit = |i: usize, j: usize| Polynomial::constant(if i == j { Rational::ONE } else { Rational::ZERO });
     let mut rows: Vec<Row> = (0..m)
         .map(|i| Row {
             operator: (0..m).map(|j| unit(i, j)).collect(),
@@ -163,13 +152,4 @@ pub(super) fn structure_of_rows(system: &LinearSystem, outputs: &[usize]) -> Str
         operator: PolynomialMatrix::from_rows(rows.into_iter().map(|row| row.operator).collect(), m),
         determined,
     }
-}
-
-/// `row · matrix`.
-pub(super) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
-    let mut out = vec![Rational::ZERO; matrix.columns()];
-    for (i, x) in row.iter().enumerate().filter(|(_, x)| !Scalar::is_zero(*x)) {
-        super::row_span::add(&mut out, x, matrix.row(i));
-    }
-    out
 }

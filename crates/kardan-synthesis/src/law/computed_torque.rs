@@ -159,9 +159,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         ..Design::default()
     };
     let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
-    let units: Vec<(String, String)> =
-        references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
-    let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
+    let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &references);
     let reference_places = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
     Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
@@ -179,7 +177,7 @@ fn channel_tasks(
         let degree = match &output.measured {
             Measured::Angle(_) => 2,
             Measured::ConstraintTorque(..) => 0,
-            _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
+            _ => return Err(SynthesisError::NotForComputedTorque(output.name.clone())),
         };
         let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
         let has_dynamics =

@@ -7,11 +7,12 @@ use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
 use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons};
 use crate::linear_law::{Linear, LinearBlock};
+use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
-use crate::{ExactLaw, ExactLoop, Law, LawKind, Request, SynthesisError, named};
+use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, rational_to_f64};
+use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::{Design, Feedback};
 use kardan_schema::schema::{Keys, LawKeys, keys};
 
@@ -138,9 +139,8 @@ impl Observable<'_> {
         from_input: Matrix<Rational>,
     ) -> Result<Gains, SynthesisError> {
         let [on_states, on_outputs] = &self.disturbance;
-        let (plant, extended) = (on_states.rows(), system.states.len());
-        let entry = |i: usize, j: usize| if i < plant { on_states[(i, j)].clone() } else { Rational::ZERO };
-        let on_states = Matrix::from_fn(extended, on_states.columns(), entry);
+        let integrators = system.states.len() - on_states.rows();
+        let on_states = stacked(on_states, &Matrix::zeros(integrators, on_states.columns()));
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
         let found = found.map_err(|error| self.not_static(error))?;
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
@@ -280,15 +280,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         notes,
         ..Design::default()
     };
-    let block = block(&found, &plant.over_motions(&quotient.projection));
     let law = exact_law(&found, &quotient.projection);
-    let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
+    let block = block(&found, &law, plant);
+    let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.references);
     exact.behind = found.behind;
     exact.law = Some(law);
-    let inputs = &plant.reduced.equations.inputs;
-    let number = |name: &String| inputs.iter().position(|input| input.element == *name);
-    let limits: Vec<Option<f64>> =
-        task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_reserve(input))).collect();
+    let limits: Vec<Option<f64>> = task.inputs.iter().map(|name| plant.torque_reserve(name)).collect();
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
 }
 
@@ -303,58 +300,30 @@ fn exact_law(found: &Gains, projection: &Matrix<Rational>) -> ExactLaw {
     let (minus, shown) = (Rational::NEG_ONE, projection.rows());
     let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
     let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
-    let own = system.states.len() - shown;
-    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize, from: usize, columns: usize| {
-        Matrix::from_fn(rows, columns, |i, j| matrix[(first + i, from + j)].clone())
-    };
-    let inputs = feedback.rows();
+    let (inputs, all) = (feedback.rows(), system.states.len());
     ExactLaw {
-        a: part(&closed, shown, own, shown, own),
-        b: part(&closed, shown, own, 0, shown).multiply(projection),
-        c: part(&feedback, 0, inputs, shown, own),
-        d: part(&feedback, 0, inputs, 0, shown).multiply(projection),
+        a: window(&closed, shown..all, shown..all),
+        b: window(&closed, shown..all, 0..shown).multiply(projection),
+        c: window(&feedback, 0..inputs, shown..all),
+        d: window(&feedback, 0..inputs, 0..shown).multiply(projection),
     }
 }
 
-/// The law over the reduced coordinates and their speeds, z = P [q_r; q̇_r].
-fn block(found: &Gains, projection: &Matrix<Rational>) -> LinearBlock {
-    let Gains { system, k, l, m, from_state, from_input, .. } = found;
-    let minus = Rational::NEG_ONE;
-    let (shown, all) = (projection.rows(), system.states.len());
-    let pick = |matrix: &Matrix<Rational>, rows: (usize, usize), columns: (usize, usize)| {
-        Matrix::from_fn(rows.1 - rows.0, columns.1 - columns.0, |i, j| matrix[(rows.0 + i, columns.0 + j)].clone())
+/// The law over the reduced coordinates and their speeds, with references and disturbances.
+fn block(found: &Gains, law: &ExactLaw, plant: &Plant) -> LinearBlock {
+    let Gains { system, l, m, from_input, .. } = found;
+    let all = system.states.len();
+    let shown = all - law.a.rows();
+    let of_own = |rows: &Matrix<Rational>| window(rows, shown..all, 0..rows.columns());
+    let beside = |on_states: &Matrix<Rational>, on_references: &Matrix<Rational>, load: &Matrix<Rational>| {
+        let on_motions = plant.over_motions(on_states);
+        side_by_side(&[&on_motions.to_f64(), &on_references.to_f64(), &load.scale(&Rational::NEG_ONE).to_f64()])
     };
-    let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
-    let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
-    let beside = |parts: [Matrix<Rational>; 3]| {
-        let columns: usize = parts.iter().map(Matrix::columns).sum();
-        let mut out = Matrix::zeros(parts[0].rows(), columns);
-        let mut first = 0;
-        for part in &parts {
-            for i in 0..part.rows() {
-                for j in 0..part.columns() {
-                    out[(i, first + j)] = rational_to_f64(&part[(i, j)]);
-                }
-            }
-            first += part.columns();
-        }
-        out
-    };
-    let (states, inputs) = ((shown, all), (0, feedback.rows()));
-    let (on_references, load) = (system.b.multiply(l), system.b.multiply(m).scale(&minus));
     LinearBlock {
         states: system.states[shown..].to_vec(),
-        a: pick(&closed, states, states).to_f64(),
-        b: beside([
-            pick(&closed, states, (0, shown)).multiply(projection),
-            pick(&on_references, states, (0, l.columns())),
-            pick(&load, states, (0, m.columns())),
-        ]),
-        c: pick(&feedback, inputs, states).to_f64(),
-        d: beside([
-            pick(&feedback, inputs, (0, shown)).multiply(projection),
-            from_input.multiply(l),
-            from_input.multiply(m).scale(&minus),
-        ]),
+        a: law.a.to_f64(),
+        b: beside(&law.b, &of_own(&system.b.multiply(l)), &of_own(&system.b.multiply(m))),
+        c: law.c.to_f64(),
+        d: beside(&law.d, &from_input.multiply(l), &from_input.multiply(m)),
     }
 }

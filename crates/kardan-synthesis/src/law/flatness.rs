@@ -1,16 +1,20 @@
 //! The law `flatness`: trajectories by inversion of the model.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
 use crate::linear_law::{Linear, LinearBlock};
-use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, exact, inputs, references};
+use crate::matrix_parts::{joined, side_by_side, stacked, window};
+use crate::outputs::{
+    AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, decaying_poles, exact, inputs, references,
+};
 use crate::regulator::{Weights, lqr, place_poles};
 use crate::{ExactLoop, Law, LawKind, Request, SynthesisError, rounded};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, rational_to_f64};
-use kardan_results::{Design, Pole};
+use kardan_math::num::{Matrix, Rational};
+use kardan_results::Design;
 use kardan_schema::schema::{Keys, LawKeys, keys};
 
 keys! {
@@ -136,15 +140,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 
 /// K and how it was found.
 fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String), SynthesisError> {
-    if let Some(poles) = request.values.poles("poles") {
-        let poles: Vec<Pole> = poles
-            .iter()
-            .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
-            .collect();
-        if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-            return Err(SynthesisError::UnstablePole { real: pole.re });
-        }
-        let found = place_poles(&task.system, &poles)?;
+    if request.values.has("poles") {
+        let found = place_poles(&task.system, &decaying_poles(request.values)?)?;
         return Ok((found.gain, format!("the poles of the feedback are met with the residual {:.1e}", found.residual)));
     }
     let c = task.system.c.to_f64();
@@ -157,27 +154,19 @@ fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String),
 
 /// `ξ̇ = A ξ + B r`, `u = (C_u + K C_x) ξ + (D_u + K D_x) r − K x`.
 fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
-    let (m, n, own, references) = (k.rows(), k.columns(), plan.states.len(), plan.inputs.len());
-    let disturbances = task.disturbed.len();
+    let (m, n, own, disturbances) = (k.rows(), k.columns(), plan.states.len(), task.disturbed.len());
     let (c, d) = (plan.c.to_f64(), plan.d.to_f64());
     let with_feedback = |of: &Matrix<f64>| {
         Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
     };
-    let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
-    let k = task.over_motions(k);
-    let all = k.columns();
-    let b = plan.b.to_f64();
-    let place = |j: usize| (all..all + references).contains(&j).then(|| j - all);
+    let minus = task.over_motions(k).scale(&-1.0);
+    let from_plant = Matrix::zeros(own, minus.columns());
     LinearBlock {
         states: plan.states.iter().map(|state| format!("planned {state}")).collect(),
         a: plan.a.to_f64(),
-        b: Matrix::from_fn(own, all + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
-        c: on_states,
-        d: Matrix::from_fn(m, all + references + disturbances, |i, j| match place(j) {
-            Some(reference) => on_references[(i, reference)],
-            None if j < all => -k[(i, j)],
-            None => 0.0,
-        }),
+        b: side_by_side(&[&from_plant, &plan.b.to_f64(), &Matrix::zeros(own, disturbances)]),
+        c: with_feedback(&c),
+        d: side_by_side(&[&minus, &with_feedback(&d), &Matrix::zeros(m, disturbances)]),
     }
 }
 
@@ -185,10 +174,8 @@ fn block(plan: &LinearSystem, task: &Task, k: &Matrix<f64>) -> LinearBlock {
 fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSystem {
     let LinearSystem { a, b, c, d, states, outputs, .. } = &task.system;
     let (n, m, own) = (a.rows(), b.columns(), plan.states.len());
-    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize| {
-        Matrix::from_fn(rows, matrix.columns(), |i, j| matrix[(first + i, j)].clone())
-    };
-    let command = |of: &Matrix<Rational>| part(of, n, m).plus(&k.multiply(&part(of, 0, n)));
+    let rows = |of: &Matrix<Rational>, rows: Range<usize>| window(of, rows, 0..of.columns());
+    let command = |of: &Matrix<Rational>| rows(of, n..n + m).plus(&k.multiply(&rows(of, 0..n)));
     let (on_states, on_references) = (command(&plan.c), command(&plan.d));
     let minus = k.scale(&Rational::NEG_ONE);
     let (loop_a, loop_c) = (a.plus(&b.multiply(&minus)), c.plus(&d.multiply(&minus)));
@@ -200,22 +187,9 @@ fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSyste
         inputs: task.reference_names(),
         outputs: outputs.clone(),
         e: Matrix::identity(n + own),
-        a: Matrix::from_fn(n + own, n + own, |i, j| match (i < n, j < n) {
-            (true, true) => loop_a[(i, j)].clone(),
-            (true, false) => drive[(i, j - n)].clone(),
-            (false, true) => Rational::ZERO,
-            (false, false) => plan.a[(i - n, j - n)].clone(),
-        }),
-        b: Matrix::from_fn(n + own, plan.inputs.len(), |i, j| {
-            if i < n { drive_b[(i, j)].clone() } else { plan.b[(i - n, j)].clone() }
-        }),
-        c: Matrix::from_fn(
-            c.rows(),
-            n + own,
-            |i, j| {
-                if j < n { loop_c[(i, j)].clone() } else { through[(i, j - n)].clone() }
-            },
-        ),
+        a: joined([&loop_a, &drive], [&Matrix::zeros(own, n), &plan.a]),
+        b: stacked(&drive_b, &plan.b),
+        c: side_by_side(&[&loop_c, &through]),
         d: d.multiply(&on_references),
         degrees_of_freedom: None,
     }

@@ -84,7 +84,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             return Err(SynthesisError::NoWeight { name: name.clone(), states, inputs: task.inputs });
         }
         if value.signum() <= 0 {
-            return Err(SynthesisError::NotPositive { name: name.clone() });
+            return Err(SynthesisError::NotPositive(name.clone()));
         }
     }
     let weight =

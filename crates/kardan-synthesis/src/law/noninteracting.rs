@@ -12,7 +12,7 @@ use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
 use kardan_results::signal_name::{Quantity, SignalName};
 
-use crate::sampled::entries;
+use crate::sampled::{entries, position_loop_in};
 use crate::{
     Block, Clock, ExactLoop, Law, LawKind, LinearLaw, Observation, Plant, Reference, Request, SynthesisError,
     angle_output, effective_inertia, is_single, named, output_shaft,
@@ -104,18 +104,13 @@ fn references(values: &Values) -> Vec<Reference> {
     let mut out = Vec::new();
     for channel in channels(values) {
         let output = channel.word_or_default("output");
-        if let Some(name) = channel.word("reference") {
-            let (physical, what) = if is_position(channel) {
-                (position_of(output), "position reference of")
-            } else {
-                (effort_of(output), "torque reference along")
-            };
-            out.push(Reference { name: name.into(), physical, description: format!("{what} {output}") });
-        }
-        if let Some(name) = channel.word("load") {
-            let description = format!("load estimate along {output}");
-            out.push(Reference { name: name.into(), physical: effort_of(output), description });
-        }
+        let (physical, what) = if is_position(channel) {
+            (position_of(output), "position reference of")
+        } else {
+            (effort_of(output), "torque reference along")
+        };
+        out.extend(Reference::of(channel, "reference", physical, format!("{what} {output}")));
+        out.extend(Reference::of(channel, "load", effort_of(output), format!("load estimate along {output}")));
     }
     out
 }
@@ -210,12 +205,17 @@ struct Designed {
     inputs: Vec<String>,
     outputs: Vec<String>,
     references: Vec<Reference>,
-    shafts: usize,
+    /// Where each channel finds its reference and its load among the references.
+    reference_places: Vec<(usize, Option<usize>)>,
+    output_shafts: Vec<usize>,
     design: NoninteractingDesign,
+    /// Its gains as they run.
+    state_gain: Matrix<f64>,
+    acceleration_gain: Matrix<f64>,
     /// −M, and the shafts of its columns.
     disturbance_gain: Matrix<f64>,
     disturbed: Vec<String>,
-    block: NoninteractingBlock<f64>,
+    channels: Vec<Channel<f64>>,
 }
 
 /// The block [`kardan_rt::Noninteracting`] with the memory of one evaluation.
@@ -237,53 +237,6 @@ struct NoninteractingBlock<T> {
     accelerations: Vec<T>,
     disturbances: Vec<T>,
     work: Vec<T>,
-}
-
-impl NoninteractingBlock<f64> {
-    /// The same as tasks of the full model.
-    fn task_specs(&self) -> Vec<TaskSpec> {
-        let spec_of = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
-            Channel::Position { position_loop, .. } => {
-                TaskSpec::Task(Task::Position { shaft, position_loop: *position_loop })
-            }
-            Channel::Torque { .. } => TaskSpec::Task(Task::Torque { shaft }),
-        };
-        self.channels.iter().zip(&self.output_shafts).map(spec_of).collect()
-    }
-}
-
-impl<T: Float> NoninteractingBlock<T> {
-    fn cast<U: Float>(&self) -> NoninteractingBlock<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
-        let channel = |channel: &Channel<T>| match channel {
-            Channel::Position { position_loop, inverse_inertia } => Channel::Position {
-                position_loop: PositionLoop {
-                    natural_frequency: to(position_loop.natural_frequency),
-                    damping_ratio: to(position_loop.damping_ratio),
-                },
-                inverse_inertia: to(*inverse_inertia),
-            },
-            Channel::Torque { inverse_inertia } => Channel::Torque { inverse_inertia: to(*inverse_inertia) },
-        };
-        NoninteractingBlock {
-            reference_places: self.reference_places.clone(),
-            coordinate_shafts: self.coordinate_shafts.clone(),
-            output_shafts: self.output_shafts.clone(),
-            state_gain: list(&self.state_gain),
-            acceleration_gain: list(&self.acceleration_gain),
-            disturbance_gain: list(&self.disturbance_gain),
-            channels: self.channels.iter().map(channel).collect(),
-            state: list(&self.state),
-            positions: list(&self.positions),
-            speeds: list(&self.speeds),
-            references: list(&self.references),
-            loads: list(&self.loads),
-            accelerations: list(&self.accelerations),
-            disturbances: list(&self.disturbances),
-            work: list(&self.work),
-        }
-    }
 }
 
 impl<T: Float> Block for NoninteractingBlock<T> {
@@ -390,33 +343,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
-        return Err(SynthesisError::NeedsNonlinear { key: "friction_width" });
+        return Err(SynthesisError::NeedsNonlinear("friction_width"));
     }
-    let shaft = |name: &String| {
-        request.plant.coordinates().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft")
-    };
-    let m = designs.len();
-    let disturbance_gain = disturbance_gain(request, &design, &designs, &specs);
-    let references_of_channels: Vec<usize> = reference_places.iter().map(|(reference, _)| *reference).collect();
-    let loads: Vec<Option<usize>> = reference_places.iter().map(|(_, load)| *load).collect();
-    let disturbance_gain = disturbance_gain.scale(&Rational::NEG_ONE).to_f64();
-    let block = NoninteractingBlock {
-        reference_places,
-        coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
-        output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
-        state_gain: entries(&design.state_gain.to_f64()),
-        acceleration_gain: entries(&design.acceleration_gain.to_f64()),
-        disturbance_gain: entries(&disturbance_gain),
-        channels: blocks,
-        state: vec![0.0; 2 * model.coordinates.len()],
-        positions: vec![0.0; m],
-        speeds: vec![0.0; m],
-        references: vec![0.0; m],
-        loads: vec![0.0; m],
-        accelerations: vec![0.0; m],
-        disturbances: vec![0.0; request.disturbances.len()],
-        work: vec![0.0; m],
-    };
+    let disturbance_gain = disturbance_gain(request, &design, &designs, &specs).scale(&Rational::NEG_ONE).to_f64();
+    let (shafts, disturbed) = (request.plant.coordinates(), request.disturbances.iter());
     let designed = Designed {
         name: request.name.to_string(),
         plant: request.plant.clone(),
@@ -424,21 +354,23 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         inputs,
         outputs,
         references,
-        shafts: request.plant.coordinates().len(),
+        reference_places,
+        output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
+        state_gain: design.state_gain.to_f64(),
+        acceleration_gain: design.acceleration_gain.to_f64(),
         design,
         disturbance_gain,
-        disturbed: (0..request.disturbances.len())
-            .map(|k| request.plant.coordinates()[request.disturbances[k]].clone())
-            .collect(),
-        block,
+        disturbed: disturbed.map(|&k| shafts[k].clone()).collect(),
+        channels: blocks,
     };
     if !nonlinear {
         return Ok(Arc::new(designed));
     }
-    if loads.iter().any(Option::is_some) {
-        return Err(SynthesisError::NeedsLinear { key: "load" });
+    if designed.reference_places.iter().any(|(_, load)| load.is_some()) {
+        return Err(SynthesisError::NeedsLinear("load"));
     }
-    let task_specs = designed.block.task_specs();
+    let task_specs = designed.task_specs();
+    let references_of_channels = designed.reference_places.iter().map(|(reference, _)| *reference).collect();
     let friction_width = request.values.number("friction_width");
     Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
 }
@@ -466,6 +398,47 @@ fn disturbance_gain(
 }
 
 impl Designed {
+    /// The same as tasks of the full model.
+    fn task_specs(&self) -> Vec<TaskSpec> {
+        let spec_of = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+            Channel::Position { position_loop, .. } => {
+                TaskSpec::Task(Task::Position { shaft, position_loop: *position_loop })
+            }
+            Channel::Torque { .. } => TaskSpec::Task(Task::Torque { shaft }),
+        };
+        self.channels.iter().zip(&self.output_shafts).map(spec_of).collect()
+    }
+
+    /// The block in a precision.
+    fn block_of<T: Float>(&self) -> NoninteractingBlock<T> {
+        let (m, r) = (self.inputs.len(), self.plant.reduced.coordinates.len());
+        let zeros = |count: usize| vec![T::ZERO; count];
+        let channel = |channel: &Channel<f64>| match channel {
+            Channel::Position { position_loop, inverse_inertia } => Channel::Position {
+                position_loop: position_loop_in(position_loop),
+                inverse_inertia: T::from_f64(*inverse_inertia),
+            },
+            Channel::Torque { inverse_inertia } => Channel::Torque { inverse_inertia: T::from_f64(*inverse_inertia) },
+        };
+        NoninteractingBlock {
+            reference_places: self.reference_places.clone(),
+            coordinate_shafts: self.plant.reduced.coordinates.clone(),
+            output_shafts: self.output_shafts.clone(),
+            state_gain: entries(&self.state_gain),
+            acceleration_gain: entries(&self.acceleration_gain),
+            disturbance_gain: entries(&self.disturbance_gain),
+            channels: self.channels.iter().map(channel).collect(),
+            state: zeros(2 * r),
+            positions: zeros(m),
+            speeds: zeros(m),
+            references: zeros(m),
+            loads: zeros(m),
+            accelerations: zeros(m),
+            disturbances: zeros(self.disturbed.len()),
+            work: zeros(m),
+        }
+    }
+
     /// The data of the block [`kardan_rt::Noninteracting`]; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let read = |name: &String| ReadSignal::new(name, SignalName::new(name).unit());
@@ -474,7 +447,7 @@ impl Designed {
             let speed = SignalName::new(output).rate();
             reads.extend([output, &speed].map(read));
         }
-        for (reference, load) in &self.block.reference_places {
+        for (reference, load) in &self.reference_places {
             for number in std::iter::once(reference).chain(load) {
                 let reference = &self.references[*number];
                 reads.push(ReadSignal::new(&reference.name, reference.physical.unit()));
@@ -482,7 +455,7 @@ impl Designed {
         }
         reads.extend(ReadSignal::of_each(Quantity::Disturbance, &self.disturbed));
         let mut numbers = Vec::new();
-        for (output, channel) in self.outputs.iter().zip(&self.block.channels) {
+        for (output, channel) in self.outputs.iter().zip(&self.channels) {
             let mut add = |what: &str, value: f64| numbers.push(DataNumber::new(format!("{output} {what}"), value));
             match channel {
                 Channel::Position { position_loop, inverse_inertia } => {
@@ -498,14 +471,13 @@ impl Designed {
             block: "Noninteracting".into(),
             reads,
             writes: self.inputs.clone(),
-            sample_time: None,
-            single: false,
             matrices: vec![
                 DataMatrix::new("state_gain", state_gain.to_rows()),
                 DataMatrix::new("acceleration_gain", acceleration_gain.to_rows()),
                 DataMatrix::new("disturbance_gain", self.disturbance_gain.to_rows()),
             ],
             numbers,
+            ..ControllerData::default()
         }
     }
 }
@@ -520,23 +492,18 @@ impl Law for Designed {
     }
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
-        Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
-    }
-
-    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
-        Some(self.linear())
+        Some(if is_single(clock) { Box::new(self.block_of::<f32>()) } else { Box::new(self.block_of::<f64>()) })
     }
 
     fn linear(&self) -> LinearLaw {
-        let (m, r) = (self.inputs.len(), self.block.coordinate_shafts.len());
-        let mut on_angles = Matrix::zeros(m, self.shafts);
-        let mut on_speeds = Matrix::zeros(m, self.shafts);
+        let (m, shafts) = (self.inputs.len(), self.plant.coordinates().len());
+        let coordinates = &self.plant.reduced.coordinates;
+        let mut on_angles = Matrix::zeros(m, shafts);
+        let mut on_speeds = Matrix::zeros(m, shafts);
         let mut on_references = Matrix::zeros(m, self.references.len());
         for i in 0..m {
-            for (k, (channel, (reference, load))) in
-                self.block.channels.iter().zip(&self.block.reference_places).enumerate()
-            {
-                let gain = self.block.acceleration_gain[i * m + k];
+            for (k, (channel, (reference, load))) in self.channels.iter().zip(&self.reference_places).enumerate() {
+                let gain = self.acceleration_gain[(i, k)];
                 let (per_reference, per_load) = match channel {
                     Channel::Position { position_loop, inverse_inertia } => {
                         (powi(position_loop.natural_frequency, 2), *inverse_inertia)
@@ -548,13 +515,13 @@ impl Law for Designed {
                     on_references[(i, *load)] -= gain * per_load;
                 }
             }
-            for (k, &shaft) in self.block.coordinate_shafts.iter().enumerate() {
-                on_angles[(i, shaft)] += self.block.state_gain[i * 2 * r + k];
-                on_speeds[(i, shaft)] += self.block.state_gain[i * 2 * r + r + k];
+            for (k, &shaft) in coordinates.iter().enumerate() {
+                on_angles[(i, shaft)] += self.state_gain[(i, k)];
+                on_speeds[(i, shaft)] += self.state_gain[(i, coordinates.len() + k)];
             }
-            for (k, &shaft) in self.block.output_shafts.iter().enumerate() {
-                if let Channel::Position { position_loop, .. } = &self.block.channels[k] {
-                    let gain = self.block.acceleration_gain[i * m + k];
+            for (k, &shaft) in self.output_shafts.iter().enumerate() {
+                if let Channel::Position { position_loop, .. } = &self.channels[k] {
+                    let gain = self.acceleration_gain[(i, k)];
                     let omega = position_loop.natural_frequency;
                     on_angles[(i, shaft)] -= gain * omega * omega;
                     on_speeds[(i, shaft)] -= gain * 2.0 * position_loop.damping_ratio * omega;
@@ -581,7 +548,7 @@ impl Law for Designed {
                 ChannelSpec::Position { natural_frequency, damping_ratio } => {
                     let stiffness = natural_frequency.times(natural_frequency);
                     let damping = Rational::from(2).times(damping_ratio).times(natural_frequency);
-                    let direction = self.plant.linear.direction(self.block.output_shafts[k]);
+                    let direction = self.plant.linear.direction(self.output_shafts[k]);
                     for (j, x) in direction.row(0).iter().enumerate() {
                         feedback[(k, j)] = stiffness.times(x);
                         feedback[(k, states / 2 + j)] = damping.times(x);
@@ -592,15 +559,13 @@ impl Law for Designed {
             }
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
-        let references: Vec<&Reference> =
-            self.block.reference_places.iter().map(|(reference, _)| &self.references[*reference]).collect();
+        let references: Vec<Reference> =
+            self.reference_places.iter().map(|(reference, _)| self.references[*reference].clone()).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let places = self.plant.state_places();
         let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
         let l = acceleration_gain.multiply(&reference);
-        let units: Vec<(String, String)> =
-            references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
-        Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &units))
+        Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &references))
     }
 
     fn describe(&self) -> Design {

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
+use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, decaying_poles, inputs, references};
 use crate::regulator::place_poles;
 use crate::state_feedback::state_feedback;
 use crate::{Law, LawKind, Request, SynthesisError};
-use kardan_math::num::rational_to_f64;
-use kardan_results::Pole;
 use kardan_schema::schema::{Keys, LawKeys, keys};
 
 keys! {
@@ -66,14 +64,7 @@ reference = \"ref_fs\"
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let mut task = Task::new(request)?;
     task.leave_counters(request.plant);
-    let poles = request.values.poles("poles").unwrap_or_default();
-    let poles: Vec<Pole> = poles
-        .iter()
-        .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
-        .collect();
-    if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
-        return Err(SynthesisError::UnstablePole { real: pole.re });
-    }
+    let poles = decaying_poles(request.values)?;
     let found = place_poles(&task.system, &poles)?;
     let notes = vec![format!(
         "the poles are met with the relative residual {:.1e}; the condition of the eigenvectors is {:.3}",

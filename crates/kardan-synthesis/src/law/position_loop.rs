@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::channels::{effort_of, inertia_unit, position_of};
+use crate::sampled::position_loop_in;
 use crate::{
     Block, Clock, Law, LawKind, LinearLaw, Observation, Reference, Request, SynthesisError, input_inertia, is_single,
     output_shaft,
@@ -57,16 +58,9 @@ reference = \"ref_fs\"
 
 fn references(values: &Values) -> Vec<Reference> {
     let output = values.word_or_default("output");
-    let reference = values.word("reference").map(|name| Reference {
-        name: name.into(),
-        physical: position_of(output),
-        description: format!("position reference of {output}"),
-    });
-    let load = values.word("load").map(|name| Reference {
-        name: name.into(),
-        physical: effort_of(output),
-        description: format!("load estimate along {output}"),
-    });
+    let (position, load) = (format!("position reference of {output}"), format!("load estimate along {output}"));
+    let reference = Reference::of(values, "reference", position_of(output), position);
+    let load = Reference::of(values, "load", effort_of(output), load);
     reference.into_iter().chain(load).collect()
 }
 
@@ -86,17 +80,12 @@ struct PositionLoopBlock<T> {
     position_loop: kardan_rt::PositionLoop<T>,
 }
 
-impl<T: Float> PositionLoopBlock<T> {
-    fn cast<U: Float>(&self) -> PositionLoopBlock<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+impl PositionLoopBlock<f64> {
+    fn cast<T: Float>(&self) -> PositionLoopBlock<T> {
         PositionLoopBlock {
             shaft: self.shaft,
-            inertia: to(self.inertia),
-            position_loop: kardan_rt::PositionLoop {
-                natural_frequency: to(natural_frequency),
-                damping_ratio: to(damping_ratio),
-            },
+            inertia: T::from_f64(self.inertia),
+            position_loop: position_loop_in(&self.position_loop),
         }
     }
 }
@@ -156,14 +145,12 @@ impl Designed {
             block: "PositionLoop".into(),
             reads,
             writes: self.inputs.clone(),
-            sample_time: None,
-            single: false,
-            matrices: Vec::new(),
             numbers: vec![
                 DataNumber::new("natural_frequency", self.block.position_loop.natural_frequency),
                 DataNumber::new("damping_ratio", self.block.position_loop.damping_ratio),
                 DataNumber::new("inertia", self.block.inertia),
             ],
+            ..ControllerData::default()
         }
     }
 }
@@ -179,10 +166,6 @@ impl Law for Designed {
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
         Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
-    }
-
-    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
-        Some(self.linear())
     }
 
     fn linear(&self) -> LinearLaw {

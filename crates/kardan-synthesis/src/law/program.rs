@@ -77,7 +77,7 @@ fn references(values: &Values) -> Vec<Reference> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let Request { values, plant, .. } = request;
     if values.has("observer") {
-        return Err(SynthesisError::NoObserver { law: Program::KEYWORD });
+        return Err(SynthesisError::NoObserver(Program::KEYWORD));
     }
     let task = values.task("commands").expect("the model file gives commands");
     let law = TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?));

@@ -128,17 +128,12 @@ fn best_scaling(matrix: &Mat<c64>) -> f64 {
     let directions: Vec<Vec<f64>> = (1..1usize << m.saturating_sub(1).min(4))
         .map(|bits| (0..m).map(|k| f64::from(u8::from(bits >> k & 1 == 1))).collect())
         .chain((1..m).flat_map(|k| (k + 1..m).map(move |j| (k, j))).map(|(k, j)| {
-            (0..m)
-                .map(|i| {
-                    if i == k {
-                        1.0
-                    } else if i == j {
-                        -1.0
-                    } else {
-                        0.0
-                    }
-                })
-                .collect()
+            let entry = |i: usize| match i {
+                i if i == k => 1.0,
+                i if i == j => -1.0,
+                _ => 0.0,
+            };
+            (0..m).map(entry).collect()
         }))
         .collect();
     for round in 0..if m > 1 { 12 } else { 0 } {

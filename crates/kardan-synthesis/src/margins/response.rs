@@ -8,8 +8,9 @@ use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::one_channel::{LEVEL, OneChannel};
 use crate::decoupling::{characteristic_polynomial, common_denominator, resolvent};
+use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden, rational_from_f64,
+    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden,
 };
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
@@ -84,7 +85,25 @@ impl Response {
     /// # Panics
     /// If the shapes do not fit.
     pub fn state_space([a, b, c, d]: [&Matrix<f64>; 4], sample_time: Option<f64>) -> Option<Self> {
-        Self::of(a.clone(), b.clone(), c.clone(), d.clone(), sample_time)
+        let n = a.rows();
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
+        assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
+        if ![a, b, c, d].into_iter().all(is_finite) {
+            return None;
+        }
+        let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
+        let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
+        let out = Self {
+            poles: poles(&a, sample_time.is_some())?,
+            b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
+            c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
+            a,
+            d: d.clone(),
+            sample_time,
+            exact: None,
+        };
+        let all = [&out.a, &out.b, &out.c, &out.d];
+        all.iter().all(|m| is_finite(m)).then_some(out)
     }
 
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
@@ -92,7 +111,7 @@ impl Response {
     /// # Panics
     /// If the shapes do not fit.
     pub fn continuous(a: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>) -> Option<Self> {
-        Self::of(a.clone(), b.clone(), c.clone(), Matrix::zeros(c.rows(), b.columns()), None)
+        Self::state_space([a, b, c, &Matrix::zeros(c.rows(), b.columns())], None)
     }
 
     /// The loop of the map `z⁺ = Φ z + Γ w`, `u = C z` over the sample time T in s; `None` if a number is not finite.
@@ -101,29 +120,6 @@ impl Response {
     /// If the shapes do not fit.
     pub fn sampled(map: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, sample_time: f64) -> Option<Self> {
         Self::state_space([map, b, c, &Matrix::zeros(c.rows(), b.columns())], Some(sample_time))
-    }
-
-    fn of(a: Matrix<f64>, b: Matrix<f64>, c: Matrix<f64>, d: Matrix<f64>, sample_time: Option<f64>) -> Option<Self> {
-        let n = a.rows();
-        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
-        assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
-        if ![&a, &b, &c, &d].iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())) {
-            return None;
-        }
-        let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
-        let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-        let poles = poles(&a, sample_time.is_some())?;
-        let out = Self {
-            b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
-            c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
-            a,
-            d,
-            sample_time,
-            poles,
-            exact: None,
-        };
-        let all = [&out.a, &out.b, &out.c, &out.d];
-        all.iter().all(|m| m.as_slice().iter().all(|x| x.is_finite())).then_some(out)
     }
 
     /// The same, with A, B, C and D known before rounding: they give the results for one channel alone.
@@ -216,7 +212,7 @@ impl Response {
         let c = inverse.multiply(&self.c).scale(&-1.0);
         let d = inverse.multiply(&self.d).scale(&-1.0);
         let a = self.a.plus(&self.b.multiply(&c));
-        Self::of(a, b, c, d, self.sample_time)
+        Self::state_space([&a, &b, &c, &d], self.sample_time)
     }
 
     /// The sensitivity `S = I + M` of a loop as errors see it.
@@ -232,8 +228,7 @@ impl Response {
 
     /// All singular values at an angular frequency, rad/s, the largest first; `None` at a pole on the axis.
     pub fn singular_values(&self, frequency: f64) -> Option<Vec<f64>> {
-        let found = self.checked(frequency).ok()?.singular_values().ok()?;
-        Some(found)
+        self.checked(frequency).ok()?.singular_values().ok()
     }
 
     /// The largest singular value over all frequencies (the H∞ norm); `None` of a system that is not stable, or if an iteration
@@ -326,7 +321,7 @@ impl Response {
         if self.channels() != 1 || self.a.rows() > MOST {
             return None;
         }
-        let rounded = || [&self.a, &self.b, &self.c, &self.d].map(exact);
+        let rounded = || [&self.a, &self.b, &self.c, &self.d].map(exactly);
         let [a, b, c, d] = self.exact.as_deref().cloned().unwrap_or_else(rounded);
         let found = resolvent(&a, &b, &c, &d);
         let [numerator, denominator] = [&found.numerators[0][0], &found.characteristic]
@@ -436,10 +431,6 @@ fn solve(rows: &mut [Vec<c64>]) {
     }
 }
 
-fn exact(matrix: &Matrix<f64>) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| rational_from_f64(matrix[(i, j)]).unwrap_or_default())
-}
-
 /// A polynomial in z with `z = (1 + s)/(1 − s)`, times `(1 − s)ⁿ`.
 fn on_the_axis(polynomial: &Polynomial, n: usize) -> Polynomial {
     let one = Rational::ONE;
@@ -471,7 +462,7 @@ fn poles(a: &Matrix<f64>, sampled: bool) -> Option<Vec<(f64, f64)>> {
     if let Some(found) = certain_poles(&rates(), sampled) {
         return Some(found);
     }
-    let all = characteristic_polynomial(&exact(a));
+    let all = characteristic_polynomial(&exactly(a));
     Some(if sampled { on_the_axis(&all, n).roots() } else { all.roots() })
 }
 

@@ -40,8 +40,7 @@ impl EstimatedView {
         disturbed: usize,
     ) -> Self {
         let r = plant.linear.coordinates.len();
-        let mut kinematics = Kinematics::new(&plant.reduced);
-        kinematics.update(&plant.point.position, &plant.point.rates);
+        let kinematics = plant.kinematics();
         let at_rest: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
         Self {
             rates: plant.point.rates.clone(),

@@ -29,16 +29,7 @@ pub(super) fn gain(
     }
     let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
     if values.word("method") == Some("kalman") {
-        let number = |key: &str, otherwise: f64| powi(values.number(key).unwrap_or(otherwise), 2);
-        let process = extended.states.iter().map(|state| match SignalName::new(state) {
-            name if name.is_position() => 0.0,
-            name if name.is_rate() => number("speed_noise", 0.1),
-            _ => number("disturbance_rate", 10.0),
-        });
-        let noise = Noise {
-            process: process.collect(),
-            measurement: vec![number("sensor_noise", 1e-5); extended.outputs.len()],
-        };
+        let noise = noise(values, extended, 0.1);
         let found = kalman(extended, &noise).map_err(failed)?;
         let notes =
             vec![format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual)];
@@ -47,10 +38,24 @@ pub(super) fn gain(
     let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
     let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
     if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
-        return Err(SynthesisError::ObserverUnstable { real: rational_to_f64(re) });
+        return Err(SynthesisError::ObserverUnstable(rational_to_f64(re)));
     }
     let found = luenberger(extended, &poles).map_err(failed)?;
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
+}
+
+/// The noise of states and sensors from the keys of an observer; `speed_noise`: that of accelerations where it is left out.
+pub(crate) fn noise(keys: &Values, extended: &LinearSystem, speed_noise: f64) -> Noise {
+    let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
+    let intensity = |state: &String| match SignalName::new(state) {
+        name if name.is_position() => 0.0,
+        name if name.is_rate() => number("speed_noise", speed_noise),
+        _ => number("disturbance_rate", 10.0),
+    };
+    Noise {
+        process: extended.states.iter().map(intensity).collect(),
+        measurement: vec![number("sensor_noise", 1e-5); extended.outputs.len()],
+    }
 }
 
 /// Which torques on any shafts, and forces on masses, the sensors could distinguish, \[diss. (6.41)-(6.43)\]; `reduction`: the states that are

@@ -7,7 +7,7 @@ mod keys;
 mod model;
 mod reading;
 
-pub(super) use gain::distinguishable_torques;
+pub(super) use gain::{distinguishable_torques, noise};
 pub use keys::Observer;
 pub(super) use keys::disturbances;
 pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
@@ -15,6 +15,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
+use super::matrix_parts::{columns_of, joined, side_by_side, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use block::ObserverBlock;
@@ -84,8 +85,7 @@ impl Observed {
         let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
         let correction = floating.multiply(&c);
         let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
-        let (m, p) = (inputs.len(), sensors.len());
-        let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
+        let b = side_by_side(&[&b, &floating]);
         let mut sentences = distinguishable_torques(plant, &system, &reduction)?;
         sentences.extend(notes);
         let method = values.word("method").unwrap_or("poles").to_string();
@@ -133,54 +133,34 @@ impl Observed {
     fn observer_data(&self, plant: &Plant, inputs: &[String]) -> ControllerData {
         let torques = inputs.iter().map(|input| plant.effort_of(input));
         let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
-        let (n, signals) = (self.a.rows(), self.b.columns());
-        let matrices = [
-            ("A", self.a.clone()),
-            ("B", self.b.clone()),
-            ("C", Matrix::identity(n)),
-            ("D", Matrix::zeros(n, signals)),
-        ];
+        let data = ControllerData {
+            reads: torques.chain(sensors).collect(),
+            writes: self.result.states.clone(),
+            ..ControllerData::default()
+        };
+        let compensation = DataNumber::new("compensation", self.view.compensation);
         if let Model::Nonlinear(full) = &self.model {
-            let error = ("error".to_string(), self.a.to_rows());
+            let tables = full.tables().into_iter().chain([("error".to_string(), self.a.to_rows())]);
+            let numbers = [DataNumber::new("shafts", full.data.shafts.len() as f64), compensation];
             let width = full.friction_width.map(|width| DataNumber::new("friction_width", width));
             return ControllerData {
                 block: "ModelObserver".into(),
-                reads: torques.into_iter().chain(sensors).collect(),
-                writes: self.result.states.clone(),
-                sample_time: None,
-                single: false,
-                matrices: full
-                    .tables()
-                    .into_iter()
-                    .chain([error])
-                    .map(|(name, rows)| DataMatrix::new(name, rows))
-                    .collect(),
-                numbers: [
-                    DataNumber::new("shafts", full.data.shafts.len() as f64),
-                    DataNumber::new("compensation", self.view.compensation),
-                ]
-                .into_iter()
-                .chain(width)
-                .collect(),
+                matrices: tables.map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
+                numbers: numbers.into_iter().chain(width).collect(),
+                ..data
             };
         }
+        let (n, signals) = (self.a.rows(), self.b.columns());
+        let (identity, zeros) = (Matrix::identity(n), Matrix::zeros(n, signals));
+        let matrices = [("A", &self.a), ("B", &self.b), ("C", &identity), ("D", &zeros)];
+        let offsets = self.result.sensors.iter().zip(&self.view.offsets);
+        let offsets = offsets.map(|(name, x)| DataNumber::new(format!("{name} offset"), *x));
+        let rest = self.data_at_rest(plant, inputs);
         ControllerData {
             block: "StateSpace".into(),
-            reads: torques.into_iter().chain(sensors).collect(),
-            writes: self.result.states.clone(),
-            sample_time: None,
-            single: false,
             matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
-            numbers: std::iter::once(DataNumber::new("compensation", self.view.compensation))
-                .chain(
-                    self.result
-                        .sensors
-                        .iter()
-                        .zip(&self.view.offsets)
-                        .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
-                )
-                .chain(self.data_at_rest(plant, inputs))
-                .collect(),
+            numbers: std::iter::once(compensation).chain(offsets).chain(rest).collect(),
+            ..data
         }
     }
 
@@ -192,16 +172,12 @@ impl Observed {
             let torques = inputs.iter().map(|input| plant.effort_of(input).signal).zip(rest.torques.iter().copied());
             states.chain(torques).map(|(name, rest)| DataNumber::new(format!("{name} at rest"), rest)).collect()
         };
-        linear.rest().map(named).unwrap_or_default()
-    }
-
-    fn own(&self) -> usize {
-        self.a.rows()
+        linear.rest.as_ref().map(named).unwrap_or_default()
     }
 
     /// Γ = ∫ exp((A − L C) t) dt over a sample time.
     fn zoh_integral(&self, clock: Clock) -> Option<Matrix<f64>> {
-        Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
+        Some(discretise(&self.a, &Matrix::identity(self.a.rows()), clock.period)?.b)
     }
 
     /// For each coordinate whether its position or its speed is measured.
@@ -249,9 +225,6 @@ impl Observed {
         };
         let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
         let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
-        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
-            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
-        };
         // Measured coordinates pass to the law with their errors.
         let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
             let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
@@ -262,27 +235,20 @@ impl Observed {
                 Reading::Twist(..) => 0.0,
             })
         };
-        let correct = Matrix::from_fn(n, self.view.readings.len(), |i, j| b[(i, m + j)]);
+        let correct = columns_of(b, m..m + self.view.readings.len());
         LinearLaw {
-            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
-                (true, true) => a[(i, j)],
-                (true, false) => 0.0,
-                (false, true) => rate_states[(i - n, j)],
-                (false, false) => law.states[(i - n, j - n)],
-            }),
-            angles: below(&correct.multiply(&self.rows[0]), &angles),
-            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            states: joined([a, &Matrix::zeros(n, k)], [&rate_states, &law.states]),
+            angles: stacked(&correct.multiply(&self.rows[0]), &angles),
+            speeds: stacked(&correct.multiply(&self.rows[1]), &speeds),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: below(&Matrix::from_fn(n, m, |i, j| b[(i, j)]), &law.torques),
-            on_states: Matrix::from_fn(m, n + k, |i, j| {
-                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
-            }),
+            torques: stacked(&columns_of(b, 0..m), &law.torques),
+            on_states: side_by_side(&[&command_states, &law.on_states]),
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(m, 0),
-            references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
+            references: stacked(&Matrix::zeros(n, law.references.columns()), &law.references),
             on_references: law.on_references.clone(),
-            errors: below(&correct, &through(&law.angles, &law.speeds)),
+            errors: stacked(&correct, &through(&law.angles, &law.speeds)),
             on_errors: through(&law.on_angles, &law.on_speeds),
             flowing: law.flowing,
         }
@@ -292,7 +258,7 @@ impl Observed {
 /// Share of the estimated disturbances that the law cancels.
 fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
-        Some(share) => Err(SynthesisError::NotAShare { share }),
+        Some(share) => Err(SynthesisError::NotAShare(share)),
         None => Ok(values.number_or_default("compensation")),
     }
 }
@@ -310,7 +276,7 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         plant.check_inertia()?;
     }
     if nonlinear && !laws.is_empty() && cancels {
-        return Err(SynthesisError::LawDoubleCancellation { elements: laws });
+        return Err(SynthesisError::LawDoubleCancellation(laws));
     }
     let more = friction || (law.on_full_model() && !plant.is_linear());
     if more && !nonlinear && cancels {
@@ -341,7 +307,7 @@ impl Observed {
         Some(match &self.model {
             Model::Linear(linear) => {
                 let sampled = discretise(&self.a, &self.b, clock.period)?;
-                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest().cloned(), true))
+                Model::Linear(LinearModelBlock::new(&sampled.a, &sampled.b, linear.rest.clone(), true))
             }
             Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.zoh_integral(clock)?))),
         })
@@ -349,16 +315,14 @@ impl Observed {
 }
 
 impl Law for Observed {
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.law.references()
-    }
-
-    fn references_at_rest(&self) -> Vec<f64> {
-        self.law.references_at_rest()
+    forward! {
+        law;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn references_at_rest(&self) -> Vec<f64>;
+        fn friction_width(&self) -> Option<f64>;
+        fn on_full_model(&self) -> bool;
+        fn exact(&self) -> Option<ExactLoop>;
     }
 
     fn states(&self) -> Vec<String> {
@@ -366,7 +330,7 @@ impl Law for Observed {
     }
 
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        let (own, rest) = out.split_at_mut(self.own());
+        let (own, rest) = out.split_at_mut(self.a.rows());
         own.fill(0.0);
         for (i, state) in own.iter_mut().enumerate().take(self.view.retained.len()) {
             let begins = |k: usize| {
@@ -422,18 +386,6 @@ impl Law for Observed {
 
     fn is_nonlinear(&self) -> bool {
         matches!(self.model, Model::Nonlinear(_)) || self.law.is_nonlinear()
-    }
-
-    fn friction_width(&self) -> Option<f64> {
-        self.law.friction_width()
-    }
-
-    fn on_full_model(&self) -> bool {
-        self.law.on_full_model()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
     }
 
     fn describe(&self) -> Design {

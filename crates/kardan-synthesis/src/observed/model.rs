@@ -4,7 +4,8 @@ use kardan_rt::{ModelObserver, Sensor, StateSpace};
 
 use super::estimated_view::EstimatedView;
 use super::reading::{Reading, sensor_table, sensors};
-use crate::sampled::entries;
+use crate::matrix_parts::columns_of;
+use crate::sampled::{entries, sensors_in};
 use crate::{Law, Plant, SynthesisError};
 use kardan_math::num::{Float, Matrix};
 use kardan_mechanics::reduce::MechanismData;
@@ -107,8 +108,27 @@ impl FullModel<f64> {
             at[j] = middle;
             (0..n).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * step));
         }
-        let columns = |first: usize, count: usize| Matrix::from_fn(n, count, |i, j| slopes[(i, first + j)]);
-        [columns(0, n), columns(n, m + readings.len())]
+        [columns_of(&slopes, 0..n), columns_of(&slopes, n..at.len())]
+    }
+
+    /// The same in a precision, for a sample time with that Γ.
+    pub fn cast<T: Float>(&self, zoh_integral: &Matrix<f64>) -> FullModel<T> {
+        let (sensors, terms) = sensors_in(&self.sensors, &self.entries);
+        FullModel {
+            data: self.data.cast(T::from_f64),
+            inputs: self.inputs.clone(),
+            sensors,
+            entries: terms,
+            disturbances: self.disturbances.clone(),
+            gain: T::list(&self.gain),
+            zoh_integral: entries(zoh_integral),
+            friction_width: self.friction_width.map(T::from_f64),
+            memory: T::list(&self.memory),
+            torques: T::list(&self.torques),
+            readings: T::list(&self.readings),
+            state: T::list(&self.state),
+            result: T::list(&self.result),
+        }
     }
 
     /// The tables and lists of the block for a file, in addition to those of the mechanism.
@@ -144,38 +164,12 @@ impl<T: Float> FullModel<T> {
         }
     }
 
-    /// The same in another precision, for a sample time with that Γ.
-    pub fn cast<U: Float>(&self, zoh_integral: &Matrix<f64>) -> FullModel<U> {
-        let to = |x: T| U::from_f64(x.to_f64());
-        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
-        let sensor = |sensor: &Sensor<T>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
-        FullModel {
-            data: self.data.cast(to),
-            inputs: self.inputs.clone(),
-            sensors: self.sensors.iter().map(sensor).collect(),
-            entries: self.entries.iter().map(|(shaft, x)| (*shaft, to(*x))).collect(),
-            disturbances: self.disturbances.clone(),
-            gain: list(&self.gain),
-            zoh_integral: entries(zoh_integral),
-            friction_width: self.friction_width.map(to),
-            memory: list(&self.memory),
-            torques: list(&self.torques),
-            readings: list(&self.readings),
-            state: list(&self.state),
-            result: list(&self.result),
-        }
-    }
-
-    fn take(&mut self, states: &[f64], torques: &[f64], readings: &[f64]) -> Vec<T> {
+    fn states(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
         T::narrow(states, &mut self.state);
         T::narrow(torques, &mut self.torques);
         T::narrow(readings, &mut self.readings);
-        std::mem::take(&mut self.memory)
-    }
-
-    fn states(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
-        let mut memory = self.take(states, torques, readings);
         let (state, mut result) = (std::mem::take(&mut self.state), std::mem::take(&mut self.result));
+        let mut memory = std::mem::take(&mut self.memory);
         let found = if self.zoh_integral.is_empty() {
             self.block().rates(&state, &self.torques, &self.readings, &mut memory, &mut result)
         } else {
@@ -216,7 +210,8 @@ pub(super) struct LinearModelBlock<T> {
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
-    rest: Option<RestOfModel>,
+    /// Its values at rest.
+    pub rest: Option<RestOfModel>,
     /// Whether it gives the states at the next sample instead of rates.
     steps: bool,
 }
@@ -233,11 +228,6 @@ impl<T: Float> LinearModelBlock<T> {
             rest,
             steps,
         }
-    }
-
-    /// Its values at rest.
-    pub fn rest(&self) -> Option<&RestOfModel> {
-        self.rest.as_ref()
     }
 
     /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, it writes nothing.

@@ -47,7 +47,7 @@ pub(crate) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
         | Measured::ComplianceTorque(..)
         | Measured::NetTorque(_)
         | Measured::Signal(_) => {
-            return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
+            return Err(SynthesisError::NotASensor(sensor.name.clone()));
         }
     })
 }
@@ -57,21 +57,13 @@ pub(crate) fn sensors(readings: &[Reading]) -> (Vec<Sensor<f64>>, Vec<(usize, f6
     let mut terms = Vec::new();
     let one = |reading: &Reading| {
         let first = terms.len();
-        let (speed, rest) = match reading {
-            Reading::Angle(shaft) => {
-                terms.push((*shaft, 1.0));
-                (false, 0.0)
-            }
-            Reading::Speed(shaft) => {
-                terms.push((*shaft, 1.0));
-                (true, 0.0)
-            }
-            Reading::Twist(row, rest) => {
-                terms.extend_from_slice(row);
-                (false, *rest)
-            }
-        };
-        Sensor { row: Row { first, count: terms.len() - first }, speed, rest }
+        match reading {
+            Reading::Angle(shaft) | Reading::Speed(shaft) => terms.push((*shaft, 1.0)),
+            Reading::Twist(row, _) => terms.extend_from_slice(row),
+        }
+        let rest = if let Reading::Twist(_, rest) = reading { *rest } else { 0.0 };
+        let row = Row { first, count: terms.len() - first };
+        Sensor { row, speed: matches!(reading, Reading::Speed(_)), rest }
     };
     (readings.iter().map(one).collect(), terms)
 }

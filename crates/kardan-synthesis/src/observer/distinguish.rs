@@ -66,16 +66,9 @@ pub(super) fn hidden_states(found: &Chains, n: usize) -> Vec<Vec<Rational>> {
 
 /// Rows x with `M xᵀ = 0`, in reduced echelon form.
 fn annihilator(m: &Matrix<Rational>) -> Matrix<Rational> {
-    let n = m.columns();
     // Free columns first, so that the result has its leading ones early.
-    let e = echelon(m, &(0..n).rev().collect::<Vec<_>>());
-    let free: Vec<usize> = (0..n).filter(|j| !e.pivots.contains(j)).collect();
-    let mut out = Matrix::<Rational>::zeros(free.len(), n);
-    for (i, &f) in free.iter().enumerate() {
-        out[(i, f)] = Rational::ONE;
-        e.pivots.iter().enumerate().for_each(|(k, &pivot)| out[(i, pivot)] = Rational::ZERO.minus(&e.form[(k, f)]));
-    }
-    out
+    let descending: Vec<usize> = (0..m.columns()).rev().collect();
+    echelon(m, &descending).kernel().transpose()
 }
 
 /// Independent rows, in reduced echelon form, that span these vectors restricted to some columns.

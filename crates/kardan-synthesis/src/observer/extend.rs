@@ -3,10 +3,12 @@
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational};
 
+use crate::matrix_parts::{joined, side_by_side, stacked};
+
 /// The system with unknown constant disturbances as states: `E ẋ = A x + B u + W d`, `ḋ = 0` \[diss. (6.45)\], exact.
 ///
-/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does (see
-/// [`torques_on`]). The new states follow the others, with the names given; inputs and outputs stay.
+/// `disturbance` is W, states × disturbances; with the E of a mechanical model its lower half contains torques, as B does:
+/// `[0; Kᵀ e_shaft]` for a torque on a shaft. The new states follow the others, with the names given; inputs and outputs stay.
 ///
 /// # Panics
 /// If W has not one row per state and one column per name.
@@ -24,33 +26,15 @@ use kardan_math::num::{Matrix, Rational};
 pub fn extend(system: &LinearSystem, disturbance: &Matrix<Rational>, names: &[String]) -> LinearSystem {
     let (n, k) = (system.states.len(), names.len());
     assert!(disturbance.rows() == n && disturbance.columns() == k, "one row per state, one column per name");
-    let zero = || Rational::ZERO;
-    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
     LinearSystem {
         states: system.states.iter().chain(names).cloned().collect(),
         inputs: system.inputs.clone(),
         outputs: system.outputs.clone(),
-        e: Matrix::from_fn(n + k, n + k, |i, j| if i < n && j < n { system.e[(i, j)].clone() } else { unit(i, j) }),
-        a: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
-            (true, true) => system.a[(i, j)].clone(),
-            (true, false) => disturbance[(i, j - n)].clone(),
-            _ => zero(),
-        }),
-        b: Matrix::from_fn(n + k, system.inputs.len(), |i, j| if i < n { system.b[(i, j)].clone() } else { zero() }),
-        c: Matrix::from_fn(system.outputs.len(), n + k, |i, j| if j < n { system.c[(i, j)].clone() } else { zero() }),
+        e: joined([&system.e, &Matrix::zeros(n, k)], [&Matrix::zeros(k, n), &Matrix::identity(k)]),
+        a: joined([&system.a, disturbance], [&Matrix::zeros(k, n), &Matrix::zeros(k, k)]),
+        b: stacked(&system.b, &Matrix::zeros(k, system.inputs.len())),
+        c: side_by_side(&[&system.c, &Matrix::zeros(system.outputs.len(), k)]),
         d: system.d.clone(),
         degrees_of_freedom: None,
     }
-}
-
-/// W for torques on shafts: `[0; Kᵀ e_shaft]`, one column per shaft \[diss. (6.42)\].
-///
-/// `basis` is K of [`ConstrainedSystem::explicit_basis`](kardan_analysis::ConstrainedSystem::explicit_basis), shafts ×
-/// coordinates; for systems with `E = diag(I, H_r)`.
-///
-/// # Panics
-/// If there is no shaft of such a number.
-pub fn torques_on(basis: &Matrix<Rational>, shafts: &[usize]) -> Matrix<Rational> {
-    let r = basis.columns();
-    Matrix::from_fn(2 * r, shafts.len(), |i, j| if i < r { Rational::ZERO } else { basis[(shafts[j], i - r)].clone() })
 }

@@ -13,6 +13,6 @@ mod luenberger;
 pub use distinguish::{MOST_SETS, distinguishable};
 pub use distinguishable::Distinguishable;
 pub use error::ObserverError;
-pub use extend::{extend, torques_on};
+pub use extend::extend;
 pub use kalman::{KalmanGain, Noise, kalman};
 pub use luenberger::{ObserverGain, luenberger};

@@ -8,32 +8,22 @@ pub type ExactPole = (Rational, Rational);
 
 /// `Π (s − pole)`; `None` if the poles are not self-conjugate.
 pub(crate) fn product(poles: &[ExactPole]) -> Option<Polynomial> {
-    let mut out = vec![Rational::ONE];
+    let mut out = Polynomial::constant(Rational::ONE);
     let mut open: Vec<&ExactPole> = Vec::new();
     for pole in poles {
         let (re, im) = pole;
         if im.is_zero() {
-            out = times(&out, &[Rational::ZERO.minus(re), Rational::ONE]);
+            out = out.times(&Polynomial::new(vec![Rational::ZERO.minus(re), Rational::ONE]));
         } else if let Some(at) = open.iter().position(|candidate| candidate.0 == *re && candidate.1.plus(im).is_zero())
         {
             open.swap_remove(at);
             let size = re.times(re).plus(&im.times(im));
-            out = times(&out, &[size, Rational::from(-2).times(re), Rational::ONE]);
+            out = out.times(&Polynomial::new(vec![size, Rational::from(-2).times(re), Rational::ONE]));
         } else {
             open.push(pole);
         }
     }
-    open.is_empty().then(|| Polynomial::new(out))
-}
-
-fn times(a: &[Rational], b: &[Rational]) -> Vec<Rational> {
-    let mut out = vec![Rational::ZERO; a.len() + b.len() - 1];
-    for (i, x) in a.iter().enumerate() {
-        for (j, y) in b.iter().enumerate() {
-            out[i + j] = out[i + j].plus(&x.times(y));
-        }
-    }
-    out
+    open.is_empty().then_some(out)
 }
 
 /// Rounded.

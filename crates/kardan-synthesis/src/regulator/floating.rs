@@ -14,11 +14,6 @@ pub(super) fn from_faer(m: &Mat<f64>) -> Matrix<f64> {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
-/// Whether all entries are finite.
-pub(super) fn finite(m: &Matrix<f64>) -> bool {
-    m.as_slice().iter().all(|x| x.is_finite())
-}
-
 /// `diag(1/rows) M diag(columns)`.
 pub(super) fn scaled(m: &Mat<f64>, rows: &[f64], columns: &[f64]) -> Mat<f64> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] * columns[j] / rows[i])

@@ -2,8 +2,9 @@
 
 use faer::{Mat, c64};
 
-use super::floating::{finite, from_faer, scaled, to_faer};
+use super::floating::{from_faer, scaled, to_faer};
 use super::schur::Schur;
+use crate::matrix_parts::is_finite;
 use crate::notation::format_pole;
 use kardan_math::num::{Matrix, balance};
 use kardan_results::Pole;
@@ -55,7 +56,7 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     if a.columns() != n || q.rows() != n || q.columns() != n {
         return Err(LyapunovError::Shape);
     }
-    if !(finite(a) && finite(q)) {
+    if !(is_finite(a) && is_finite(q)) {
         return Err(LyapunovError::NotFinite);
     }
     if n == 0 {
@@ -65,31 +66,23 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     let scales = balance(&a);
     let inverse: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
     let (a, q) = (scaled(&a, &scales, &scales), scaled(&to_faer(q), &scales, &inverse));
-    let solver = Solver::new(&a)?;
-    let mut x = solver.solve(&q)?;
+    let schur = Schur::of(&a).ok_or(LyapunovError::Iteration)?;
+    let mut x = schur.solve_lyapunov(&q)?;
     let residual = |x: &Mat<f64>| &a * x + x * a.transpose() + &q;
-    x += solver.solve(&residual(&x))?;
+    x += schur.solve_lyapunov(&residual(&x))?;
     let size = 2.0 * (&a * &x).norm_l2() + q.norm_l2();
     let residual = residual(&x).norm_l2();
     let x = from_faer(&scaled(&x, &inverse, &scales));
-    if !finite(&x) {
+    if !is_finite(&x) {
         return Err(LyapunovError::NotFinite);
     }
     Ok(Lyapunov { solution: x, residual: if size > 0.0 { residual / size } else { 0.0 } })
 }
 
-/// Solves Lyapunov equations with the same A.
-pub(super) struct Solver(Schur);
-
-impl Solver {
-    /// Brings A to Schur form.
-    pub fn new(a: &Mat<f64>) -> Result<Self, LyapunovError> {
-        Schur::of(a).map(Self).ok_or(LyapunovError::Iteration)
-    }
-
+impl Schur {
     /// X of `A X + X Aᵀ + Q = 0`.
-    pub fn solve(&self, q: &Mat<f64>) -> Result<Mat<f64>, LyapunovError> {
-        let (u, t) = (&self.0.unitary, &self.0.triangular);
+    pub fn solve_lyapunov(&self, q: &Mat<f64>) -> Result<Mat<f64>, LyapunovError> {
+        let (u, t) = (&self.unitary, &self.triangular);
         let n = t.nrows();
         let largest = (0..n).map(|k| t[(k, k)].norm()).fold(0.0, f64::max);
         let right = u.adjoint() * Mat::from_fn(n, n, |i, j| c64::new(q[(i, j)], 0.0)) * u;

@@ -22,5 +22,5 @@ pub use exact_poles::ExactPole;
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
 pub use pole_placement::{Placement, PlacementError, place_poles};
 pub use quadratic::{Regulator, RiccatiError, Weights, lqr};
-pub use reach::{Chains, Unreached, chains, characteristic_polynomial, unreached};
+pub use reach::{Chains, Unreached, chains, unreached};
 pub use steady_state::{SteadyState, SteadyStateError, steady_state};

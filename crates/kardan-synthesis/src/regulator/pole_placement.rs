@@ -4,11 +4,12 @@ use faer::Mat;
 use kardan_rt::functions::{exp2, hypot, log2};
 
 use super::assignment::{Assignment, assign};
-use super::floating::{finite, from_faer, scaled, to_faer};
+use super::floating::{from_faer, scaled, to_faer};
 use super::pole_list::{multiplicities, paired, take_nearest};
 use super::quadratic::balanced_eigenvalues;
 use super::single_input::single_input;
 use super::{chains, unreached};
+use crate::matrix_parts::is_finite;
 use crate::notation::{format_pole, format_poles};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, balance, echelon};
@@ -169,7 +170,7 @@ fn eigenvectors(
 ) -> Result<Option<Assignment>, PlacementError> {
     let targets = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
     let (a, b) = (a.to_f64(), b.to_f64());
-    if !(finite(&a) && finite(&b)) {
+    if !(is_finite(&a) && is_finite(&b)) {
         return Err(PlacementError::NotFinite);
     }
     let (a, b) = (to_faer(&a), to_faer(&b));

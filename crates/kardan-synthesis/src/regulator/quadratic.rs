@@ -2,12 +2,14 @@
 
 use faer::Mat;
 
-use super::floating::{finite, from_faer, to_faer};
+use super::floating::{from_faer, to_faer};
 use super::riccati::riccati;
 use super::{Unreached, lyapunov, unreached};
+use crate::decoupling::difference;
+use crate::matrix_parts::{exactly, is_finite};
 use crate::notation::{format_poles, linear_combination};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
+use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, eigenvalues};
 use kardan_results::Pole;
 
 /// The cost `∫ xᵀQx + 2xᵀNu + uᵀRu dt`.
@@ -130,28 +132,29 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     let q = symmetrised("states", &weights.state)?;
     let r = symmetrised("inputs", &weights.input)?;
     if let Definiteness::PositiveSemi { direction } | Definiteness::Indefinite { witness: direction } =
-        definiteness(&exact(&r))
+        definiteness(&exactly(&r))
     {
         return Err(RiccatiError::InputWeight { direction: linear_combination(&system.inputs, &direction) });
     }
     let explicit = system.explicit().ok_or(RiccatiError::Singular)?;
-    let through = exact(&r).solve(&exact(&cross).transpose()).ok_or(RiccatiError::NotSolved)?;
-    let cost = difference(&exact(&q), &exact(&cross).multiply(&through));
+    let through = exactly(&r).solve(&exactly(&cross).transpose()).ok_or(RiccatiError::NotSolved)?;
+    let cost = difference(&exactly(&q), &exactly(&cross).multiply(&through));
     semidefinite(&system.states, &to_faer(&cost.to_f64()))?;
+    // The modes are roots with proven signs.
     if let Some(part) = unreached(&explicit) {
-        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| !decays(mode)).collect();
+        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| mode.re >= 0.0).collect();
         if !modes.is_empty() {
             return Err(RiccatiError::NotStabilisable { modes, combinations: part.combinations });
         }
     }
     if let Some(part) = unobservable(&explicit, &through, &cost) {
-        let modes: Vec<Pole> = part.modes.iter().copied().filter(stays).collect();
+        let modes: Vec<Pole> = part.modes.iter().copied().filter(|mode| mode.re == 0.0).collect();
         if !modes.is_empty() {
             return Err(RiccatiError::NotDetectable { modes, motions: part.combinations });
         }
     }
     let (a, b) = (explicit.a.to_f64(), explicit.b.to_f64());
-    if !(finite(&a) && finite(&b)) {
+    if !(is_finite(&a) && is_finite(&b)) {
         return Err(RiccatiError::NotFinite("system"));
     }
     if n == 0 || m == 0 {
@@ -184,20 +187,11 @@ pub(super) fn balanced_eigenvalues(a: &Matrix<f64>) -> Option<Vec<Pole>> {
     if a.rows() == 0 {
         return Some(Vec::new());
     }
-    if !finite(a) {
+    if !is_finite(a) {
         return None;
     }
     let s = kardan_math::num::balance(&to_faer(a));
     eigenvalues(&Matrix::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)] * s[j] / s[i])).map(Pole::list)
-}
-
-/// Exact: the modes are roots with proven signs.
-fn decays(mode: &Pole) -> bool {
-    mode.re < 0.0
-}
-
-fn stays(mode: &Pole) -> bool {
-    mode.re == 0.0
 }
 
 fn check(what: &'static str, m: &Matrix<f64>, expected: (usize, usize)) -> Result<(), RiccatiError> {
@@ -205,7 +199,7 @@ fn check(what: &'static str, m: &Matrix<f64>, expected: (usize, usize)) -> Resul
     if actual != expected {
         return Err(RiccatiError::Shape { what, actual, expected });
     }
-    if finite(m) { Ok(()) } else { Err(RiccatiError::NotFinite(what)) }
+    if is_finite(m) { Ok(()) } else { Err(RiccatiError::NotFinite(what)) }
 }
 
 fn symmetrised(what: &'static str, m: &Matrix<f64>) -> Result<Matrix<f64>, RiccatiError> {
@@ -219,15 +213,6 @@ fn symmetrised(what: &'static str, m: &Matrix<f64>) -> Result<Matrix<f64>, Ricca
         }
     }
     Ok(Matrix::from_fn(n, n, |i, j| 0.5 * m[(i, j)] + 0.5 * m[(j, i)]))
-}
-
-/// The exact values of finite numbers.
-fn exact(m: &Matrix<f64>) -> Matrix<Rational> {
-    Matrix::from_fn(m.rows(), m.columns(), |i, j| rational_from_f64(m[(i, j)]).unwrap_or(Rational::ZERO))
-}
-
-fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
-    Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)].minus(&b[(i, j)]))
 }
 
 fn semidefinite(states: &[String], cost: &Mat<f64>) -> Result<(), RiccatiError> {

@@ -4,6 +4,7 @@ use kardan_analysis::{LinearSystem, controllable_rank};
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use kardan_results::Pole;
 
+use crate::decoupling::{RowSpan, characteristic_polynomial};
 use crate::notation::linear_combination;
 
 /// Independent columns of the controllability matrix in the order `b₁ … b_m, A b₁ …`: each that does not depend on those
@@ -27,24 +28,17 @@ pub struct Chains {
 pub fn chains(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Chains {
     let (n, m) = (a.rows(), b.columns());
     assert!(a.columns() == n && b.rows() == n, "chains of matrices that do not fit");
-    let mut reduced: Vec<(usize, Vec<Rational>)> = Vec::new();
+    let mut span = RowSpan::default();
     let mut out = Chains { vectors: Vec::new(), indices: vec![0; m] };
     let mut open: Vec<(usize, Vec<Rational>)> =
         (0..m).map(|j| (j, (0..n).map(|i| b[(i, j)].clone()).collect())).collect();
     let mut power = 0;
-    while !open.is_empty() && reduced.len() < n {
+    while !open.is_empty() && out.vectors.len() < n {
         let mut next = Vec::new();
         for (input, vector) in open {
-            let mut rest = vector.clone();
-            for (pivot, row) in &reduced {
-                let factor = rest[*pivot].clone();
-                if !factor.is_zero() {
-                    rest.iter_mut().zip(row).for_each(|(x, y)| *x = x.minus(&factor.times(y)));
-                }
+            if span.insert(&vector).is_none() {
+                continue;
             }
-            let Some(pivot) = rest.iter().position(|x| !x.is_zero()) else { continue };
-            let scale = Rational::ONE.over(&rest[pivot]);
-            reduced.push((pivot, rest.iter().map(|x| x.times(&scale)).collect()));
             let column = Matrix::from_fn(n, 1, |i, _| vector[i].clone());
             next.push((input, a.multiply(&column).as_slice().to_vec()));
             out.vectors.push((input, power, vector));
@@ -117,35 +111,4 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
         .collect();
     let modes = Pole::list(polynomial.roots());
     Some(Unreached { polynomial, modes, combinations, reached: pivots, a, b })
-}
-
-/// `det(sI − A)`, exact.
-///
-/// Method: Faddeev and LeVerrier, O(n⁴) rational operations.
-///
-/// ```
-/// use kardan_math::num::{Matrix, Rational};
-/// use kardan_synthesis::regulator::characteristic_polynomial;
-/// let oscillator = Matrix::from_fn(2, 2, |i, j| Rational::from([[0, 1], [-4, -3]][i][j]));
-/// assert_eq!(characteristic_polynomial(&oscillator).to_string(), "s^2 + 3 s + 4");
-/// ```
-///
-/// # Panics
-/// If the matrix is not square.
-pub fn characteristic_polynomial(a: &Matrix<Rational>) -> Polynomial {
-    let n = a.rows();
-    assert_eq!(n, a.columns(), "characteristic polynomial of a matrix that is not square");
-    let mut coefficients = vec![Rational::ZERO; n + 1];
-    coefficients[n] = Rational::ONE;
-    let mut m = Matrix::<Rational>::zeros(n, n);
-    for k in 1..=n {
-        // M_k = A M_{k−1} + c_{n−k+1} I, c_{n−k} = −tr(A M_k)/k
-        for i in 0..n {
-            m[(i, i)] = m[(i, i)].plus(&coefficients[n - k + 1]);
-        }
-        m = a.multiply(&m);
-        let trace = (0..n).fold(Rational::ZERO, |sum, i| sum.plus(&m[(i, i)]));
-        coefficients[n - k] = Rational::ZERO.minus(&trace.over(&Rational::from(k)));
-    }
-    Polynomial::new(coefficients)
 }

@@ -5,7 +5,6 @@ use faer::{Mat, c64};
 use kardan_rt::functions::{exp2, log2};
 
 use super::floating::{scaled, symmetric};
-use super::lyapunov::Solver;
 use super::schur::Schur;
 
 /// A stabilising solution of a Riccati equation.
@@ -91,7 +90,7 @@ impl Equation {
     fn newton(&self, x: &Mat<f64>) -> Option<Mat<f64>> {
         let closed = &self.a - &self.b * self.gain(x);
         let [a, b, c, d] = self.terms(x);
-        let change = Solver::new(&closed.transpose().to_owned()).ok()?.solve(&symmetric(&(a + b + c + d))).ok()?;
+        let change = Schur::of(&closed.transpose().to_owned())?.solve_lyapunov(&symmetric(&(a + b + c + d))).ok()?;
         let next = symmetric(&(x + change));
         next.is_all_finite().then_some(next)
     }

@@ -1,5 +1,6 @@
 //! States and inputs at which outputs rest at required values.
 
+use crate::matrix_parts::{joined, stacked, window};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, Scalar, echelon};
@@ -66,20 +67,12 @@ pub fn steady_state(system: &LinearSystem) -> Result<SteadyState, SteadyStateErr
     if m != p {
         return Err(SteadyStateError::NotSquare { outputs: p, inputs: m });
     }
-    let whole = Matrix::from_fn(n + p, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => system.a[(i, j)].clone(),
-        (true, false) => system.b[(i, j - n)].clone(),
-        (false, true) => system.c[(i - n, j)].clone(),
-        (false, false) => system.d[(i - n, j - n)].clone(),
-    });
-    let right = Matrix::from_fn(n + p, p, |i, j| if i == n + j { Rational::ONE } else { Rational::ZERO });
+    let whole = joined([&system.a, &system.b], [&system.c, &system.d]);
+    let right = stacked(&Matrix::zeros(n, p), &Matrix::identity(p));
     let Some(solution) = whole.solve(&right) else {
         return Err(SteadyStateError::Zero { unheld: reason(system, &whole) });
     };
-    Ok(SteadyState {
-        states: Matrix::from_fn(n, p, |i, j| solution[(i, j)].clone()),
-        inputs: Matrix::from_fn(m, p, |i, j| solution[(n + i, j)].clone()),
-    })
+    Ok(SteadyState { states: window(&solution, 0..n, 0..p), inputs: window(&solution, n..n + m, 0..p) })
 }
 
 /// A left null vector of `[A B; C D]` as text.

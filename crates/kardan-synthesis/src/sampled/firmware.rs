@@ -22,63 +22,31 @@ struct Sampled {
 }
 
 impl Law for Sampled {
-    fn inputs(&self) -> &[String] {
-        self.law.inputs()
-    }
-
-    fn references(&self) -> &[Reference] {
-        self.law.references()
-    }
-
-    fn references_at_rest(&self) -> Vec<f64> {
-        self.law.references_at_rest()
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        self.law.sensors()
+    forward! {
+        law;
+        fn inputs(&self) -> &[String];
+        fn references(&self) -> &[Reference];
+        fn references_at_rest(&self) -> Vec<f64>;
+        fn sensors(&self) -> &[OutputSignal];
+        fn states(&self) -> Vec<String>;
+        fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]);
+        fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>>;
+        fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
+        fn is_nonlinear(&self) -> bool;
+        fn keeps(&self) -> Frozen;
+        fn exact(&self) -> Option<ExactLoop>;
+        fn describe(&self) -> Design;
     }
 
     fn clock(&self) -> Option<Clock> {
         Some(self.clock)
     }
 
-    fn states(&self) -> Vec<String> {
-        self.law.states()
-    }
-
-    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        self.law.start(angles, speeds, out);
-    }
-
-    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
-        self.law.block(clock)
-    }
-
     fn linear(&self) -> LinearLaw {
         self.linear.clone()
     }
 
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.law.linear_sampled(clock)
-    }
-
-    fn is_nonlinear(&self) -> bool {
-        self.law.is_nonlinear()
-    }
-
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
         self.law.linear_at(position, Some(self.clock))
-    }
-
-    fn keeps(&self) -> Frozen {
-        self.law.keeps()
-    }
-
-    fn exact(&self) -> Option<ExactLoop> {
-        self.law.exact()
-    }
-
-    fn describe(&self) -> Design {
-        self.law.describe()
     }
 }

@@ -3,6 +3,7 @@
 use kardan_rt::functions::{log2, powi};
 
 use crate::Clock;
+use crate::matrix_parts::is_finite;
 use kardan_math::num::{Matrix, exponential};
 
 /// A plant `ẋ = A x + B u` with zero-order hold of the inputs, which change with a delay, exactly, over `[x; p₁ … p_h; u]`
@@ -133,8 +134,7 @@ pub(crate) fn integrated(a: &Matrix<f64>, q: &Matrix<f64>, time: f64) -> Option<
         integral = integral.plus(&power.transpose().multiply(&integral).multiply(&power));
         power = power.multiply(&power);
     }
-    let finite = |m: &Matrix<f64>| m.as_slice().iter().all(|x| x.is_finite());
-    (finite(&power) && finite(&integral)).then_some((power, integral))
+    (is_finite(&power) && is_finite(&integral)).then_some((power, integral))
 }
 
 #[cfg(test)]

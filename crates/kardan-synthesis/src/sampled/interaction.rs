@@ -2,6 +2,7 @@
 
 use super::hold::{ZohPlant, plant_flow};
 use crate::Clock;
+use crate::matrix_parts::{columns_of, is_finite, selected};
 use crate::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 use kardan_math::num::{Matrix, discretise};
 
@@ -97,32 +98,28 @@ impl Problem {
                 cost[(i, j)] += sign * weight;
             }
         }
-        let part = |m: &Matrix<f64>, rows: &[usize], columns: &[usize]| {
-            Matrix::from_fn(rows.len(), columns.len(), |i, j| m[(rows[i], columns[j])])
-        };
-        let (a, b) = (part(&next, &regulated, &regulated), part(&next, &regulated, &now));
+        let (a, b) = (selected(&next, &regulated, &regulated), selected(&next, &regulated, &now));
         let sampled = SampledCost {
-            state: part(&cost, &regulated, &regulated),
-            input: part(&cost, &now, &now),
-            cross: part(&cost, &regulated, &now),
+            state: selected(&cost, &regulated, &regulated),
+            input: selected(&cost, &now, &now),
+            cross: selected(&cost, &regulated, &now),
         };
         let regulator = sampled_lqr(&a, &b, &sampled)?;
         // X₁₂ = A_clᵀ (X A₁₂ + X₁₂ A₂₂) + Q₁₂ − Kᵀ N₂ᵀ
-        let (a12, a22) = (part(&next, &regulated, &exogenous), part(&next, &exogenous, &exogenous));
+        let (a12, a22) = (selected(&next, &regulated, &exogenous), selected(&next, &exogenous, &exogenous));
         let closed = a.plus(&b.multiply(&regulator.gain).scale(&-1.0));
-        let crossed = part(&cost, &now, &exogenous);
+        let crossed = selected(&cost, &now, &exogenous);
         let x = &regulator.solution;
         let right = closed
             .transpose()
             .multiply(&x.multiply(&a12))
-            .plus(&part(&cost, &regulated, &exogenous))
+            .plus(&selected(&cost, &regulated, &exogenous))
             .plus(&regulator.gain.transpose().multiply(&crossed).scale(&-1.0));
         let x12 = stein(&closed, &a22, &right)?;
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);
         let solved = weight.solve(&ahead)?;
-        let columns =
-            |matrix: &Matrix<f64>, first: usize, count: usize| Matrix::from_fn(m, count, |i, j| matrix[(i, first + j)]);
+        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| columns_of(matrix, first..first + count);
         let d = self.w.columns();
         let solution = Solution {
             on_state: columns(&regulator.gain, 0, n),
@@ -133,8 +130,7 @@ impl Problem {
             on_reference: columns(&solved, d + 2 * c, c),
             regulator,
         };
-        let finite = |m: &Matrix<f64>| m.as_slice().iter().all(|x| x.is_finite());
-        (finite(&solved) && finite(&solution.regulator.gain)).then_some(solution)
+        (is_finite(&solved) && is_finite(&solution.regulator.gain)).then_some(solution)
     }
 
     /// Aξ and Bξ of the sampled reference models, `ξ⁺ = Aξ ξ + Bξ r`; `None` if a number overflows.

@@ -9,6 +9,7 @@ use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoop
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
+use crate::matrix_parts::is_finite;
 use kardan_math::num::{AtZero, Matrix, Rounding, at_zero_rounded, balance, discretise, eigenvalues, isolated, square};
 use kardan_results::Stability;
 
@@ -52,7 +53,7 @@ pub struct SampledLoop {
     /// Reduced coordinates, which are first in z.
     degrees_of_freedom: usize,
     /// Where constants begin in z: references and errors.
-    constants: usize,
+    pub(super) constants: usize,
     jumps: Vec<Jump<f64>>,
     event_sequence: Vec<LoopEvent>,
 }
@@ -119,7 +120,7 @@ struct NonzeroSpectrum {
 
 impl NonzeroSpectrum {
     fn of(matrix: &Matrix<f64>, rounding: Rounding<'_>, excluded: usize) -> Option<Self> {
-        if matrix.as_slice().iter().any(|x| !x.is_finite()) {
+        if !is_finite(matrix) {
             return None;
         }
         let [isolated, coupled] = isolated(matrix);
@@ -204,7 +205,7 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
         let x = shifted(a, im).solve(&once.scale(&(1.0 / largest)))?;
         let largest = x.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
         let x = x.scale(&(1.0 / largest));
-        x.as_slice().iter().all(|x| x.is_finite()).then_some(x)
+        is_finite(&x).then_some(x)
     };
     let (right, left) = (vector(&balanced, near.1), vector(&balanced.transpose(), -near.1));
     let condition = match (right, left) {
@@ -260,7 +261,7 @@ impl SampledLoop {
         let found = EventSequence::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
         let map = found.map(places.size);
         let EventSequence { jumps, events: event_sequence, applied, .. } = found;
-        if !map.as_slice().iter().all(|x| x.is_finite()) {
+        if !is_finite(&map) {
             return Err(SampledLoopError::NotFinite);
         }
         let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
@@ -424,11 +425,6 @@ impl SampledLoop {
         Some(map)
     }
 
-    /// The number of entries of z that are not constant.
-    pub(super) fn states(&self) -> usize {
-        self.constants
-    }
-
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
     /// from sample to sample.
     fn turn(&self, (re, im): (f64, f64)) -> f64 {
@@ -441,22 +437,11 @@ impl SampledLoop {
         let near = (re * (1.0 + BESIDE), im * (1.0 + BESIDE));
         let shifted = Matrix::from_fn(2 * n, 2 * n, |i, j| {
             let (row, column) = (i % n, j % n);
+            let on_diagonal = |x: f64| if row == column { x } else { 0.0 };
             match (i < n, j < n) {
-                (true, true) | (false, false) => self.map[(row, column)] - if row == column { near.0 } else { 0.0 },
-                (true, false) => {
-                    if row == column {
-                        near.1
-                    } else {
-                        0.0
-                    }
-                }
-                (false, true) => {
-                    if row == column {
-                        -near.1
-                    } else {
-                        0.0
-                    }
-                }
+                (true, true) | (false, false) => self.map[(row, column)] - on_diagonal(near.0),
+                (true, false) => on_diagonal(near.1),
+                (false, true) => on_diagonal(-near.1),
             }
         });
         let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));

@@ -33,7 +33,7 @@ pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;
 pub use loop_map::{SampledLoop, Slowest};
 pub use margins::{Change, GAINS, LIMIT_STEP, Limit, Survey};
-pub(super) use memory::{archive_health, entries};
+pub(super) use memory::{archive_health, entries, position_loop_in, sensors_in};
 pub use noise::reading_variance;
 pub use part::{SampledPart, Teller, Wire};
 pub(super) use places::{FirstOrderPlant, Places};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{LoopPlant, SlowSensor};
 use crate::{Clock, ExportedSignal, Law, LinearLaw};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{LastDigits, Matrix, Rational};
+use kardan_math::num::{LastDigits, Rational};
 use kardan_results::signal_name::SignalName;
 
 /// An additional delay of the commands of a sampled law to one of its motors.
@@ -162,16 +162,7 @@ fn is_off(law: &LinearLaw) -> bool {
 
 /// A law without its states, which act on nothing.
 fn remove_states(law: &LinearLaw) -> LinearLaw {
-    let none = |of: &Matrix<f64>| Matrix::zeros(0, of.columns());
-    LinearLaw {
-        states: Matrix::zeros(0, 0),
-        angles: none(&law.angles),
-        speeds: none(&law.speeds),
-        disturbances: none(&law.disturbances),
-        torques: none(&law.torques),
-        on_states: Matrix::zeros(law.on_states.rows(), 0),
-        references: none(&law.references),
-        errors: none(&law.errors),
-        ..law.clone()
-    }
+    let [commands, sensors] =
+        [law.on_errors.rows(), law.on_errors.columns()].map(|count| (0..count).collect::<Vec<usize>>());
+    law.part([&commands, &[], &sensors])
 }

@@ -2,6 +2,7 @@
 
 use kardan_rt::Bounds;
 
+use crate::matrix_parts::columns_of;
 use kardan_math::num::Matrix;
 
 /// The numbers of the block [`kardan_rt::Regulator`].
@@ -34,8 +35,7 @@ impl GovernorData {
     /// Its predictions on states, states of the reference model and references, of which there are so many.
     pub fn parts(&self, [n, k, r]: [usize; 3]) -> [Matrix<f64>; 3] {
         let all = &self.prediction;
-        let columns = |first: usize, count: usize| Matrix::from_fn(all.rows(), count, |i, j| all[(i, first + j)]);
-        [columns(0, n), columns(n, k), columns(n + k, r)]
+        [0..n, n..n + k, n + k..n + k + r].map(|columns| columns_of(all, columns))
     }
 }
 

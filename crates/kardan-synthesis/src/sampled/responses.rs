@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use super::places::Number;
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
-use kardan_math::num::{
-    Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, rational_from_f64, scaled,
-};
+use crate::matrix_parts::{exactly, selected, window};
+use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, scaled};
 use kardan_mechanics::reduce::motions_over_states;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -44,38 +44,32 @@ impl ControlLoop<'_> {
         let part = &self.parts[self.number];
         let m = part.inputs.len();
         let Some(period) = self.period().ok()? else {
-            let places = Places::new(self.plant, self.parts, true);
-            let (flow, commands) = places.flow();
-            let n = places.laws.first()?.references?;
-            let excess = places.laws[self.number].excess?;
-            let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
-            let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
+            let [flow, b, c] = self.motors_in(&Places::new(self.plant, self.parts, true))?;
             let sizes = Places::sizes(self.plant, self.parts);
             let found = response_excluding_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
-            return Some(match self.motors_before_rounding() {
-                Some(exact) => found.before_rounding(exact),
+            let exact = self.exact_places(self.parts).and_then(|places| self.motors_in(&places));
+            return Some(match exact {
+                Some([flow, b, c]) => found.before_rounding(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)])),
                 None => found,
             });
         };
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
-        let (n, excess, first) = (found.states(), found.excess[self.number], found.in_force[self.number]);
+        let (n, excess, first) = (found.constants, found.excess[self.number], found.in_force[self.number]);
         let map = found.between_commands(self.number)?;
-        let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
+        let b = window(&map, 0..n, excess..excess + m);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
         response_excluding_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))
     }
 
-    /// The same in continuous time before rounding, where it is known: A, B, C, D.
-    fn motors_before_rounding(&self) -> Option<[Matrix<Rational>; 4]> {
-        let places = self.exact_places(self.parts)?;
+    /// The matrix, B and C of the loop in continuous time for errors of the motors' torques.
+    fn motors_in<S: Number>(&self, places: &Places<'_, S>) -> Option<[Matrix<S>; 3]> {
+        let inputs = &self.parts[self.number].inputs;
         let (flow, commands) = places.flow();
         let (n, excess) = (places.laws.first()?.references?, places.laws[self.number].excess?);
-        let inputs = &self.parts[self.number].inputs;
-        let m = inputs.len();
-        let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)].clone());
-        let c = Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)].clone());
-        Some(only_between(&flow, [&b, &c, &Matrix::zeros(m, m)]))
+        let b = window(&flow, 0..n, excess..excess + inputs.len());
+        let c = Matrix::from_fn(inputs.len(), n, |i, j| commands[(inputs[i], j)].clone());
+        Some([flow, b, c])
     }
 
     /// The loop in continuous time before rounding, where no number of it is rounded.
@@ -116,8 +110,8 @@ impl ControlLoop<'_> {
             // Commands in force, which follow the readings after the delay: the size is that of the commands themselves.
             let found = SampledLoop::driven(self.plant, &parts, period).ok()?;
             let in_force = found.in_force[self.number];
-            let command = Matrix::from_fn(m, found.states(), |i, j| f64::from(u8::from(j == in_force + i)));
-            (found.states(), found.errors[self.number], found.map, command)
+            let command = Matrix::from_fn(m, found.constants, |i, j| f64::from(u8::from(j == in_force + i)));
+            (found.constants, found.errors[self.number], found.map, command)
         } else {
             let places = Places::new(self.plant, &parts, true);
             let (flow, commands) = places.flow();
@@ -125,7 +119,7 @@ impl ControlLoop<'_> {
             direct = Matrix::from_fn(m, errors, |i, j| commands[(inputs[i], first + j)]);
             (n, first, flow, Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)]))
         };
-        let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
+        let b = window(&map, 0..n, first..first + errors);
         let zero = Rational::ZERO;
         let exact_c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).unwrap_or(&zero).clone());
         let c = exact_c.to_f64();
@@ -134,7 +128,7 @@ impl ControlLoop<'_> {
             response_excluding_free(&map, sizes.as_ref(), [&b, &c, &Matrix::zeros(errors, errors)], period)?;
         if let Some(places) = self.exact_places(&parts) {
             let (flow, _) = places.flow();
-            let b = Matrix::from_fn(n, errors, |i, j| flow[(i, first + j)].clone());
+            let b = window(&flow, 0..n, first..first + errors);
             loops = loops.before_rounding(only_between(&flow, [&b, &exact_c, &Matrix::zeros(errors, errors)]));
         }
         let commands = response_excluding_free(&map, sizes.as_ref(), [&b, &command, &direct], period)?;
@@ -144,15 +138,8 @@ impl ControlLoop<'_> {
     /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
     fn motions_as_sensors(&self, part: &mut SampledPart, motions: &[[String; 2]]) -> Vec<(String, Vec<Rational>)> {
         let linear = &part.linear;
-        let fraction = |x: f64| rational_from_f64(x).unwrap_or_default();
-        let basis = &self.plant.basis;
-        let motion_rows = match &self.plant.exact {
-            Some(model) => motions_over_states(&model.basis, &self.plant.moving),
-            None => {
-                let basis = Matrix::from_fn(basis.rows(), basis.columns(), |i, j| fraction(basis[(i, j)]));
-                motions_over_states(&basis, &self.plant.moving)
-            }
-        };
+        let basis = self.plant.exact.as_ref().map_or_else(|| exactly(&self.plant.basis), |model| model.basis.clone());
+        let motion_rows = motions_over_states(&basis, &self.plant.moving);
         let used =
             |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
         let angles = (0..motions.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
@@ -170,13 +157,13 @@ impl ControlLoop<'_> {
         let count = self.parts[self.number].linear.on_references.columns();
         let (n, first, map) = if let Some(period) = period {
             let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
-            (found.states(), found.references[self.number], found.map)
+            (found.constants, found.references[self.number], found.map)
         } else {
             let places = Places::new(self.plant, self.parts, true);
             (places.laws.first()?.references?, places.laws[self.number].references?, places.flow().0)
         };
-        let a = Matrix::from_fn(n, n, |i, j| map[(i, j)]);
-        let b = Matrix::from_fn(n, count, |i, j| map[(i, first + j)]);
+        let a = window(&map, 0..n, 0..n);
+        let b = window(&map, 0..n, first..first + count);
         let c = Matrix::from_fn(rows.len(), n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
         Response::state_space([&a, &b, &c, &Matrix::zeros(rows.len(), count)], period)
     }
@@ -310,7 +297,7 @@ fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [M
     let states = between(matrix, b, c);
     let n = states.len();
     [
-        Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])].clone()),
+        selected(matrix, &states, &states),
         Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)].clone()),
         Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])].clone()),
         d.clone(),

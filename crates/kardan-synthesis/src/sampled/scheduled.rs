@@ -3,7 +3,7 @@
 use dashu_int::UBig;
 use kardan_rt::{Bounds, Gain, Health, RegulatorState, Schedule, ScheduledRegulator, Sensor};
 
-use super::RegulatorData;
+use super::{RegulatorData, sensors_in};
 use kardan_math::num::{Float, Matrix, Rational, Scalar};
 use kardan_mechanics::reduce::{Kinematics, MechanismData, Reduced, Step};
 
@@ -172,10 +172,9 @@ pub(crate) struct Scheduled<T> {
 
 impl<T: Float> Scheduled<T> {
     pub fn new(data: &ScheduleData) -> Self {
-        let to = T::from_f64;
         let rows = data.rows();
-        let sensor = |sensor: &Sensor<f64>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
-        let (width, mechanism) = (rows.first().map_or(0, Vec::len), data.mechanism.cast(to));
+        let (sensors, entries) = sensors_in(&data.sensors, &data.entries);
+        let (width, mechanism) = (rows.first().map_or(0, Vec::len), data.mechanism.cast(T::from_f64));
         let coordinates = data.points.first().map_or(0, |point| point.on_forces.columns());
         let scratch = width + data.sensors.len() + coordinates + mechanism.block().memory();
         Self {
@@ -183,8 +182,8 @@ impl<T: Float> Scheduled<T> {
             width,
             coordinate: data.coordinate,
             mechanism,
-            sensors: data.sensors.iter().map(sensor).collect(),
-            entries: data.entries.iter().map(|(shaft, x)| (*shaft, to(*x))).collect(),
+            sensors,
+            entries,
             scratch: vec![T::ZERO; scratch],
         }
     }

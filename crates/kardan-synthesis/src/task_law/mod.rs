@@ -25,6 +25,7 @@ use task_inputs::{Comes, Ideal};
 const BLOCKS: &str = "blocks";
 
 /// A task as a law: its outputs take the place of commands.
+#[derive(Clone)]
 pub struct TaskLaw {
     task: Arc<Task>,
     law: &'static str,
@@ -223,29 +224,7 @@ impl Law for TaskLaw {
     }
 
     fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
-        let task = &self.task;
-        let (outputs, references, sensors) = (self.outputs.clone(), self.references.clone(), self.sensors.clone());
-        let (ideal, comes, plan) = (self.ideal.clone(), self.comes.clone(), Arc::clone(&self.plan));
-        let (task, at_design_point, side) = (Arc::clone(task), OnceLock::new(), side.clone());
-        let (point, point_note) = (self.point.clone(), self.point_note.clone());
-        let law = Self {
-            outputs,
-            references,
-            sensors,
-            ideal,
-            comes,
-            plan,
-            task,
-            sides_at_design_point: OnceLock::new(),
-            at_design_point,
-            exact_at_design_point: OnceLock::new(),
-            slopes_of_rows: self.slopes_of_rows.clone(),
-            side,
-            point,
-            point_note,
-            ..*self
-        };
-        Some(Arc::new(law))
+        Some(Arc::new(self.clone().on(side)))
     }
 
     /// At its own samples; without any, commands are sampled alone: its blocks have no sample time and go on at every instant.

@@ -5,7 +5,6 @@ use kardan_expr::expr::{Direction, Interval, Linear, Place, SidesOf, Surd, Symbo
 use kardan_math::num::{Rational, SparseRow, rational_from_f64};
 
 use super::TaskLaw;
-use super::task_inputs::Comes;
 
 /// In how many directions places are left at which too many guards vanish.
 const DIRECTIONS: usize = 8;
@@ -51,15 +50,9 @@ impl Place for Inputs<'_> {
         if !law.task.moving.contains(&symbol) {
             return SparseRow::new();
         }
-        let row: SparseRow = match law.comes.get(place) {
-            Some(Comes::Angle(shaft)) => vec![(*shaft, Rational::ONE)],
-            Some(Comes::Speed(shaft)) => vec![(law.shafts + shaft, Rational::ONE)],
-            Some(Comes::Reading(sensor) | Comes::AsRead(sensor)) => {
-                let [angles, speeds] = law.ideal[*sensor].exact.clone();
-                angles.into_iter().chain(speeds.into_iter().map(|(shaft, x)| (law.shafts + shaft, x))).collect()
-            }
-            _ => SparseRow::new(),
-        };
+        let [angles, speeds] = if place < law.comes.len() { law.motion_rows(place) } else { Default::default() };
+        let speeds = speeds.into_iter().map(|(shaft, x)| (law.shafts + shaft, x));
+        let row: SparseRow = angles.into_iter().chain(speeds).collect();
         if row.is_empty() { vec![(2 * law.shafts + place, Rational::ONE)] } else { row }
     }
 }

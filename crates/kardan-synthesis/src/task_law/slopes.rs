@@ -21,8 +21,7 @@ impl TaskLaw {
         let signal = |reference: &Reference| plant.signals.get(&reference.name).copied().unwrap_or(0.0);
         let references: Vec<f64> = self.references.iter().map(signal).collect();
         let (angles, speeds, references) = (&angles[..], &speeds[..], &references[..]);
-        let observation =
-            Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: &[] };
+        let observation = Observation { angles, speeds, references, ..Observation::default() };
         let read: Vec<f64> = (0..self.comes.len()).map(|k| self.value(k, &observation)).collect();
         let remembered = self.settled(&read);
         let point = [read, remembered].concat();
@@ -53,6 +52,16 @@ impl TaskLaw {
             Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].read(observation),
             Comes::Reference(reference) => observation.references[reference],
             Comes::Time => observation.time,
+        }
+    }
+
+    /// Rows over the angles and over the speeds of all shafts that an input follows.
+    pub(super) fn motion_rows(&self, read: usize) -> [SparseRow; 2] {
+        match self.comes[read] {
+            Comes::Angle(shaft) => [vec![(shaft, Rational::ONE)], SparseRow::new()],
+            Comes::Speed(shaft) => [SparseRow::new(), vec![(shaft, Rational::ONE)]],
+            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact.clone(),
+            Comes::Reference(_) | Comes::Time => Default::default(),
         }
     }
 
@@ -156,16 +165,7 @@ impl TaskLaw {
             out
         };
         let one = |k: usize| vec![(k, Rational::ONE)];
-        let angles = |k: usize| match self.comes[k] {
-            Comes::Angle(shaft) => one(shaft),
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[0].clone(),
-            _ => SparseRow::new(),
-        };
-        let speeds = |k: usize| match self.comes[k] {
-            Comes::Speed(shaft) => one(shaft),
-            Comes::Reading(sensor) | Comes::AsRead(sensor) => self.ideal[sensor].exact[1].clone(),
-            _ => SparseRow::new(),
-        };
+        let [angles, speeds] = [0, 1].map(|rate| move |k: usize| self.motion_rows(k)[rate].clone());
         let references = |k: usize| match self.comes[k] {
             Comes::Reference(k) => one(k),
             Comes::Reading(sensor) | Comes::AsRead(sensor) => {

@@ -462,8 +462,7 @@ fn check_relations(system: &LinearSystem) {
 /// Essential order: by how much an output alone raises the sum of the orders at infinity.
 fn integrators_needed(system: &LinearSystem) -> usize {
     let m = system.c.rows();
-    let sum =
-        |rows: &[usize]| structure_algorithm(&with_outputs(system, rows)).orders_at_infinity().iter().sum::<usize>();
+    let sum = |rows: &[usize]| structure_algorithm(&with_outputs(system, rows)).orders.iter().flatten().sum::<usize>();
     let all: Vec<usize> = (0..m).collect();
     let total = sum(&all);
     let essential = |i: usize| total - sum(&all.iter().copied().filter(|&j| j != i).collect::<Vec<_>>());

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod canonical_check;
 mod contacts;
 mod decoupling;
 mod design;

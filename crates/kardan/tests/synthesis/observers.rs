@@ -9,8 +9,9 @@ use kardan::equations::Measured;
 use kardan::model;
 use kardan::num::{Matrix, Polynomial, Rational, Scalar, rational_to_f64};
 use kardan::results::Complex;
-use kardan::synthesis::observer::{Noise, ObserverError, distinguishable, extend, kalman, luenberger, torques_on};
-use kardan::synthesis::regulator::{ExactPole, characteristic_polynomial};
+use kardan::synthesis::decoupling::characteristic_polynomial;
+use kardan::synthesis::observer::{Noise, ObserverError, distinguishable, extend, kalman, luenberger};
+use kardan::synthesis::regulator::ExactPole;
 
 fn integers(rows: &[&[i64]]) -> Matrix<Rational> {
     Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
@@ -40,7 +41,11 @@ fn built_in(name: &str, sensors: &[&str], torques: &[&str]) -> (LinearSystem, Ma
     };
     let outputs: Vec<OutputSignal> = sensors.iter().map(signal).collect();
     let shaft = |name: &&str| system.coordinates.iter().position(|s| s == name).unwrap();
-    let torques = torques_on(&basis, &torques.iter().map(shaft).collect::<Vec<_>>());
+    let shafts: Vec<usize> = torques.iter().map(shaft).collect();
+    let r = basis.columns();
+    // W for torques on shafts: `[0; Kᵀ e_shaft]`, one column per shaft, of a system with E = diag(I, H_r).
+    let entry = |i: usize, j: usize| i.checked_sub(r).map_or(Rational::ZERO, |i| basis[(shafts[j], i)].clone());
+    let torques = Matrix::from_fn(2 * r, shafts.len(), entry);
     (linear_system(&system, &coordinates, &basis, &outputs), torques)
 }
 

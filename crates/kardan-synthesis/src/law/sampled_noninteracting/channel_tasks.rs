@@ -1,7 +1,9 @@
 //! What each channel controls: an angle, a speed or a torque, with the output that shows it.
 
+use kardan_rt::Bounds;
+
 use crate::outputs::channels;
-use crate::{Plant, SynthesisError};
+use crate::{Clock, Plant, SynthesisError};
 use kardan_analysis::OutputSignal;
 use kardan_mechanics::equations::Measured;
 use kardan_schema::schema::Values;
@@ -17,6 +19,17 @@ pub(super) enum Task {
     NetTorque(usize),
     /// The reading of a torque sensor.
     Sensor,
+}
+
+/// The specification of the law, at any position of the joints.
+pub(super) struct DesignSpec<'a> {
+    pub(super) inputs: &'a [String],
+    pub(super) tasks: &'a [Task],
+    pub(super) outputs: &'a [OutputSignal],
+    pub(super) lags: &'a [f64],
+    pub(super) changes: &'a [f64],
+    pub(super) bounds: &'a [Bounds<f64>],
+    pub(super) clock: Clock,
 }
 
 /// The shaft whose angle follows a reference.

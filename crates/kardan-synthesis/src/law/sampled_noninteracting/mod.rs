@@ -19,17 +19,16 @@ use crate::channels::{once, reference};
 use crate::observed::Reading;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::sampled::on_their_way;
-use crate::{Law, LawKind, Plant, Reference, Request, SynthesisError, clock};
-use kardan_mechanics::equations::{InputKind, Motor};
+use crate::{Law, LawKind, Reference, Request, SynthesisError, clock};
 use kardan_mechanics::reduce::Kinematics;
 use kardan_results::{DataNumber, Physical};
 use kardan_schema::schema::Values;
 use kardan_schema::schema::{Keys, LawKeys};
 
-use channel_tasks::{position, tasks};
+use channel_tasks::{DesignSpec, position, tasks};
 use description::describe;
 use observer::Observer;
-use position_design::{DesignSpec, Designed, designed};
+use position_design::{Designed, designed};
 use sampled_law::Sampled;
 use schedule::{Follows, follows, schedule};
 
@@ -84,31 +83,19 @@ const RATE: f64 = 100.0;
 
 /// The references: of an angle under a torque channel it is a torque.
 fn references(values: &Values) -> Vec<Reference> {
-    let torque = |channel: &Values| {
-        let (name, output) = (channel.word("reference")?, channel.word("output")?);
-        let description = format!("torque reference along {output}");
-        Some(Reference { name: name.into(), physical: Physical::Torque, description })
-    };
     let one = |channel: &Values| {
         let own = reference(channel)?;
         let is_torque = own.physical == Physical::Torque || channel.word("kind") == Some("torque");
-        if is_torque { torque(channel) } else { Some(own) }
+        let description = format!("torque reference along {}", channel.word("output")?);
+        Some(if is_torque { Reference { physical: Physical::Torque, description, ..own } } else { own })
     };
     channels(values).filter_map(one).collect()
-}
-
-fn motor<'a>(plant: &'a Plant, name: &str) -> Option<&'a Motor> {
-    let input = plant.reduced.equations.inputs.iter().find(|input| input.element == name)?;
-    match &input.value {
-        InputKind::Motor(motor) => Some(motor),
-        InputKind::Disturbance => None,
-    }
 }
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let Some(clock) = clock(values)? else {
-        return Err(SynthesisError::SampledOnly { law: SAMPLED_NONINTERACTING.keyword });
+        return Err(SynthesisError::SampledOnly(SAMPLED_NONINTERACTING.keyword));
     };
     let inputs = paired_inputs(values);
     let references = references(values);
@@ -117,9 +104,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let limit = |input: &String| motor(plant, input)?.torque_limit.as_ref().map(|limit| limit.to_f64());
-    let rate = |input: &String| motor(plant, input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
-    let lag = |input: &String| motor(plant, input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
+    let motor = |input: &String| plant.motor(plant.input(input)?);
+    let limit = |input: &String| motor(input)?.torque_limit.as_ref().map(|limit| limit.to_f64());
+    let rate = |input: &String| motor(input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
+    let lag = |input: &String| motor(input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
     let lags: Vec<f64> = inputs.iter().map(lag).collect();
     let effort = values.number_or_default("effort");
     let changes: Vec<f64> = channels(values)
@@ -129,11 +117,11 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
-    let torque_reserve = |input: &String| limit(input).map(|limit| limit - plant.trim_torque(input).abs());
-    let bounds: Vec<Bounds<f64>> = inputs
-        .iter()
-        .map(|input| Bounds { torque: torque_reserve(input), change: rate(input).map(|rate| rate * clock.period) })
-        .collect();
+    let bound = |input: &String| Bounds {
+        torque: plant.torque_reserve(input),
+        change: rate(input).map(|rate| rate * clock.period),
+    };
+    let bounds: Vec<Bounds<f64>> = inputs.iter().map(bound).collect();
     let spec = DesignSpec {
         inputs: &inputs,
         tasks: &tasks,
@@ -168,7 +156,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     design.controller_data.numbers.extend(zeros.chain([DataNumber::new("delay", clock.delay)]));
     let states = state_names(&observed, &spec, &references);
     Ok(Arc::new(Sampled {
-        name: request.name.to_string(),
         clock,
         inputs,
         references,

@@ -1,17 +1,18 @@
 //! The observer of the law: the sampled plant that it follows and its stationary Kalman gain.
 
-use kardan_rt::functions::{atan2, ln, powi};
+use kardan_rt::functions::{atan2, ln};
 
 use crate::counters::ReducedStates;
-use crate::observed::{Reading, distinguishable_torques, reading};
-use crate::observer::{Noise, extend, kalman};
+use crate::observed::{Reading, distinguishable_torques, noise, reading};
+use crate::observer::{extend, kalman};
 use crate::sampled::{filter, zoh_plant};
-use crate::{Clock, Request, SynthesisError, reading_variance, rounded};
+use crate::{Request, SynthesisError, reading_variance, rounded};
 use kardan_analysis::OutputSignal;
 use kardan_math::num::Matrix;
-use kardan_results::signal_name::{Quantity, SignalName};
+use kardan_results::signal_name::Quantity;
 use kardan_results::{Complex, ObserverResult, Pole};
-use kardan_schema::schema::Values;
+
+use super::channel_tasks::DesignSpec;
 
 /// The sampled plant that the observer follows, and how it corrects it.
 pub(super) struct Observer {
@@ -31,41 +32,24 @@ pub(super) struct Observer {
     pub(super) result: Option<ObserverResult>,
 }
 
-/// The noise of states and sensors from the keys of an observer.
-fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
-    let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
-    let intensity = |name: &String| match SignalName::new(name) {
-        name if name.is_position() => 0.0,
-        name if name.is_rate() => number("speed_noise", 10.0),
-        _ => number("disturbance_rate", 10.0),
-    };
-    Noise { process: states.iter().map(intensity).collect(), measurement: vec![number("sensor_noise", 1e-5); sensors] }
-}
-
-pub(super) fn observer(
-    request: &Request<'_>,
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
-) -> Result<Observer, SynthesisError> {
+pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<Observer, SynthesisError> {
+    let DesignSpec { inputs, lags, clock, .. } = *spec;
     let (plant, states) = (request.plant, request.plant.state_names());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
     if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
-        return Err(SynthesisError::NotAShare { share });
+        return Err(SynthesisError::NotAShare(share));
     }
     if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
         return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
     }
-    let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.names("sensors")) {
-        Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
-        None => states.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
-    };
+    let measured = keys.and_then(|keys| keys.names("sensors")).unwrap_or(&states);
+    let sensors: Vec<OutputSignal> = measured.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?;
     let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
     let system = plant.system(inputs, &sensors);
     let (torques, _) = plant.torques(request.disturbances, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
     let size = discrete.flow.rows();
     let c = system.c.to_f64();
     let output = Matrix::from_fn(c.rows(), size, |i, j| if j < c.columns() { c[(i, j)] } else { 0.0 });
@@ -84,24 +68,22 @@ pub(super) fn observer(
     let names: Vec<String> = out.disturbances.iter().map(|name| Quantity::Disturbance.of(name)).collect();
     let extended = extend(&system, &torques, &names);
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
-    let noise = noise(keys, &extended.states, out.sensors.len());
+    let noise = noise(keys, &extended, 10.0);
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
     let straight = plant.is_moved() || plant.point.position.iter().all(|angle| *angle == 0.0);
     if straight {
         kalman(&extended, &noise).map_err(failed)?;
     }
-    let intensities: Vec<f64> = {
-        let lagged = size - out.states.len() - names.len();
-        let (plant, rest) = noise.process.split_at(out.states.len());
-        plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
-    };
+    let (of_plant, of_disturbances) = noise.process.split_at(out.states.len());
+    let of_lagged = vec![0.0; size - noise.process.len()];
+    let intensities = [of_plant, &of_lagged, of_disturbances].concat();
     let variances: Vec<f64> = out
         .sensors
         .iter()
         .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
         .collect();
     let found = filter(&discrete.flow, &out.output, &intensities, &variances, clock.period)
-        .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
+        .ok_or(SynthesisError::SampledRiccati("observer"))?;
     let out = Observer { full: false, correction: found.gain, ..out };
     if !straight {
         return Ok(out);

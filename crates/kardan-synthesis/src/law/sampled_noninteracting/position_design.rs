@@ -5,25 +5,13 @@ use kardan_rt::Bounds;
 use crate::decoupling::observable_quotient;
 use crate::outputs::channels;
 use crate::sampled::{Problem, RegulatorData, Solution, Target, zoh_plant};
-use crate::{Clock, Request, SynthesisError, effective_inertia};
-use kardan_analysis::OutputSignal;
+use crate::{Request, SynthesisError, effective_inertia};
 use kardan_math::num::{Matrix, rational_to_f64};
 use kardan_results::Definition;
 
-use super::channel_tasks::Task;
+use super::channel_tasks::{DesignSpec, Task};
 use super::governor::governor;
 use super::observer::{Observer, observer};
-
-/// The specification of the law, at any position of the joints.
-pub(super) struct DesignSpec<'a> {
-    pub(super) inputs: &'a [String],
-    pub(super) tasks: &'a [Task],
-    pub(super) outputs: &'a [OutputSignal],
-    pub(super) lags: &'a [f64],
-    pub(super) changes: &'a [f64],
-    pub(super) bounds: &'a [Bounds<f64>],
-    pub(super) clock: Clock,
-}
 
 /// The design at one position.
 pub(super) struct Designed {
@@ -74,20 +62,20 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
-            return Err(SynthesisError::Unreached { output: outputs[k].name.clone() });
+            return Err(SynthesisError::Unreached(outputs[k].name.clone()));
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
     let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
-    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
+    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati("feedback"))?;
     let lift = quotient.projection.to_f64();
-    let observed = observer(request, inputs, lags, clock)?;
+    let observed = observer(request, spec)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
-    let force_input = pushed(request, external, inputs, lags, clock)?;
+    let force_input = pushed(request, external, spec)?;
     let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
         .ok_or(SynthesisError::TooLarge)?;
     if values.word("governor") != Some("off") {
-        let responses = unit_torque_responses(request, tasks, inputs, lags, clock)?;
+        let responses = unit_torque_responses(request, spec)?;
         data.governor = governor(&data, &problem, &responses);
     }
     Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
@@ -95,17 +83,12 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
 
 /// The effect of a torque of 1 N m along each of these shafts, constant over a sample, on the plant's states, those of lagging motors
 /// included.
-fn pushed(
-    request: &Request<'_>,
-    shafts: &[usize],
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
-) -> Result<Matrix<f64>, SynthesisError> {
+fn pushed(request: &Request<'_>, shafts: &[usize], spec: &DesignSpec<'_>) -> Result<Matrix<f64>, SynthesisError> {
+    let DesignSpec { inputs, lags, clock, .. } = *spec;
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
     let own = discrete.flow.rows() - shafts.len();
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
@@ -173,16 +156,11 @@ fn assemble(
 /// plant's states in one sample.
 fn unit_torque_responses(
     request: &Request<'_>,
-    tasks: &[Task],
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
+    spec: &DesignSpec<'_>,
 ) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
-    let column =
-        |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
-    let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
+    let unknown = spec.tasks.iter().enumerate().filter_map(|(k, task)| match task {
         Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
         _ => None,
     });
-    unknown.map(|(k, shaft)| Ok((k, column(shaft)?))).collect()
+    unknown.map(|(k, shaft)| Ok((k, pushed(request, &[shaft], spec)?.as_slice().to_vec()))).collect()
 }

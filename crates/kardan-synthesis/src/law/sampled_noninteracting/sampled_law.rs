@@ -9,7 +9,6 @@ use kardan_mechanics::reduce::Kinematics;
 use kardan_results::Design;
 
 pub(super) struct Sampled {
-    pub(super) name: String,
     pub(super) clock: Clock,
     pub(super) inputs: Vec<String>,
     pub(super) references: Vec<Reference>,
@@ -175,6 +174,6 @@ impl Law for Sampled {
     }
 
     fn describe(&self) -> Design {
-        Design { controller: self.name.clone(), ..self.design.clone() }
+        self.design.clone()
     }
 }

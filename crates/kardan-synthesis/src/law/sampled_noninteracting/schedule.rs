@@ -5,7 +5,8 @@ use crate::sampled::{PERIOD, ScheduleData, turning};
 use crate::{Plant, Request, SynthesisError};
 use kardan_mechanics::reduce::MechanismData;
 
-use super::position_design::{DesignSpec, Designed, designed};
+use super::channel_tasks::DesignSpec;
+use super::position_design::{Designed, designed};
 
 /// Positions over half a turn of the joints at which the law is designed.
 const POINTS: f64 = 16.0;
@@ -27,12 +28,12 @@ pub(super) enum Follows {
 pub(super) fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
     let setting = request.values.number("schedule");
     if let Some(points) = setting.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
-        return Err(SynthesisError::SchedulePoints { points });
+        return Err(SynthesisError::SchedulePoints(points));
     }
     if request.plant.is_moved() {
         return match setting {
             Some(points) if points != 1.0 => {
-                Err(SynthesisError::NoSchedule { reason: "it is designed at one operating point".into() })
+                Err(SynthesisError::NoSchedule("it is designed at one operating point".into()))
             }
             _ => Ok(Follows::Nothing),
         };
@@ -43,7 +44,7 @@ pub(super) fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> 
     }
     match turning(&request.plant.reduced) {
         Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
-        Err(reason) if setting.is_some() => Err(SynthesisError::NoSchedule { reason }),
+        Err(reason) if setting.is_some() => Err(SynthesisError::NoSchedule(reason)),
         Err(reason) => Ok(Follows::Cannot(reason)),
     }
 }

@@ -1,47 +1,34 @@
-//! Checks the definition of a canonically decoupled system.
+//! The definition of a canonically decoupled system, as a check of what the library finds.
 
-use super::annihilator::annihilator;
-use super::canonical::CanonicalForm;
-use kardan_math::num::{Matrix, Rational, Scalar};
+use std::ops::Range;
 
-/// A condition of the definition that a form does not meet.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("condition {condition} of a canonically decoupled system fails: {what}")]
-pub struct ConditionFails {
-    /// 1 to 4, as in the source.
-    pub condition: usize,
-    /// The violation.
-    pub what: String,
-}
+use kardan::analysis::LinearSystem;
+use kardan::num::{Matrix, Rational, Scalar};
+use kardan::synthesis::decoupling::{CanonicalForm, observable_quotient};
 
-/// Checks the four conditions of a canonically decoupled system exactly \[diss. (6.73)-(6.78), Table 6.2\].
+/// Checks the four conditions of a canonically decoupled system exactly \[diss. (6.73)-(6.78), Table 6.2\]; the error is the
+/// number of the first one that fails, and how.
 ///
 /// 1. A, B, C have the partitions (6.73)-(6.75).
 /// 2. A_i, b_i, c_i have the form (6.76)-(6.78) with a chain of r_i integrators and γ_i ≠ 0.
 /// 3. (A_i, b_i) is controllable.
 /// 4. A row η that touches the states shared by several channels responds to at least two of them:
 ///    `η (sI − A)⁻¹ B` has two nonzero entries. It has at most the i-th if and only if η annihilates what all other inputs
-///    reach; so for every i no row of that left null space may touch the shared states.
+///    reach; so for every i no row of that left null space may touch the shared states: the other inputs reach these.
 ///
 /// `degrees` are the relative degrees r_i. For r_i = 0, which the source does not treat, c_i is zero, A_i and b_i are free,
 /// and `D_ii ≠ 0`.
-///
-/// # Errors
-/// The first condition that fails.
-///
-/// # Panics
-/// If the shapes of the form do not fit its sizes.
-pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Result<(), ConditionFails> {
+pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Result<(), (usize, String)> {
     let m = degrees.len();
     let n: usize = form.sizes.iter().sum();
     assert!(
         form.sizes.len() == m + 2 && form.a.rows() == n && form.b.rows() == n && form.c.rows() == m,
         "the shapes of the form do not fit its sizes"
     );
-    let fails = |condition: usize, what: String| Err(ConditionFails { condition, what });
+    let fails = |condition: usize, what: String| Err((condition, what));
     let starts: Vec<usize> = (0..=m + 2).map(|block| form.sizes[..block].iter().sum()).collect();
     let range = |block: usize| starts[block]..starts[block + 1];
-    let is_zero = |matrix: &Matrix<Rational>, rows: std::ops::Range<usize>, columns: std::ops::Range<usize>| {
+    let is_zero = |matrix: &Matrix<Rational>, rows: Range<usize>, columns: Range<usize>| {
         rows.into_iter().all(|i| matrix.row(i)[columns.clone()].iter().all(Scalar::is_zero))
     };
     for block in 0..m + 2 {
@@ -72,16 +59,24 @@ pub fn check_canonical(form: &CanonicalForm, degrees: &[Option<usize>]) -> Resul
         }
         let own = Matrix::from_fn(form.sizes[i], form.sizes[i], |k, l| form.a[(starts[i] + k, starts[i] + l)].clone());
         let drive = Matrix::from_fn(form.sizes[i], 1, |k, _| form.b[(starts[i] + k, i)].clone());
-        if annihilator(&own, &drive).rows() > 0 {
+        if reached(&own, &drive).rows() < form.sizes[i] {
             return fails(3, format!("part {} is not controllable", i + 1));
         }
         let other_inputs = Matrix::from_fn(n, m - 1, |k, j| form.b[(k, if j < i { j } else { j + 1 })].clone());
-        let rows = annihilator(&form.a, &other_inputs);
-        if !is_zero(&rows, 0..rows.rows(), range(m)) {
+        let space = reached(&form.a, &other_inputs);
+        let unit = |k: usize| (0..n).map(|j| Rational::from(i64::from(j == k))).collect::<Vec<_>>();
+        if range(m).any(|k| !(0..space.rows()).any(|row| space.row(row) == unit(k))) {
             return fails(4, format!("channel {} alone drives a motion of the shared part", i + 1));
         }
     }
     Ok(())
+}
+
+/// A basis of the states that inputs reach, one a row, with every unit vector among them: what the outputs `Bᵀ x` of
+/// `ẋ = Aᵀ x` show.
+fn reached(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
+    let dual = LinearSystem::state_space(a.transpose(), Matrix::zeros(a.rows(), 0), b.transpose());
+    observable_quotient(&dual, &[]).projection
 }
 
 /// `A_i = [0 I 0; 0 0 0; Υ Φ]`, `b_i = [0; γ; β]`, `c_i = [1 0 … 0]`.
