@@ -211,15 +211,11 @@ pub struct Equations {
     pub run_parameters: Vec<String>,
 }
 
-fn by_element(terms: &[NamedTerm]) -> Vec<&NamedTerm> {
+/// Terms sorted by the names of their elements.
+pub(crate) fn by_element(terms: &[NamedTerm]) -> Vec<&NamedTerm> {
     let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
     sorted.sort_by(|a, b| a.element.cmp(&b.element));
     sorted
-}
-
-fn sorted_row(mut row: Vec<(usize, Rational)>) -> Vec<(usize, Rational)> {
-    row.sort_by_key(|(shaft, _)| *shaft);
-    row
 }
 
 /// Numbers the shafts and sorts the terms of a model.
@@ -229,18 +225,20 @@ fn sorted_row(mut row: Vec<(usize, Rational)>) -> Vec<(usize, Rational)> {
 /// # Panics
 /// If a term names a shaft that is not in `shafts` (the model checks this before).
 pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
-    let mut out = Equations { coordinates: shafts.to_vec(), ..Equations::default() };
-    out.coordinates.sort();
+    let mut coordinates = shafts.to_vec();
+    coordinates.sort();
     let number = |name: &str| {
-        let found = out.coordinates.binary_search_by(|shaft| shaft.as_str().cmp(name));
+        let found = coordinates.binary_search_by(|shaft| shaft.as_str().cmp(name));
         found.unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
     let row = |direction: &Direction| {
         let entries = direction.entries.iter().map(|(name, x)| (number(name), x.to_rational()));
-        sorted_row(entries.filter(|(_, x)| !Scalar::is_zero(x)).collect())
+        let mut row: Vec<(usize, Rational)> = entries.filter(|(_, x)| !Scalar::is_zero(x)).collect();
+        row.sort_by_key(|(shaft, _)| *shaft);
+        row
     };
     let sorted = by_element(terms);
-    let mut next = Equations { domains: vec![Domain::Rotation; out.coordinates.len()], ..Equations::default() };
+    let mut next = Equations { domains: vec![Domain::Rotation; coordinates.len()], ..Equations::default() };
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
     for (element, term) in sorted.into_iter().map(|named| (named.element.clone(), &named.term)) {
         match term {
@@ -267,8 +265,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Compliance { direction, offset, scale, stiffness, damping } => {
                 let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
                 let spring = SpringLaw { stiffness: stiffness.clone(), rest };
-                let term = DirectionalTerm { element, row: row(direction), value: scale.clone() };
-                next.add_compliance(term, spring, damping);
+                let constrained = DirectionalTerm { element, row: row(direction), value: scale.clone() };
+                next.add_compliance(constrained, spring, damping);
             }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
@@ -276,12 +274,10 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                     let offset = Exact::new(rational_from_f64(shift).unwrap_or_default(), 0);
                     next.constraints.push(DirectionalTerm { element, row: row(&direction), value: offset });
                 }
-                None => next.transmissions.push(TransmissionRow {
-                    element,
-                    driven: number(driven),
-                    driving: number(driving),
-                    curve: Arc::clone(curve),
-                }),
+                None => {
+                    let (driven, driving, curve) = (number(driven), number(driving), Arc::clone(curve));
+                    next.transmissions.push(TransmissionRow { element, driven, driving, curve });
+                }
             },
             Term::Input { direction, kind } => {
                 next.inputs.push(DirectionalTerm { element, row: row(direction), value: kind.clone() });
@@ -306,20 +302,31 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     next.add_balances(balances);
     next.read_compliances();
     next.sort_terms();
-    Equations { coordinates: out.coordinates, ..next }
+    Equations { coordinates, ..next }
 }
 
 impl Equations {
     /// A spring and a damper along a direction, in units of a scale, in place of its constraint.
     fn add_compliance(&mut self, constrained: DirectionalTerm<Exact>, spring: SpringLaw, damping: &Exact) {
-        let element = &constrained.element;
         let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&constrained.value.to_rational()));
-        let row: Vec<(usize, Rational)> = constrained.row.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
+        let row = constrained.row.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
+        self.add_spring(&constrained.element, row, spring, damping);
+        self.compliances.push(constrained);
+    }
+
+    /// Adds a spring along a direction, and a damper unless its damping is zero.
+    pub fn add_spring(&mut self, element: &str, row: Vec<(usize, Rational)>, spring: SpringLaw, damping: &Exact) {
+        let element = element.to_string();
         if !damping.is_zero() {
             self.dampers.push(DirectionalTerm { element: element.clone(), row: row.clone(), value: damping.clone() });
         }
-        self.springs.push(DirectionalTerm { element: element.clone(), row, value: spring });
-        self.compliances.push(constrained);
+        self.springs.push(DirectionalTerm { element, row, value: spring });
+    }
+
+    /// Adds a linear constraint, before the balances of nodes.
+    pub fn add_constraint(&mut self, constraint: DirectionalTerm<Exact>) {
+        let place = self.constraints.len() - self.nodes.len();
+        self.constraints.insert(place, constraint);
     }
 
     fn sort_terms(&mut self) {
@@ -541,13 +548,10 @@ impl Equations {
     /// The coordinates that a multiplier row acts on, by number.
     pub fn shafts_of(&self, law: &MultiplierLaw<usize>) -> Vec<usize> {
         let mut shafts: Vec<usize> = match law {
-            MultiplierLaw::Rates(row) => row.iter().map(|(shaft, _)| *shaft).collect(),
-            MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
-                row.iter().map(|(shaft, _)| *shaft).collect()
-            }
             MultiplierLaw::Surface(formula) => {
                 formula.coordinates().filter_map(|name| self.coordinates.iter().position(|own| own == name)).collect()
             }
+            law => law.summed().into_iter().copied().collect(),
         };
         shafts.sort_unstable();
         shafts.dedup();

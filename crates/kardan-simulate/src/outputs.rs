@@ -11,7 +11,7 @@ use kardan_expr::expr::Expr;
 use kardan_math::num::{StateArchive, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::{Domain, InputKind, Measured, UnilateralConstraint};
-use kardan_mechanics::reduce::{Motion, Multipliers, Reduced};
+use kardan_mechanics::reduce::{Motion, Reduced};
 use kardan_results::signal_name::Quantity;
 use kardan_results::{Physical, Signal};
 
@@ -23,7 +23,6 @@ pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Phys
 /// The columns of a run, as they are listed: name, kind, description and where the values come from.
 struct Columns<'a> {
     reduced: &'a Reduced,
-    multipliers: &'a Multipliers,
     list: Vec<(String, Physical, String, Read)>,
 }
 
@@ -92,7 +91,7 @@ impl Columns<'_> {
     /// Multipliers and their torques on shafts; potentials of nodes.
     fn add_constraints(&mut self) {
         let equations = &self.reduced.equations;
-        for (k, element) in self.multipliers.elements.iter().enumerate() {
+        for (k, element) in self.reduced.constraint_elements().into_iter().enumerate() {
             if equations.node(k).is_some() {
                 let description = format!("potential of node {element}");
                 self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
@@ -348,7 +347,7 @@ impl Columns<'_> {
                 Read::Compliance(torque.expect("a sensor names a compliance"))
             }
             Measured::ConstraintTorque(element, s) => {
-                let mut elements = self.multipliers.elements.iter();
+                let mut elements = reduced.constraint_elements().into_iter();
                 let k = elements.position(|e| e == element).expect("a sensor names a constraint");
                 Read::ConstraintTorque(k, shaft(s))
             }
@@ -443,8 +442,7 @@ impl Outputs {
     /// Lists the signals of a model.
     pub fn new(reduced: &Reduced, scenario: &Scenario) -> Self {
         let equations = &reduced.equations;
-        let multipliers = Multipliers::new(reduced);
-        let mut columns = Columns { reduced, multipliers: &multipliers, list: Vec::new() };
+        let mut columns = Columns { reduced, list: Vec::new() };
         columns.add_shafts();
         columns.add_inputs();
         columns.add_constraints();

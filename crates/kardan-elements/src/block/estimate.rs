@@ -2,7 +2,9 @@
 
 use dashu_int::UBig;
 
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic, echelon, exact_zoh, rational_from_f64};
+use kardan_math::num::{
+    Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, echelon, exact_zoh, rational_from_f64,
+};
 use kardan_schema::schema::ExactPole;
 
 /// A plant `ẋ = A x + …` with measurements `y = C x + …`, or the same from one sample to the next.
@@ -77,7 +79,7 @@ pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> O
             }
             None => pole,
         };
-        factors.push(characteristic(&pole));
+        factors.push(characteristic_polynomial(&pole));
     }
     Some(product(factors.into_iter()))
 }
@@ -85,7 +87,7 @@ pub(super) fn of_poles(poles: &[ExactPole], sample_time: Option<&Rational>) -> O
 /// The roots at which an error does not decay: those of `det(s − F)` with a real part that is not below zero, of a sampled F those of a
 /// magnitude that is not below one. The decision is exact.
 pub(super) fn staying(error: &Matrix<Rational>, sampled: bool) -> Vec<(f64, f64)> {
-    let polynomial = characteristic(error);
+    let polynomial = characteristic_polynomial(error);
     if !sampled {
         return polynomial.roots().into_iter().filter(|root| root.0 >= 0.0).collect();
     }

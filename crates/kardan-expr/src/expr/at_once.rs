@@ -7,7 +7,7 @@ use kardan_rt::Operator;
 
 use super::piecewise_polynomial::PiecewisePolynomial;
 use super::{Domain, Expr, Floating, Graph, Symbol, lower};
-use kardan_math::num::{Rational, rational_to_f64};
+use kardan_math::num::{Rational, SparseRow, rational_to_f64};
 
 /// Whether numbers can be above a half at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,15 +56,14 @@ pub fn at_once(graph: &Graph, exprs: &[Expr], not_negative: &[Symbol], joint: &[
     let half = Affine::constant(Rational::ONE / Rational::from(2));
     let mut all = vec![Case { conditions, value: Affine::default() }];
     for value in &values {
-        let Some(next) = product(&all, value, |_, own| Some((Above::of(&own.minus(&half), true)?, Affine::default())))
-        else {
-            return AtOnce::Unknown;
-        };
+        let above_half =
+            |_: &Affine, own: &Affine| Some((Some(Above::of(&own.minus(&half), true)?), Affine::default()));
+        let Some(next) = product(&all, value, above_half) else { return AtOnce::Unknown };
         all = next;
     }
     let mut found = AtOnce::Never;
     for case in &all {
-        match point(&case.conditions) {
+        match point(&case.conditions, MOST) {
             Point::None => {}
             Point::TooMany => found = AtOnce::Unknown,
             Point::At(at) => {
@@ -153,8 +152,12 @@ struct Cases {
 /// The most cases of a number, and the most sums that are compared at once.
 const MOST: usize = 256;
 
-/// The cases of two numbers together; none if there are too many.
-fn product(a: &[Case], b: &[Case], both: impl Fn(&Affine, &Affine) -> Option<(Above, Affine)>) -> Option<Vec<Case>> {
+/// The cases of two numbers together, each with a further condition and its value; none if there are too many.
+fn product(
+    a: &[Case],
+    b: &[Case],
+    both: impl Fn(&Affine, &Affine) -> Option<(Option<Above>, Affine)>,
+) -> Option<Vec<Case>> {
     if a.len() * b.len() > MOST {
         return None;
     }
@@ -162,7 +165,7 @@ fn product(a: &[Case], b: &[Case], both: impl Fn(&Affine, &Affine) -> Option<(Ab
     for (a, b) in a.iter().flat_map(|a| b.iter().map(move |b| (a, b))) {
         let Some((above, value)) = both(&a.value, &b.value) else { continue };
         let mut conditions: Vec<Above> = a.conditions.clone();
-        let new = b.conditions.iter().cloned().chain([above]).filter(|above| !above.sum.terms.is_empty());
+        let new = b.conditions.iter().cloned().chain(above).filter(|above| !above.sum.terms.is_empty());
         for above in new {
             if !conditions.contains(&above) {
                 conditions.push(above);
@@ -185,8 +188,7 @@ impl Cases {
     }
 
     fn sum(&mut self, a: &[Case], b: &[Case], factor: i32) -> Rc<Vec<Case>> {
-        let always = || Above { sum: Affine::constant(Rational::ONE), strict: true };
-        let found = product(a, b, |a, b| Some((always(), a.plus(&b.times(&Rational::from(factor))))));
+        let found = product(a, b, |a, b| Some((None, a.plus(&b.times(&Rational::from(factor))))));
         found.map_or_else(|| self.anything(), Rc::new)
     }
 
@@ -198,25 +200,23 @@ impl Cases {
         if !(is_constant(b) && !(divides && zero) || is_constant(a) && !divides) {
             return self.anything();
         }
-        let always = || Above { sum: Affine::constant(Rational::ONE), strict: true };
         let found = product(a, b, |a, b| {
             let value = match (constant(b), divides) {
                 (true, true) => a.times(&(Rational::ONE / &b.constant)),
                 (true, false) => a.times(&b.constant),
                 _ => b.times(&a.constant),
             };
-            Some((always(), value))
+            Some((None, value))
         });
         found.map_or_else(|| self.anything(), Rc::new)
     }
 
     /// `c` where a < b, else `d`.
     fn select(&mut self, [a, b, c, d]: [&[Case]; 4]) -> Rc<Vec<Case>> {
-        let below = product(a, b, |a, b| Some((Above::of(&b.minus(a), true)?, Affine::default())));
-        let rest = product(a, b, |a, b| Some((Above::of(&a.minus(b), false)?, Affine::default())));
+        let below = product(a, b, |a, b| Some((Some(Above::of(&b.minus(a), true)?), Affine::default())));
+        let rest = product(a, b, |a, b| Some((Some(Above::of(&a.minus(b), false)?), Affine::default())));
         let value = |conditions: Option<Vec<Case>>, value: &[Case]| {
-            let always = || Above { sum: Affine::constant(Rational::ONE), strict: true };
-            product(&conditions?, value, |_, value| Some((always(), value.clone())))
+            product(&conditions?, value, |_, value| Some((None, value.clone())))
         };
         match (value(below, c), value(rest, d)) {
             (Some(then), Some(otherwise)) if then.len() + otherwise.len() <= MOST => {
@@ -272,8 +272,18 @@ enum Point {
     TooMany,
 }
 
-/// By elimination of one variable after the other (Fourier and Motzkin).
-fn point(conditions: &[Above]) -> Point {
+/// Whether there is a direction in which all rows are above zero, exactly.
+pub(super) fn is_open(rows: Vec<SparseRow>) -> bool {
+    let above = |row: SparseRow| Above {
+        sum: Affine { constant: Rational::ZERO, terms: row.into_iter().collect() },
+        strict: true,
+    };
+    let conditions: Vec<Above> = rows.into_iter().map(above).collect();
+    !matches!(point(&conditions, usize::MAX), Point::None)
+}
+
+/// By elimination of one variable after the other (Fourier and Motzkin), as long as there are no more than `most` sums.
+fn point(conditions: &[Above], most: usize) -> Point {
     let mut remaining: Vec<Above> = conditions.to_vec();
     let variables: BTreeSet<usize> = conditions.iter().flat_map(|above| above.sum.terms.keys().copied()).collect();
     let mut steps: Vec<(usize, Vec<Above>)> = Vec::new();
@@ -292,7 +302,7 @@ fn point(conditions: &[Above]) -> Point {
                 Some(above) => rest.push(above),
             }
         }
-        if rest.len() > MOST {
+        if rest.len() > most {
             return Point::TooMany;
         }
         steps.push((variable, with));

@@ -239,18 +239,17 @@ fn counted(count: usize) -> String {
 const MOST_POWER: i32 = 64;
 
 fn called(graph: &mut Graph, function: Called, x: &[Expr]) -> Expr {
-    let one = |function: Function| (function, x[0]);
-    let (function, of) = match function {
-        Called::Sqrt => one(Function::Sqrt),
-        Called::Sin => one(Function::Sin),
-        Called::Cos => one(Function::Cos),
-        Called::Tan => one(Function::Tan),
-        Called::Asin => one(Function::Asin),
-        Called::Acos => one(Function::Acos),
-        Called::Atan => one(Function::Atan),
-        Called::Exp => one(Function::Exp),
-        Called::Ln => one(Function::Ln),
-        Called::Abs => one(Function::Abs),
+    let function = match function {
+        Called::Sqrt => Function::Sqrt,
+        Called::Sin => Function::Sin,
+        Called::Cos => Function::Cos,
+        Called::Tan => Function::Tan,
+        Called::Asin => Function::Asin,
+        Called::Acos => Function::Acos,
+        Called::Atan => Function::Atan,
+        Called::Exp => Function::Exp,
+        Called::Ln => Function::Ln,
+        Called::Abs => Function::Abs,
         Called::Atan2 => return graph.atan2(x[0], x[1]),
         Called::Min => return x[1..].iter().fold(x[0], |least, x| graph.min(least, *x)),
         Called::Max => return x[1..].iter().fold(x[0], |most, x| graph.max(most, *x)),
@@ -260,7 +259,7 @@ fn called(graph: &mut Graph, function: Called, x: &[Expr]) -> Expr {
             return graph.select(x[0], zero, minus, above);
         }
     };
-    graph.apply(function, of)
+    graph.apply(function, x[0])
 }
 
 /// One of two values, by a comparison.

@@ -53,7 +53,11 @@ impl PiecewisePolynomial {
 
     /// The exact value.
     pub fn value(&self, x: &Rational) -> Rational {
-        let (origin, coefficients) = &self.pieces[self.knots.partition_point(|knot| knot <= x)];
+        self.at_piece(self.knots.partition_point(|knot| knot <= x), x)
+    }
+
+    fn at_piece(&self, piece: usize, x: &Rational) -> Rational {
+        let (origin, coefficients) = &self.pieces[piece];
         let x = x - origin;
         coefficients.iter().rev().fold(Rational::ZERO, |value, coefficient| &value * &x + coefficient)
     }
@@ -85,16 +89,11 @@ impl PiecewisePolynomial {
     /// Knots at which the value has a jump or a kink.
     pub fn kinks(&self) -> Vec<Rational> {
         let slope = self.derivative();
-        let ends = |table: &Self, knot: usize| {
+        let meet = |table: &Self, knot: usize| {
             let x = &table.knots[knot];
-            let at = |piece: usize| {
-                let (origin, coefficients) = &table.pieces[piece];
-                let x = x - origin;
-                coefficients.iter().rev().fold(Rational::ZERO, |value, c| &value * &x + c)
-            };
-            at(knot) == at(knot + 1)
+            table.at_piece(knot, x) == table.at_piece(knot + 1, x)
         };
-        let smooth = |knot: &usize| ends(self, *knot) && ends(&slope, *knot);
+        let smooth = |knot: &usize| meet(self, *knot) && meet(&slope, *knot);
         (0..self.knots.len()).filter(|knot| !smooth(knot)).map(|knot| self.knots[knot].clone()).collect()
     }
 }

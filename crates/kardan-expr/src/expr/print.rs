@@ -194,9 +194,7 @@ impl Printer<'_> {
             };
             let size = if negative { -factor.clone() } else { factor.clone() };
             if !size.is_one() {
-                let (number, strength) = self.number(&size);
-                text += &number;
-                let _ = strength;
+                text += &self.number(&size).0;
                 text += if self.latex() { "" } else { "*" };
             }
             text += &self.bracketed(*term, Strength::Product);
@@ -209,8 +207,7 @@ impl Printer<'_> {
         let times = if self.latex() { r"\," } else { "*" };
         let side = |positive: bool| {
             let own = factors.iter().filter(|(_, power)| (*power > 0) == positive);
-            let rendered: Vec<String> = own.map(|(factor, power)| self.power(*factor, power.unsigned_abs())).collect();
-            rendered
+            own.map(|(factor, power)| self.power(*factor, power.unsigned_abs())).collect::<Vec<_>>()
         };
         let (above, below) = (side(true), side(false));
         let numerator = if above.is_empty() { "1".to_owned() } else { above.join(times) };

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
+use super::at_once::is_open;
 use super::nodes::Node;
 use super::piecewise_polynomial::PiecewisePolynomial;
 use super::{Expr, Floating, Function, Graph, Interval, Intervals, Style, Surd, Surds, Symbol, lower, printed};
@@ -102,8 +103,11 @@ pub type Direction<'a> = &'a dyn Fn(usize) -> f64;
 /// Gradients of guards at a place, as far as they are computed.
 type Gradients = HashMap<Expr, Option<SparseRow>>;
 
-/// For each node that may have a kink at a place its guards, whether each was negated, and the pieces.
-type GuardedKinks = HashMap<Expr, Vec<(Expr, bool, Pieces)>>;
+/// A guard of a node, whether it was negated, and the pieces of the node.
+type Guarded = (Expr, bool, Pieces);
+
+/// For each node that may have a kink at a place its guards.
+type GuardedKinks = HashMap<Expr, Vec<Guarded>>;
 
 impl Graph {
     /// A guard in its named form, and whether it was negated for that.
@@ -176,7 +180,7 @@ impl Graph {
     }
 
     /// The guards of a node, with its pieces below and above.
-    fn guards_of(&mut self, part: Expr) -> Vec<(Expr, bool, Pieces)> {
+    fn guards_of(&mut self, part: Expr) -> Vec<Guarded> {
         let ((guard, flipped), pieces) = match self.node(part).clone() {
             Node::Apply(Function::Abs, a) => (self.guard(a), Pieces::Size(a)),
             Node::Min(a, b) => (self.difference_guard(a, b), Pieces::Of([a, b])),
@@ -261,13 +265,7 @@ impl Graph {
         exprs: &[Expr],
         vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>,
     ) -> (Vec<Expr>, GuardedKinks) {
-        let parts = self.needed(exprs);
-        let all: Vec<_> = parts.iter().map(|part| (*part, self.guards_of(*part))).collect();
-        let mut guards: Vec<Expr> = all.iter().flat_map(|(_, own)| own.iter().map(|(guard, ..)| *guard)).collect();
-        guards.sort();
-        guards.dedup();
-        let vanishing: BTreeSet<Expr> =
-            vanish(self, &guards).into_iter().zip(guards).filter(|(yes, _)| *yes).map(|(_, guard)| guard).collect();
+        let (all, vanishing) = self.all_guards(exprs, vanish);
         if vanishing.is_empty() {
             return Default::default();
         }
@@ -288,6 +286,21 @@ impl Graph {
             }
         }
         (order, guarded_kinks)
+    }
+
+    /// The guards of each part of expressions, and those of them that may vanish.
+    fn all_guards(
+        &mut self,
+        exprs: &[Expr],
+        vanish: &mut dyn FnMut(&mut Self, &[Expr]) -> Vec<bool>,
+    ) -> (Vec<(Expr, Vec<Guarded>)>, BTreeSet<Expr>) {
+        let all: Vec<_> = self.needed(exprs).into_iter().map(|part| (part, self.guards_of(part))).collect();
+        let mut guards: Vec<Expr> = all.iter().flat_map(|(_, own)| own.iter().map(|(guard, ..)| *guard)).collect();
+        guards.sort();
+        guards.dedup();
+        let vanishing = vanish(self, &guards).into_iter().zip(guards).filter(|(yes, _)| *yes);
+        let vanishing = vanishing.map(|(_, guard)| guard).collect();
+        (all, vanishing)
     }
 
     /// The sides of guards, one after the other, as far as they can be reached.
@@ -368,18 +381,11 @@ impl Graph {
 
     /// Of each expression the guards that vanish at a place.
     pub(super) fn guards_at(&mut self, exprs: &[Expr], place: &dyn Place) -> Vec<Vec<Expr>> {
-        let parts = self.needed(exprs);
-        let own: Vec<Vec<Expr>> =
-            parts.iter().map(|part| self.guards_of(*part).into_iter().map(|(guard, ..)| guard).collect()).collect();
-        let mut guards: Vec<Expr> = own.iter().flatten().copied().collect();
-        guards.sort();
-        guards.dedup();
-        let vanish = self.vanish(&guards, place);
-        let vanishing: BTreeSet<Expr> =
-            guards.into_iter().zip(vanish).filter(|(_, yes)| *yes).map(|(guard, _)| guard).collect();
+        let (parts, vanishing) = self.all_guards(exprs, &mut |graph, guards| graph.vanish(guards, place));
         let mut all: HashMap<Expr, BTreeSet<Expr>> = HashMap::new();
-        for (part, own) in parts.into_iter().zip(own) {
-            let mut of: BTreeSet<Expr> = own.into_iter().filter(|guard| vanishing.contains(guard)).collect();
+        for (part, own) in parts {
+            let own = own.into_iter().map(|(guard, ..)| guard);
+            let mut of: BTreeSet<Expr> = own.filter(|guard| vanishing.contains(guard)).collect();
             of.extend(self.parts(part).iter().filter_map(|part| all.get(part)).flatten().copied());
             if !of.is_empty() {
                 all.insert(part, of);
@@ -464,32 +470,4 @@ impl Graph {
             _ => false,
         }
     }
-}
-
-/// Whether there is a direction in which all rows are above zero, exactly (Fourier and Motzkin: unknowns are eliminated one after the other).
-fn is_open(mut rows: Vec<SparseRow>) -> bool {
-    while let Some(first) = rows.first() {
-        let Some((unknown, _)) = first.first() else { return false };
-        let unknown = *unknown;
-        let entry = |row: &SparseRow| row.iter().find(|(k, _)| *k == unknown).map(|(_, x)| x.clone());
-        let (with, mut rest): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| entry(row).is_some());
-        let (up, down): (Vec<_>, Vec<_>) = with.into_iter().partition(|row| entry(row) > Some(Rational::ZERO));
-        for one in &up {
-            for other in &down {
-                let (x, y) = (entry(one).unwrap_or_default(), -entry(other).unwrap_or_default());
-                let mut sum = std::collections::BTreeMap::<usize, Rational>::new();
-                one.iter().for_each(|(k, a)| *sum.entry(*k).or_default() += a / &x);
-                other.iter().for_each(|(k, a)| *sum.entry(*k).or_default() += a / &y);
-                let sum: SparseRow = sum.into_iter().filter(|(_, a)| !Scalar::is_zero(a)).collect();
-                if !rest.contains(&sum) {
-                    rest.push(sum);
-                }
-            }
-        }
-        if rest.iter().any(Vec::is_empty) {
-            return false;
-        }
-        rows = rest;
-    }
-    true
 }

@@ -4,36 +4,27 @@ use std::collections::HashMap;
 
 use super::graph::Graph;
 use super::nodes::{Expr, Node, Symbol};
-use super::piecewise_polynomial::PiecewisePolynomial;
 
 impl Graph {
     /// The same node made of other parts.
     pub(super) fn rebuilt(&mut self, expr: Expr, part: impl Fn(Expr) -> Expr) -> Expr {
-        let table = |graph: &Self, number: u32| graph.tables[number as usize].clone();
-        self.made_of(expr, self.node(expr).clone(), table, part)
+        self.made_of(expr, self.node(expr).clone(), part)
     }
 
     /// The node of another graph made of parts of this one; no symbol.
     pub(super) fn remade(&mut self, other: &Self, expr: Expr, part: impl Fn(Expr) -> Expr) -> Expr {
-        let node = other.node(expr).clone();
-        let constant = match node {
-            Node::Number(ref value) => self.number(value.clone()),
+        match other.node(expr) {
+            Node::Number(value) => self.number(value.clone()),
             Node::Pi => self.pi(),
-            _ => expr,
-        };
-        self.made_of(constant, node, |_, number| other.tables[number as usize].clone(), part)
+            Node::Table(number, x) => self.table(other.tables[*number as usize].clone(), part(*x)),
+            node => self.made_of(expr, node.clone(), part),
+        }
     }
 
     /// A node of parts; what has none is given.
-    fn made_of(
-        &mut self,
-        constant: Expr,
-        node: Node,
-        table: impl Fn(&Self, u32) -> PiecewisePolynomial,
-        part: impl Fn(Expr) -> Expr,
-    ) -> Expr {
+    fn made_of(&mut self, without_parts: Expr, node: Node, part: impl Fn(Expr) -> Expr) -> Expr {
         match node {
-            Node::Number(_) | Node::Pi | Node::Symbol(_) => constant,
+            Node::Number(_) | Node::Pi | Node::Symbol(_) => without_parts,
             Node::Sum { constant, terms } => {
                 let terms: Vec<_> = terms.into_iter().map(|(term, factor)| (part(term), factor)).collect();
                 self.sum(constant, &terms)
@@ -49,7 +40,7 @@ impl Graph {
             Node::Max(a, b) => self.max(part(a), part(b)),
             Node::Select([a, b, c, d]) => self.select(part(a), part(b), part(c), part(d)),
             Node::Table(number, x) => {
-                let table = table(self, number);
+                let table = self.tables[number as usize].clone();
                 self.table(table, part(x))
             }
         }

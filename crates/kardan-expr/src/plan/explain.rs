@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use kardan_rt::{Operator, Run};
+use kardan_rt::Operator;
 
-use super::Plan;
 use super::operators::word;
+use super::{Operation, Plan};
 
 /// Nesting depth of operations that are written out; deeper ones are written as their value.
 const DEPTH: usize = 3;
@@ -33,9 +33,9 @@ impl Plan {
         let results = self.results();
         let is_finite = |place: &u32| memory[*place as usize].is_finite();
         let (place, _) =
-            results.iter().find(|(place, result)| !is_finite(place) && result.operands.iter().all(is_finite))?;
+            results.iter().find(|(place, result)| !is_finite(place) && result.values().iter().all(is_finite))?;
         let writing = Writing { plan: self, memory, results: &results };
-        let (named, numbers) = (writing.infix(*place, DEPTH), writing.operation(&results[place], 0));
+        let (named, numbers) = (writing.infix(*place, DEPTH), writing.operation(*place, &results[place], 0));
         let numbers = if named == numbers { String::new() } else { format!(" = {numbers}") };
         Some(format!("{named}{numbers} is {}", memory[*place as usize]))
     }
@@ -46,37 +46,16 @@ impl Plan {
     }
 
     /// The operation that computes each index behind inputs and constants.
-    fn results(&self) -> BTreeMap<u32, Origin<'_>> {
-        let mut first = (self.inputs.len() + self.constants.len()) as u32;
-        let (mut results, mut operands) = (BTreeMap::new(), self.operands.as_slice());
-        for Run { operator, count } in &self.runs {
-            let (operator, count) = (*operator, *count as u32);
-            for k in 0..count {
-                let (own, rest) = operands.split_at(operator.operands());
-                operands = rest;
-                let operands = if operator == Operator::Table { &own[1..] } else { own };
-                for value in 0..operator.values() as u32 {
-                    results.insert(first + value * count + k, Origin { operator, is_second: value > 0, operands });
-                }
-            }
-            first += count * operator.values() as u32;
-        }
-        results
+    fn results(&self) -> BTreeMap<u32, Operation<'_>> {
+        self.each_operation().flat_map(|operation| operation.out.map(|place| (place as u32, operation))).collect()
     }
-}
-
-/// The operation that a result is of; the second result of two for the cosine.
-struct Origin<'a> {
-    operator: Operator,
-    is_second: bool,
-    operands: &'a [u32],
 }
 
 /// Values as text.
 struct Writing<'a> {
     plan: &'a Plan,
     memory: &'a [f64],
-    results: &'a BTreeMap<u32, Origin<'a>>,
+    results: &'a BTreeMap<u32, Operation<'a>>,
 }
 
 impl Writing<'_> {
@@ -84,14 +63,15 @@ impl Writing<'_> {
     fn infix(&self, place: u32, depth: usize) -> String {
         match (self.plan.inputs.get(place as usize), self.results.get(&place)) {
             (Some(input), _) if depth > 0 => input.clone(),
-            (None, Some(result)) if depth > 0 => self.operation(result, depth - 1),
+            (None, Some(result)) if depth > 0 => self.operation(place, result, depth - 1),
             _ => format!("{:?}", self.memory[place as usize]),
         }
     }
 
-    /// An operation whose operands are `depth` operations deep.
-    fn operation(&self, result: &Origin<'_>, depth: usize) -> String {
-        let inner = |k: usize| self.infix(result.operands[k], depth);
+    /// An operation as one of its values, its operands `depth` operations deep.
+    fn operation(&self, place: u32, result: &Operation<'_>, depth: usize) -> String {
+        let operands = result.values();
+        let inner = |k: usize| self.infix(operands[k], depth);
         // A term that is not a single word or call is in parentheses.
         let part = |k: usize| {
             let text = inner(k);
@@ -108,10 +88,10 @@ impl Writing<'_> {
             Operator::Divide => format!("{}/{}", part(0), part(1)),
             Operator::AddProduct => format!("{} + {}*{}", inner(2), part(0), part(1)),
             Operator::SubtractProduct => format!("{} - {}*{}", inner(2), part(0), part(1)),
-            Operator::SineCosine if result.is_second => format!("cos({})", inner(0)),
+            Operator::SineCosine if place as usize == result.out[1] => format!("cos({})", inner(0)),
             Operator::SineCosine => format!("sin({})", inner(0)),
             other => {
-                let list: Vec<String> = (0..result.operands.len()).map(inner).collect();
+                let list: Vec<String> = (0..operands.len()).map(inner).collect();
                 format!("{}({})", word(other), list.join(", "))
             }
         }

@@ -50,7 +50,39 @@ pub struct Plan {
     pub(super) numbers: Vec<f64>,
 }
 
+/// An operation of a plan.
+#[derive(Debug, Clone, Copy)]
+struct Operation<'a> {
+    operator: Operator,
+    /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
+    operands: &'a [u32],
+    /// Where its value is, and of [`Operator::SineCosine`] the cosine.
+    out: [usize; 2],
+}
+
+impl<'a> Operation<'a> {
+    /// The operands that are values.
+    fn values(&self) -> &'a [u32] {
+        if self.operator == Operator::Table { &self.operands[1..] } else { self.operands }
+    }
+}
+
 impl Plan {
+    /// The operations in their order.
+    fn each_operation(&self) -> impl Iterator<Item = Operation<'_>> {
+        let (mut first, mut operands) = (self.inputs.len() + self.constants.len(), self.operands.as_slice());
+        self.runs.iter().flat_map(move |&Run { operator, count }| {
+            let width = operator.operands();
+            let (own, later) = operands.split_at(count * width);
+            let place = first;
+            (first, operands) = (first + count * operator.values(), later);
+            own.chunks_exact(width).enumerate().map(move |(k, operands)| {
+                let cosine = if operator == Operator::SineCosine { place + count + k } else { place + k };
+                Operation { operator, operands, out: [place + k, cosine] }
+            })
+        })
+    }
+
     /// The executable plan.
     pub fn block(&self) -> kardan_rt::Plan<'_, f64> {
         self.block_of(&self.constants, &self.numbers)

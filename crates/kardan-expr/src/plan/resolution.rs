@@ -9,7 +9,7 @@
 
 use kardan_rt::{Operator, Table};
 
-use super::Plan;
+use super::{Operation, Plan};
 use crate::expr::{Domain, Interval, Intervals};
 
 /// Scales that the argument of `exp`, `sin`, `tan` and `atan` may move by: 2 and 2 rad.
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// An operation of a plan that a requested output depends on, and that varies.
 #[derive(Debug, Clone)]
-struct Operation {
+struct Varying {
     operator: Operator,
     /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
     operands: [usize; 4],
@@ -27,7 +27,7 @@ struct Operation {
     out: [usize; 2],
 }
 
-impl Operation {
+impl Varying {
     fn operands(&self) -> &[usize] {
         &self.operands[usize::from(self.operator == Operator::Table)..self.operator.operands()]
     }
@@ -65,9 +65,7 @@ impl Operation {
             _ => 0.0,
         }
     }
-}
 
-impl Operation {
     /// The ranges of its values for those of its operands.
     fn range(&self, tables: &[Table], numbers: &[f64], of: impl Fn(usize) -> Interval) -> [Interval; 2] {
         match self.operator {
@@ -100,7 +98,7 @@ impl Operation {
 /// The operations of a plan by which a step is judged.
 #[derive(Debug, Clone)]
 pub struct Resolution {
-    operations: Vec<Operation>,
+    operations: Vec<Varying>,
     /// Those among them that have a scale.
     scaled: Vec<usize>,
     tables: Vec<Table>,
@@ -118,27 +116,17 @@ impl Resolution {
         let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
-        let (mut operations, mut done, mut operands) = (Vec::new(), inputs + constants, plan.operands.as_slice());
-        for run in &plan.runs {
-            let width = run.operator.operands();
-            let (own, later) = operands.split_at(run.count * width);
-            for (k, own) in own.chunks_exact(width).enumerate() {
-                let place = |k: usize| own.get(k).map_or(0, |place| *place as usize);
-                let cosine = if run.operator == Operator::SineCosine { done + run.count + k } else { done + k };
-                let operation = Operation {
-                    operator: run.operator,
-                    operands: [place(0), place(1), place(2), place(3)],
-                    out: [done + k, cosine],
-                };
-                let rests = operation.operands().iter().all(|place| is_steady[*place]);
-                operation.out.iter().for_each(|place| is_steady[*place] = rests);
-                if !rests && operation.out.iter().any(|place| needed[*place]) {
-                    operations.push(operation);
-                }
+        let mut operations = Vec::new();
+        for operation in plan.each_operation() {
+            let Operation { operator, out, .. } = operation;
+            let rests = operation.values().iter().all(|place| is_steady[*place as usize]);
+            out.iter().for_each(|place| is_steady[*place] = rests);
+            if !rests && out.iter().any(|place| needed[*place]) {
+                let place = |k: usize| operation.operands.get(k).map_or(0, |place| *place as usize);
+                operations.push(Varying { operator, operands: std::array::from_fn(place), out });
             }
-            (done, operands) = (done + run.count * run.operator.values(), later);
         }
-        let varies = |operation: &Operation| {
+        let varies = |operation: &Varying| {
             let argument = usize::from(operation.operator == Operator::Divide);
             operation.has_scale() && operation.operands()[argument..].iter().any(|place| !is_steady[*place])
         };

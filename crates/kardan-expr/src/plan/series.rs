@@ -10,8 +10,8 @@ use std::sync::Arc;
 use kardan_native::{Aligned, NativeSeries, Step, Value};
 use kardan_rt::Operator;
 
-use super::Plan;
 use super::pieces::Pieces;
+use super::{Operation, Plan};
 
 /// Taylor coefficients of all values of a plan up to an order: of one series, or of one in each lane of `N`, with the same bits.
 ///
@@ -96,45 +96,34 @@ impl<N: Value> Series<N> {
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
         let needed = needed(plan, outputs);
-        let (mut steps, mut done, mut beside) = (Vec::new(), inputs + constants, values);
-        let mut operands = plan.operands.as_slice();
-        for run in &plan.runs {
-            let (own, later) = operands.split_at(run.count * run.operator.operands());
-            for (k, operands) in own.chunks_exact(run.operator.operands()).enumerate() {
-                let operands: Vec<usize> = operands.iter().map(|place| *place as usize).collect();
-                let own_steady = numbered(run.operator, &operands).iter().all(|place| is_steady[*place]);
-                is_steady[done + k] = own_steady;
-                if run.operator == Operator::SineCosine {
-                    is_steady[done + run.count + k] = own_steady;
-                }
-                let cosine = run.operator == Operator::SineCosine && needed[done + run.count + k];
-                if own_steady || !(needed[done + k] || cosine) {
-                    continue;
-                }
-                if has_kinks(run.operator) {
-                    let place = (done + k, beside);
-                    beside = pieces.as_mut()?.write(plan, (run.operator, &operands), place, &mut steps)?;
-                    continue;
-                }
-                let (scaled, operands) = arranged(run.operator, &operands, &is_steady);
-                let more = match run.operator {
-                    Operator::SineCosine => done + run.count + k,
-                    Operator::Tangent
-                    | Operator::ArcSine
-                    | Operator::ArcCosine
-                    | Operator::ArcTangent
-                    | Operator::ArcTangent2 => {
-                        beside += 1;
-                        beside - 1
-                    }
-                    _ => 0,
-                };
-                let (out, more) = ((done + k) as u32, more as u32);
-                let operands = operands.map(|place| place as u32);
-                steps.push(Step { operator: run.operator, scaled, out, operands, more });
+        let (mut steps, mut beside) = (Vec::new(), values);
+        for operation in plan.each_operation() {
+            let Operation { operator, out: [out, cosine], .. } = operation;
+            let own_steady = operation.values().iter().all(|place| is_steady[*place as usize]);
+            (is_steady[out], is_steady[cosine]) = (own_steady, own_steady);
+            if own_steady || !(needed[out] || needed[cosine]) {
+                continue;
             }
-            done += run.count * run.operator.values();
-            operands = later;
+            let operands: Vec<usize> = operation.operands.iter().map(|place| *place as usize).collect();
+            if has_kinks(operator) {
+                beside = pieces.as_mut()?.write(plan, (operator, &operands), (out, beside), &mut steps)?;
+                continue;
+            }
+            let (scaled, operands) = arranged(operator, &operands, &is_steady);
+            let more = match operator {
+                Operator::SineCosine => cosine,
+                Operator::Tangent
+                | Operator::ArcSine
+                | Operator::ArcCosine
+                | Operator::ArcTangent
+                | Operator::ArcTangent2 => {
+                    beside += 1;
+                    beside - 1
+                }
+                _ => 0,
+            };
+            let operands = operands.map(|place| place as u32);
+            steps.push(Step { operator, scaled, out: out as u32, operands, more: more as u32 });
         }
         let (count, own) = more(beside, &is_steady);
         beside += count;
@@ -204,24 +193,13 @@ impl<N: Value> Series<N> {
 pub(super) fn needed(plan: &Plan, outputs: &[usize]) -> Vec<bool> {
     let mut needed = vec![false; plan.block().memory()];
     outputs.iter().for_each(|place| needed[*place] = true);
-    let (mut last, mut operands) = (needed.len(), plan.operands.as_slice());
-    for run in plan.runs.iter().rev() {
-        let first = last - run.count * run.operator.values();
-        let (earlier, own) = operands.split_at(operands.len() - run.count * run.operator.operands());
-        for (k, operands) in own.chunks_exact(run.operator.operands()).enumerate() {
-            let cosine = run.operator == Operator::SineCosine && needed[first + run.count + k];
-            if needed[first + k] || cosine {
-                numbered(run.operator, operands).iter().for_each(|place| needed[*place as usize] = true);
-            }
+    let operations: Vec<Operation<'_>> = plan.each_operation().collect();
+    for operation in operations.iter().rev() {
+        if operation.out.iter().any(|place| needed[*place]) {
+            operation.values().iter().for_each(|place| needed[*place as usize] = true);
         }
-        (last, operands) = (first, earlier);
     }
     needed
-}
-
-/// The operands of an operation that are values: the first one of a table is its number.
-fn numbered<T>(operator: Operator, operands: &[T]) -> &[T] {
-    if operator == Operator::Table { &operands[1..] } else { operands }
 }
 
 fn has_kinks(operator: Operator) -> bool {

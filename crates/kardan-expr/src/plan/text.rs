@@ -43,26 +43,19 @@ impl fmt::Display for Plan {
                 format!("v{}", place - inputs - constants + 1)
             }
         };
-        let mut first = inputs + constants;
-        let mut operands = self.operands.as_slice();
-        for Run { operator, count } in &self.runs {
-            for k in 0..*count {
-                let (own, rest) = operands.split_at(operator.operands());
-                operands = rest;
-                write!(out, "{} ", name((first + k) as u32))?;
-                if *operator == Operator::SineCosine {
-                    write!(out, "{} ", name((first + count + k) as u32))?;
-                }
-                write!(out, "= {}", word(*operator))?;
-                for (j, operand) in own.iter().enumerate() {
-                    match (operator, j) {
-                        (Operator::Table, 0) => write!(out, " {operand}")?,
-                        _ => write!(out, " {}", name(*operand))?,
-                    }
-                }
-                writeln!(out)?;
+        for operation in self.each_operation() {
+            let operator = operation.operator;
+            for place in &operation.out[..operator.values()] {
+                write!(out, "{} ", name(*place as u32))?;
             }
-            first += count * operator.values();
+            write!(out, "= {}", word(operator))?;
+            if operator == Operator::Table {
+                write!(out, " {}", operation.operands[0])?;
+            }
+            for operand in operation.values() {
+                write!(out, " {}", name(*operand))?;
+            }
+            writeln!(out)?;
         }
         for (output, place) in self.outputs.iter().zip(&self.places) {
             writeln!(out, "output {output} = {}", name(*place))?;
@@ -86,10 +79,10 @@ pub fn parse(text: &str) -> Result<Plan, PlanTextError> {
 /// An operand as it is written.
 #[derive(Debug, Clone)]
 enum Operand {
+    /// An index as it is: of an input, or the number of a table.
     Place(u32),
     Constant(f64),
     Value(u32),
-    Number(u32),
 }
 
 #[derive(Default)]
@@ -180,7 +173,7 @@ impl Reader {
         let mut own = Vec::new();
         for (k, word) in operands.iter().enumerate() {
             own.push(match (operator, k) {
-                (Operator::Table, 0) => Operand::Number(word.parse().map_err(|_| format!("`{word}` is not a table"))?),
+                (Operator::Table, 0) => Operand::Place(word.parse().map_err(|_| format!("`{word}` is not a table"))?),
                 _ => self.operand(word)?,
             });
         }
@@ -227,7 +220,7 @@ impl Reader {
         }
         let count = self.plan.constants.len() as u32;
         let place = |operand: &Operand| match operand {
-            Operand::Place(place) | Operand::Number(place) => *place,
+            Operand::Place(place) => *place,
             Operand::Constant(value) => inputs + index[&value.to_bits()],
             Operand::Value(number) => inputs + count + number,
         };

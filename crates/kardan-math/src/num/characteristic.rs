@@ -3,13 +3,21 @@
 use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 
-use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, prime_below};
+use super::{
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, prime_below, routh_column,
+};
 
 /// det(sI − M), exact.
 ///
 /// Method: with the common denominator d, dM is whole and so is its characteristic polynomial. Its coefficients are at most
 /// `(1 + r)ⁿ` with the largest sum r of sizes in a row of dM (Hadamard); modulo primes whose product exceeds double that they
 /// are known. Cost: O(n³) for each of about `n log₂(r)/60` primes.
+///
+/// ```
+/// use kardan_math::num::{Matrix, Rational, characteristic_polynomial};
+/// let a = Matrix::from_fn(2, 2, |i, j| Rational::from([[1, 2], [3, 4]][i][j]));
+/// assert_eq!(characteristic_polynomial(&a).coefficients(), [-2, -5, 1].map(Rational::from));
+/// ```
 pub fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
     let n = matrix.rows();
     let d = matrix.as_slice().iter().fold(UBig::ONE, |all, x| {
@@ -44,21 +52,8 @@ pub fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
 
 /// Whether all roots are in the open left half plane, decided exactly (Routh). Constants other than zero are.
 pub fn is_hurwitz(polynomial: &Polynomial) -> bool {
-    let coefficients = polynomial.monic().coefficients().to_vec();
-    if coefficients.is_empty() {
-        return false;
-    }
-    // Coefficients of every other power, highest first.
-    let row = |offset: usize| coefficients.iter().rev().skip(offset).step_by(2).cloned().collect::<Vec<_>>();
-    let (mut upper, mut lower) = (row(0), row(1));
-    for _ in 0..polynomial.degree() {
-        let Some(lead) = lower.first().filter(|x| **x > Rational::ZERO).cloned() else { return false };
-        let factor = upper[0].over(&lead);
-        let next =
-            (1..upper.len()).map(|k| upper[k].minus(&factor.times(lower.get(k).unwrap_or(&Rational::ZERO)))).collect();
-        upper = std::mem::replace(&mut lower, next);
-    }
-    true
+    let column = routh_column(polynomial);
+    column.len() == polynomial.degree() + 1 && column.iter().all(|x| *x > Rational::ZERO)
 }
 
 #[cfg(test)]

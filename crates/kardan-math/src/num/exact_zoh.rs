@@ -1,12 +1,11 @@
 //! Sampling of exact systems to many digits, with one rounding in the end.
 
-use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
 use kardan_rt::functions::log2;
 
 use super::dyadic::DyadicMatrix;
-use super::{Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Scalar, random_prime};
+use super::{Matrix, ModularMatrix, PrimeField, Random, Rational, Scalar, exponent, random_prime};
 
 /// Binary digits of the result, in addition to those that halving and squaring cost.
 const DIGITS: usize = 320;
@@ -15,13 +14,7 @@ const GUARD: usize = 24;
 /// log₂ of the largest sum of sizes in a row that does not count as overflow.
 const LARGEST: f64 = 1000.0;
 /// Above this log₂ ‖A T‖ too many digits are lost.
-const FASTEST: isize = 128;
-
-/// How many binary digits a number has before the point, negative behind it.
-fn size(x: &Rational) -> isize {
-    let length = |bits: usize| isize::try_from(bits).unwrap_or(isize::MAX);
-    length(x.numerator().bit_len()) - length(x.denominator().bit_len())
-}
+const FASTEST: i64 = 128;
 
 /// Whether the series may end: the powers of a matrix do where its n-th one is zero, modulo any prime too.
 fn may_end(a: &Matrix<Rational>) -> bool {
@@ -92,12 +85,12 @@ impl ExactZoh {
             return Some(Self { transition, integral, off: f64::NEG_INFINITY });
         }
         // The largest sum of sizes in a row is below 2^norm.
-        let bits = a.as_slice().iter().filter(|x| !x.is_zero()).map(size).max().unwrap_or(-1) + size(time) + 2;
-        let norm = bits + isize::try_from(n.max(1).ilog2()).unwrap_or(0) + 1;
+        let bits = a.as_slice().iter().filter(|x| !x.is_zero()).map(exponent).max().unwrap_or(-1) + exponent(time) + 2;
+        let norm = bits + i64::from(n.max(1).ilog2()) + 1;
         if norm > FASTEST {
             return None;
         }
-        let halvings = (norm + 1).max(0).unsigned_abs();
+        let halvings = (norm + 1).max(0) as usize;
         let step = time / Rational::from(UBig::ONE << halvings);
         let digits = digits + GUARD + 2 * halvings;
         let small = DyadicMatrix::of(&a.scale(&step), digits);
@@ -126,35 +119,9 @@ impl ExactZoh {
             off_of_rise = over.max(before) + off_of_rise.max(unit) + 2.0;
         }
         let transition = DyadicMatrix::identity(n).plus(&rise).to_rational();
-        let off = (off + size(&step) as f64 + 1.0).max(off_of_rise);
+        let off = (off + exponent(&step) as f64 + 1.0).max(off_of_rise);
         Some(Self { transition, integral: integral.to_rational().scale(&step), off })
     }
-}
-
-/// The characteristic polynomial `det(s − A)`, exact.
-///
-/// Method: Faddeev and Leverrier, n products of matrices.
-///
-/// ```
-/// use kardan_math::num::{Matrix, Rational, characteristic};
-/// let a = Matrix::from_fn(2, 2, |i, j| Rational::from([[1, 2], [3, 4]][i][j]));
-/// assert_eq!(characteristic(&a).coefficients(), [-2, -5, 1].map(Rational::from));
-/// ```
-///
-/// # Panics
-/// If the matrix is not square.
-pub fn characteristic(a: &Matrix<Rational>) -> Polynomial {
-    let n = a.rows();
-    let mut coefficients = vec![Rational::ONE];
-    let mut product = Matrix::<Rational>::zeros(n, n);
-    for k in 1..=n {
-        let last = coefficients[k - 1].clone();
-        product = a.multiply(&product.plus(&Matrix::identity(n).scale(&last)));
-        let trace = (0..n).fold(Rational::ZERO, |sum, i| sum.plus(&product[(i, i)]));
-        coefficients.push(Rational::ZERO.minus(&trace) / Rational::from(k));
-    }
-    coefficients.reverse();
-    Polynomial::new(coefficients)
 }
 
 #[cfg(test)]

@@ -34,14 +34,6 @@ impl LastDigits {
         value + value * self.fraction(OFF)
     }
 
-    /// The same of a double.
-    pub fn near_double(&mut self, value: f64) -> f64 {
-        match rational_from_f64(value).is_some_and(|exact| Self::is_rounded(&exact)) {
-            true => value * (1.0 + OFF * self.part()),
-            false => value,
-        }
-    }
-
     /// A number that is off by no more than this.
     pub fn perturbed(&mut self, value: &Rational, off: f64) -> Rational {
         if off > 0.0 { value + self.fraction(off) } else { value.clone() }

@@ -54,7 +54,7 @@ pub use dense::{Cholesky, Lu, dot, multiply};
 pub use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
-pub use exact_zoh::{ExactZoh, characteristic, exact_zoh};
+pub use exact_zoh::{ExactZoh, exact_zoh};
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::{Float, max_or_nan};
 pub use fourier::fourier;

@@ -110,22 +110,20 @@ fn left_minus_right(polynomial: &Polynomial) -> isize {
 
 /// How often `lower / upper` jumps from −∞ to ∞ less how often it jumps back, over all real numbers (Sturm).
 fn cauchy_index(upper: Polynomial, lower: Polynomial) -> isize {
-    let mut chain = vec![upper, lower];
-    while let [.., before, last] = &chain[..]
-        && !last.is_zero()
-    {
-        let rest = positive_part(&before.divide(last).1);
-        chain.push(rest.scale(&Rational::NEG_ONE));
-    }
-    chain.retain(|p| !p.is_zero());
-    let leading = |p: &Polynomial| sign(&p.coefficient(p.degree()));
-    let below = chain.iter().map(|p| if p.degree() % 2 == 0 { leading(p) } else { -leading(p) });
-    changes(below) - changes(chain.iter().map(leading))
+    let chain = sturm_chain(upper, lower);
+    changes(chain.iter().map(sign_far_below)) - changes(chain.iter().map(leading_sign))
 }
 
 /// Number of different real roots below zero, of a square-free polynomial that does not vanish at zero (Sturm).
 fn negative_roots(polynomial: &Polynomial) -> usize {
-    let mut chain = vec![polynomial.clone(), derivative(polynomial)];
+    let chain = sturm_chain(polynomial.clone(), derivative(polynomial));
+    let at_zero = changes(chain.iter().map(|p| sign(&p.coefficient(0))));
+    (changes(chain.iter().map(sign_far_below)) - at_zero).unsigned_abs()
+}
+
+/// Remainders of repeated division with the opposite sign, times positive numbers; zeros are left out.
+fn sturm_chain(first: Polynomial, second: Polynomial) -> Vec<Polynomial> {
+    let mut chain = vec![first, second];
     while let [.., before, last] = &chain[..]
         && !last.is_zero()
     {
@@ -133,11 +131,17 @@ fn negative_roots(polynomial: &Polynomial) -> usize {
         chain.push(rest.scale(&Rational::NEG_ONE));
     }
     chain.retain(|p| !p.is_zero());
-    let at_minus_infinity = chain.iter().map(|p| {
-        let leading = sign(&p.coefficient(p.degree()));
-        if p.degree() % 2 == 0 { leading } else { -leading }
-    });
-    (changes(at_minus_infinity) - changes(chain.iter().map(|p| sign(&p.coefficient(0))))).unsigned_abs()
+    chain
+}
+
+/// The sign at numbers far above zero.
+fn leading_sign(polynomial: &Polynomial) -> i32 {
+    sign(&polynomial.coefficient(polynomial.degree()))
+}
+
+/// The sign at numbers far below zero.
+fn sign_far_below(polynomial: &Polynomial) -> i32 {
+    if polynomial.degree() % 2 == 0 { leading_sign(polynomial) } else { -leading_sign(polynomial) }
 }
 
 /// The same times a positive number, with short coefficients.

@@ -152,15 +152,7 @@ impl Scaled {
 
     /// The coefficients of the polynomial and of its derivative, cut to this many bits.
     fn cut(&self, bits: usize) -> [Vec<Point>; 2] {
-        [&self.coefficients, &self.derivative].map(|list| {
-            list.iter()
-                .map(|c| {
-                    let mut c = c.clone();
-                    c.cut(bits);
-                    c
-                })
-                .collect()
-        })
+        [&self.coefficients, &self.derivative].map(|list| list.iter().map(|c| c.clone().cut(bits)).collect())
     }
 
     /// The value of the polynomial (`which` 0) or its derivative (1) at a point.
@@ -363,9 +355,7 @@ fn newton(values: &[Value; 2]) -> Wide {
 /// z less a step, with this many bits.
 fn stepped(z: &Point, step: Wide, bits: usize) -> Point {
     let step = Point::from_wide(Wide { re: -step.re, im: -step.im, ..step });
-    let mut out = z.clone().sum(&step, bits);
-    out.cut(bits);
-    out
+    z.clone().sum(&step, bits).cut(bits)
 }
 
 /// The effect of the other points on one.

@@ -128,11 +128,6 @@ impl<'a> StateArchive<'a> {
         values.iter_mut().for_each(|value| each(self, value));
     }
 
-    /// A list of numbers of any length.
-    pub fn numbers_of_any_count(&mut self, values: &mut Vec<f64>) {
-        self.list(values, 0.0, Self::number);
-    }
-
     /// A list of counts of any length.
     pub fn counts(&mut self, values: &mut Vec<usize>) {
         self.list(values, 0, Self::count);

@@ -204,13 +204,14 @@ impl Point {
     }
 
     /// Cut to this many bits of the larger part; off by at most 2^(1.5 − bits) of its size.
-    pub fn cut(&mut self, bits: usize) {
+    pub fn cut(mut self, bits: usize) -> Self {
         let shift = self.bits().saturating_sub(bits);
         if shift > 0 {
             self.x >>= shift;
             self.y >>= shift;
             self.exponent += shift as i64;
         }
+        self
     }
 
     /// The exact sum.
@@ -250,21 +251,17 @@ impl Point {
 
     /// The sum, cut to this many bits; off by at most 2^(2 − bits) of its size. A part far below the other is dropped.
     pub fn sum(self, other: &Self, bits: usize) -> Self {
-        if other.is_zero() {
-            let mut out = self;
-            out.cut(bits);
-            return out;
-        }
         let gap = bits as i64 + 4;
-        let mut out = if self.is_zero() || self.top() < other.top() - gap {
+        let sum = if other.is_zero() {
+            self
+        } else if self.is_zero() || self.top() < other.top() - gap {
             other.clone()
         } else if other.top() < self.top() - gap {
             self
         } else {
             self.plus(other)
         };
-        out.cut(bits);
-        out
+        sum.cut(bits)
     }
 }
 

@@ -239,16 +239,9 @@ impl Exact {
     /// The same number as computed from others.
     fn following<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
         let rounded = self.rounded || from.iter().any(|one| one.rounded);
-        let out = Self { rounded, ..self };
-        out.in_names_of(from, how)
-    }
-
-    /// If one of these has a name.
-    fn in_names_of<const N: usize>(self, from: [&Self; N], how: impl FnOnce([&Self; N]) -> InNames) -> Self {
-        match from.iter().any(|one| one.symbolic.is_some()) {
-            true => Self { symbolic: Some(Arc::new(how(from))), ..self },
-            false => self,
-        }
+        let is_named = from.iter().any(|one| one.symbolic.is_some());
+        let symbolic = if is_named { Some(Arc::new(how(from))) } else { self.symbolic };
+        Self { symbolic, rounded, ..self }
     }
 
     /// As a rational number: exact if no π is in it, else the rational value of [`Exact::to_f64`] (zero if that is not

@@ -31,10 +31,6 @@ pub(super) fn is_noise_of(x: &RBig, of: &RBig) -> bool {
     x.clone().abs() < bound
 }
 
-fn whole(n: i64) -> RBig {
-    RBig::from(n)
-}
-
 /// The nearest number of floating point.
 pub(super) fn nearest(x: &RBig) -> f64 {
     x.to_f64().value()
@@ -42,11 +38,6 @@ pub(super) fn nearest(x: &RBig) -> f64 {
 
 fn of(x: f64) -> RBig {
     RBig::try_from(x).unwrap_or(RBig::ZERO)
-}
-
-/// π.
-pub(super) fn pi() -> RBig {
-    Exact::pi_digits()
 }
 
 /// The square root of a number that is not negative; exact where it is a fraction.
@@ -79,7 +70,7 @@ fn series(x: &RBig, first: RBig, start: i64, step: i64, alternates: bool) -> RBi
         }
         sum += &term;
         let divisor = if step == 2 { (k + 1) * (k + 2) } else { k + 1 };
-        term = short(&(&term * &power / whole(divisor)));
+        term = short(&(&term * &power / RBig::from(divisor)));
         k += step;
     }
     short(&sum)
@@ -106,16 +97,16 @@ pub(super) fn logarithm(x: &RBig) -> RBig {
         let mut y = of(kardan_rt::functions::ln(nearest(m)));
         for _ in 0..3 {
             let e = exponential(&y);
-            y = short(&(&y + whole(2) * (m - &e) / (m + &e)));
+            y = short(&(&y + RBig::from(2) * (m - &e) / (m + &e)));
         }
         y
     };
-    short(&(one(&m) + whole(k) * one(&whole(2))))
+    short(&(one(&m) + RBig::from(k) * one(&RBig::from(2))))
 }
 
 /// Sine and cosine.
 pub(super) fn sine_cosine(x: &RBig) -> [RBig; 2] {
-    let quarter = pi() / whole(2);
+    let quarter = Exact::pi_digits() / RBig::from(2);
     let turns = (x / &quarter).round();
     let rest = short(&(x - RBig::from(turns.clone()) * &quarter));
     let sine = series(&rest, rest.clone(), 1, 2, true);
@@ -142,13 +133,13 @@ pub(super) fn angle(y: &RBig, x: &RBig) -> RBig {
     for _ in 0..3 {
         let [sine, cosine] = sine_cosine(&out);
         let rest = short(&((&slope * &cosine - &sine) / (&cosine + &slope * &sine)));
-        out = short(&(&out + &rest - &rest * &rest * &rest / whole(3)));
+        out = short(&(&out + &rest - &rest * &rest * &rest / RBig::from(3)));
     }
     if swapped {
-        out = pi() / whole(2) - out;
+        out = Exact::pi_digits() / RBig::from(2) - out;
     }
     if *x < RBig::ZERO {
-        out = pi() - out;
+        out = Exact::pi_digits() - out;
     }
     short(&if *y < RBig::ZERO { -out } else { out })
 }

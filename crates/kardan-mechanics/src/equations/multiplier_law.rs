@@ -33,9 +33,18 @@ impl<Row> MultiplierLaw<Row> {
             Self::Acceleration(row, rate) => MultiplierLaw::Acceleration(numbers(row), Arc::clone(rate)),
         }
     }
-}
 
-impl<Row> MultiplierLaw<Row> {
+    /// The coordinates of its sum; a surface is none.
+    pub fn summed(&self) -> Vec<&Row> {
+        match self {
+            Self::Rates(row) => row.iter().map(|(own, _)| own).collect(),
+            Self::Surface(_) => Vec::new(),
+            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => {
+                row.iter().map(|(own, _)| own).collect()
+            }
+        }
+    }
+
     /// The formulas in it.
     pub fn formulas(&self) -> Vec<&Arc<Formula>> {
         match self {
@@ -63,15 +72,7 @@ impl<Row> MultiplierLaw<Row> {
 impl MultiplierLaw<String> {
     /// The coordinates in it.
     pub fn coordinates(&self) -> Vec<&str> {
-        match self {
-            Self::Rates(row) => {
-                let in_formulas = row.iter().flat_map(|(_, formula)| formula.coordinates());
-                row.iter().map(|(name, _)| name.as_str()).chain(in_formulas).collect()
-            }
-            Self::Surface(formula) => formula.coordinates().collect(),
-            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => {
-                row.iter().map(|(name, _)| name.as_str()).collect()
-            }
-        }
+        let in_formulas = self.formulas().into_iter().flat_map(|formula| formula.coordinates());
+        self.summed().into_iter().map(String::as_str).chain(in_formulas).collect()
     }
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::law_slopes::unconstrained;
+use super::law_slopes::all_free;
 use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
-use kardan_expr::expr::{Expr, Floating, Symbol, lower};
+use kardan_expr::expr::{Floating, Symbol, lower};
 use kardan_math::num::{Rational, SparseRow, rational_to_f64};
 
 /// A torque that depends on block outputs: its difference from the value at zero outputs, to first order.
@@ -26,38 +26,24 @@ pub struct BlockTorque {
     pub kinks: [Vec<String>; 2],
 }
 
-/// A formula in a motion whose blocks are symbols.
-struct BlockFormula<'a> {
-    motion: Motion,
-    value: Expr,
-    numeric: &'a Kinematics,
-}
-
-impl<'a> BlockFormula<'a> {
-    fn new(free: &Reduced, formula: &Formula, numeric: &'a Kinematics) -> Self {
-        let mut motion = Motion::kinematics(free, false);
-        let value = motion.formula(free, formula);
-        Self { motion, value, numeric }
-    }
-
-    /// Values of expressions at time zero, with given block outputs.
-    fn at(&self, exprs: &[Expr], output: &dyn Fn(&str) -> f64) -> Vec<f64> {
-        let Motion { graph, symbols, timed, .. } = &self.motion;
-        let begin: Vec<f64> = timed.values(0.0).collect();
-        let time_symbols = timed.symbols(graph);
-        let of = |symbol: Symbol| {
-            let block = timed.blocks.iter().find(|(_, own)| graph.symbol_of(*own) == Some(symbol));
-            if let Some((name, _)) = block {
-                return output(name);
-            }
-            let moving = self.numeric.angles.iter().chain(&self.numeric.speeds);
-            match symbols.iter().position(|own| *own == symbol) {
-                Some(place) => moving.into_iter().nth(place).copied().unwrap_or(0.0),
-                None => time_symbols.iter().position(|own| *own == symbol).map_or(0.0, |place| begin[place]),
-            }
-        };
-        lower(graph, exprs, &mut Floating::<f64>::default(), of)
-    }
+/// The value of a formula at angles and speeds of all coordinates, at time zero, with given block outputs.
+fn value_with_blocks(free: &Reduced, formula: &Formula, numeric: &Kinematics, output: &dyn Fn(&str) -> f64) -> f64 {
+    let mut motion = Motion::kinematics(free, false);
+    let value = motion.formula(free, formula);
+    let Motion { graph, symbols, timed, .. } = &motion;
+    let begin: Vec<f64> = timed.values(0.0).collect();
+    let time_symbols = timed.symbols(graph);
+    let of = |symbol: Symbol| {
+        let block = timed.blocks.iter().find(|(_, own)| graph.symbol_of(*own) == Some(symbol));
+        if let Some((name, _)) = block {
+            return output(name);
+        }
+        match symbols.iter().position(|own| *own == symbol) {
+            Some(place) => numeric.angles.iter().chain(&numeric.speeds).nth(place).copied().unwrap_or(0.0),
+            None => time_symbols.iter().position(|own| *own == symbol).map_or(0.0, |place| begin[place]),
+        }
+    };
+    lower(graph, &[value], &mut Floating::<f64>::default(), of)[0]
 }
 
 /// Whether a formula depends on block outputs.
@@ -97,7 +83,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
 /// # Panics
 /// As [`block_torques`].
 pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<String> {
-    let free = unconstrained(reduced);
+    let free = all_free(&reduced.equations);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(&point.position, &point.rates);
     let locks = reduced.equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
@@ -105,8 +91,7 @@ pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&s
         _ => None,
     });
     let engaged = |(element, formula): (&String, &Arc<Formula>)| {
-        let formula_motion = BlockFormula::new(&free, formula, &numeric);
-        (formula_motion.at(&[formula_motion.value], output)[0] > 0.5).then(|| element.clone())
+        (value_with_blocks(&free, formula, &numeric, output) > 0.5).then(|| element.clone())
     };
     locks.filter_map(engaged).collect()
 }

@@ -118,7 +118,7 @@ impl Motion {
         self.graph.sum(Rational::ZERO, &terms)
     }
 
-    /// The multipliers of all constraints, in the order of [`Multipliers`](super::Multipliers): `Jᵀλ = H q̈ + D q̇ + S q + friction − laws − F τ`
+    /// The multipliers of all constraints, in the order of [`Reduced::constraint_elements`]: `Jᵀλ = H q̈ + D q̇ + S q + friction − laws − F τ`
     /// \[diss. (4.18), (4.36)\], where the equations of the shafts that follow suffice.
     pub fn multipliers(&mut self, reduced: &Reduced, acting: Acting<'_>) -> Vec<Expr> {
         let equations = &reduced.equations;

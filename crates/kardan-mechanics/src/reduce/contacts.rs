@@ -1,6 +1,7 @@
 //! Stops and soft stops at a position: open, touching or compressed.
 
 use super::{Kinematics, Reduced};
+use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 
 /// Penetration of a stop that counts as touching, relative to the terms whose difference is the gap.
@@ -36,27 +37,24 @@ impl Contact {
 /// # Panics
 /// If `position` has not one entry per coordinate.
 pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
-    let unilaterals = &reduced.equations.unilaterals;
-    if !unilaterals.iter().any(|unilateral| {
-        matches!(unilateral.value, UnilateralConstraint::Stop { .. } | UnilateralConstraint::Cushion { .. })
-    }) {
+    let unilaterals = reduced.equations.unilaterals.iter().enumerate();
+    let stops = unilaterals.filter_map(|(number, unilateral)| match &unilateral.value {
+        UnilateralConstraint::Stop { offset, .. } => Some((number, unilateral, offset.to_f64(), false)),
+        UnilateralConstraint::Cushion { offset, .. } => Some((number, unilateral, offset.to_f64(), true)),
+        _ => None,
+    });
+    let stops: Vec<_> = stops.collect();
+    if stops.is_empty() {
         return Vec::new();
     }
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; position.len()]);
-    let found = unilaterals.iter().enumerate().filter_map(|(number, unilateral)| {
-        let (UnilateralConstraint::Stop { offset, .. } | UnilateralConstraint::Cushion { offset, .. }) =
-            &unilateral.value
-        else {
-            return None;
-        };
+    let contact = |(number, unilateral, offset, soft): (usize, &DirectionalTerm<UnilateralConstraint>, f64, bool)| {
         let parts = unilateral.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
         let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));
-        let offset = offset.to_f64();
-        let soft = matches!(unilateral.value, UnilateralConstraint::Cushion { .. });
-        Some(Contact { unilateral: number, gap: sum - offset, rounding: TOUCHED * (size + offset.abs()), soft })
-    });
-    found.collect()
+        Contact { unilateral: number, gap: sum - offset, rounding: TOUCHED * (size + offset.abs()), soft }
+    };
+    stops.into_iter().map(contact).collect()
 }
 
 /// The soft stops that are compressed at a reduced position.

@@ -11,7 +11,7 @@ use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
 use crate::assemble::{CoefficientKind, Weakened};
 use kardan_expr::expr::{Expr, Floating, Symbol, lower};
-use kardan_math::num::{Cholesky, dot};
+use kardan_math::num::Cholesky;
 pub use motion_plan::{Extension, MotionPlan};
 use numeric_terms::{Directions, Fails, breakaways, falls, row_dot, set_valued};
 
@@ -23,7 +23,6 @@ use numeric_terms::{Directions, Fails, breakaways, falls, row_dot, set_valued};
 pub struct Dynamics {
     /// Degrees of freedom.
     pub degrees_of_freedom: usize,
-    inertias: Directions,
     dampers: Directions,
     springs: Directions,
     /// Springs and dampers that fail in a run.
@@ -153,7 +152,6 @@ impl Dynamics {
     pub fn extended(reduced: &Reduced, extend: impl FnOnce(&mut Motion) -> Extension) -> (Self, Work) {
         let kinematics = Kinematics::new(reduced);
         let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
-        let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics);
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
         let (frictions, breakaways) = (set_valued(equations, &kinematics), breakaways(equations));
@@ -199,7 +197,6 @@ impl Dynamics {
             linear,
             failing: Fails::all(equations),
             rests,
-            inertias,
             dampers,
             springs,
             frictions,
@@ -274,11 +271,6 @@ impl Dynamics {
         let square = (speed / scale) * (speed / scale);
         // Above that the excess is zero, and `exp` would be slow.
         if more == 0.0 || square > 700.0 { torque } else { torque + more * exp(-square) }
-    }
-
-    /// Number of inputs.
-    pub fn input_count(&self) -> usize {
-        self.inputs.rows.len()
     }
 
     /// Evaluates kinematics, inertia, passive forces, friction and input directions at `q_r` (rad), `q̇_r` (rad/s).
@@ -363,10 +355,10 @@ impl Dynamics {
     }
 
     /// Sets a coefficient of the equations, by its kind and the number of its term, everywhere except in the plan,
-    /// which receives it as an input. For a friction this includes its stick limit.
+    /// which receives it as an input and alone has inertias. For a friction this includes its stick limit.
     pub fn take_coefficient(&mut self, (kind, term): (CoefficientKind, usize), value: f64) {
         match kind {
-            CoefficientKind::Inertia => self.inertias.coefficients[term] = value,
+            CoefficientKind::Inertia => {}
             CoefficientKind::Damping => self.dampers.coefficients[term] = value,
             CoefficientKind::Stiffness => self.springs.coefficients[term] = value,
             CoefficientKind::Friction => {
@@ -453,45 +445,5 @@ impl Dynamics {
     /// Torque of a damper by its number, N m, at the last update: `d·aᵀq̇`.
     pub fn damper_torque(&self, damper: usize, work: &Work) -> f64 {
         self.dampers.coefficients[damper] * row_dot(&self.dampers.rows[damper], &work.kinematics.speeds)
-    }
-
-    /// Generalised constraint force over all shafts, N m: `τ_c = H q̈ + D q̇ + S q + friction − F τ` \[diss. (4.36)\].
-    ///
-    /// `acceleration` is q̈_r, `inputs` the torques of the inputs, `frictions` the torque of each friction direction
-    /// (positive in the sense of its direction's motion). Written to `out`, one entry per shaft.
-    pub fn constraint_force(
-        &self,
-        work: &Work,
-        acceleration: &[f64],
-        inputs: &[f64],
-        frictions: &[f64],
-        out: &mut [f64],
-    ) {
-        let kinematics = &work.kinematics;
-        out.fill(0.0);
-        let mut add = |row: &[(usize, f64)], torque: f64| {
-            for (shaft, c) in row {
-                out[*shaft] += torque * c;
-            }
-        };
-        for (row, inertia) in self.inertias.rows.iter().zip(&self.inertias.coefficients) {
-            let acceleration: f64 = row
-                .iter()
-                .map(|(shaft, c)| c * (dot(kinematics.row(*shaft), acceleration) + kinematics.bias[*shaft]))
-                .sum();
-            add(row, inertia * acceleration);
-        }
-        for (row, d) in self.dampers.rows.iter().zip(&self.dampers.coefficients) {
-            add(row, d * row_dot(row, &kinematics.speeds));
-        }
-        for ((row, s), rest) in self.springs.rows.iter().zip(&self.springs.coefficients).zip(&self.rests) {
-            add(row, s * (row_dot(row, &kinematics.angles) - rest));
-        }
-        for (row, torque) in self.frictions.rows.iter().zip(frictions) {
-            add(row, *torque);
-        }
-        for (row, torque) in self.inputs.rows.iter().zip(inputs) {
-            add(row, -torque);
-        }
     }
 }

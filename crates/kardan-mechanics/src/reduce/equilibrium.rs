@@ -6,10 +6,12 @@ use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, linalg::solvers::Qr};
 use kardan_rt::Operator;
 
-use super::{Motion, Reduced, contacts};
+use super::{Motion, Reduced, SparseRow, contacts};
 use crate::equations::{MultiplierLaw, UnilateralConstraint};
 use kardan_expr::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
-use kardan_math::num::{Matrix, Random, Rational, Scalar, echelon, rational_from_f64, rational_to_f64};
+use kardan_math::num::{
+    Matrix, Random, Rational, Scalar, SparseRow as NumberRow, echelon, rational_from_f64, rational_to_f64, sparse_rows,
+};
 use kardan_math::units::{Dimension, Exact};
 
 /// Most Newton steps, and halvings of one.
@@ -155,6 +157,7 @@ impl Statics {
         }
         let mut torques: Vec<Expr> =
             motion.passive.iter().map(|force| graph.copied(&motion.graph, *force, &values)).collect();
+        let mut writer = Writer { reduced, motion: &mut motion, values: &values };
         let sought = inputs.iter().map(|input| (*input, None));
         for (input, torque) in
             sought.chain(specified_torques.iter().map(|(input, torque)| (*input, rational_from_f64(*torque))))
@@ -164,27 +167,18 @@ impl Statics {
                 None => graph.new_symbol(reduced.equations.inputs[input].element.clone(), Dimension::TORQUE),
             };
             symbols.extend(graph.symbol_of(unknown));
-            for (k, entry) in &motion.inputs[input] {
-                let coefficient = graph.copied(&motion.graph, *entry, &values);
-                let part = graph.multiply(coefficient, unknown);
-                torques[*k] = graph.add(torques[*k], part);
-            }
+            writer.push(&writer.motion.inputs[input], unknown, &mut graph, &mut torques);
         }
-        let first = motion.frictions.len() - motion.multiplier_constraints.len();
-        for (constraint, direction) in reduced.equations.multiplier_constraints.iter().zip(&motion.frictions[first..]) {
+        let first = writer.motion.frictions.len() - writer.motion.multiplier_constraints.len();
+        for (k, constraint) in reduced.equations.multiplier_constraints.iter().enumerate() {
             let unknown = graph.new_symbol(constraint.element.clone(), Dimension::TORQUE);
             symbols.extend(graph.symbol_of(unknown));
-            for (k, entry) in direction {
-                let coefficient = graph.copied(&motion.graph, *entry, &values);
-                let part = graph.multiply(coefficient, unknown);
-                torques[*k] = graph.add(torques[*k], part);
-            }
+            writer.push(&writer.motion.frictions[first + k], unknown, &mut graph, &mut torques);
         }
-        torques.extend(rows.iter().map(|row| graph.copied(&motion.graph, *row, &values)));
-        Contacts { reduced, motion: &mut motion, values: &values }.press(&mut graph, &mut torques);
+        torques.extend(rows.iter().map(|row| graph.copied(&writer.motion.graph, *row, &values)));
+        writer.press(&mut graph, &mut torques);
         for &stop in stops {
-            let contacts = &mut Contacts { reduced, motion: &mut motion, values: &values };
-            symbols.extend(contacts.touch(stop, &mut graph, &mut torques));
+            symbols.extend(writer.touch(stop, &mut graph, &mut torques));
         }
         let torques: Vec<(usize, Expr)> =
             torques.into_iter().enumerate().filter(|(_, torque)| !graph.is_zero(*torque)).collect();
@@ -434,11 +428,8 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
     rows.extend(bent.into_iter().map(unit));
     let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][j].clone());
     let directions = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>()).kernel();
-    let column = |j: usize| {
-        let entries = charges.iter().enumerate().map(|(i, k)| (*k, directions[(i, j)].clone()));
-        entries.filter(|(_, x)| !Scalar::is_zero(x)).collect()
-    };
-    (0..directions.columns()).map(column).collect()
+    let over_coordinates = |row: NumberRow| row.into_iter().map(|(place, x)| (charges[place], x)).collect();
+    sparse_rows(&directions.transpose()).into_iter().map(over_coordinates).collect()
 }
 
 /// The position equations of multiplier constraints, as residuals: surfaces, and prescribed motions that stay at their
@@ -452,14 +443,9 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
             MultiplierLaw::Rates(_) => {}
             MultiplierLaw::Surface(_) => out.extend(row.position.map(|position| (number, position))),
             MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
-                let terms =
-                    row.row.iter().map(|(shaft, a)| (motion.graph.multiply(*a, motion.angles[*shaft]), Rational::ONE));
-                let terms: Vec<_> = terms.collect();
+                let terms = motion.products(&row.row, |motion, shaft| motion.angles[shaft]);
                 let here = motion.graph.sum(Rational::ZERO, &terms);
-                let at = |symbol| motion.symbols.iter().position(|own| *own == symbol);
-                let begins = lower(&motion.graph, &[here], &mut Floating::<f64>::default(), |symbol| {
-                    at(symbol).and_then(|k| start.get(k)).copied().unwrap_or(0.0)
-                });
+                let begins = motion.values_at(&[here], start, &[]);
                 let begins = motion.graph.number(rational_from_f64(begins[0]).unwrap_or(Rational::ZERO));
                 out.push((number, motion.graph.subtract(here, begins)));
             }
@@ -497,15 +483,15 @@ pub fn trim(reduced: &Reduced, start: &[f64], fixed: &[usize], inputs: &[usize])
     }
 }
 
-/// Stops, soft stops and backlash at rest, written into static torques.
-struct Contacts<'a> {
+/// Torques along directions of a motion, written into static torques.
+struct Writer<'a> {
     reduced: &'a Reduced,
     motion: &'a mut Motion,
     /// The expressions of the motion's symbols in the graph of the torques.
     values: &'a [(Symbol, Expr)],
 }
 
-impl Contacts<'_> {
+impl Writer<'_> {
     /// `aᵀq − offset`, in the graph of the motion.
     fn gap(&mut self, unilateral: usize, offset: &Exact) -> Expr {
         let row = &self.reduced.equations.unilaterals[unilateral].row;
@@ -514,9 +500,13 @@ impl Contacts<'_> {
         self.motion.graph.subtract(angle, offset)
     }
 
-    /// Adds a torque in the direction of a unilateral constraint.
-    fn push(&self, unilateral: usize, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
-        let direction = &self.motion.frictions[self.reduced.equations.frictions.len() + unilateral];
+    /// The direction of a unilateral constraint.
+    fn direction(&self, unilateral: usize) -> &SparseRow {
+        &self.motion.frictions[self.reduced.equations.frictions.len() + unilateral]
+    }
+
+    /// Adds a torque along a direction.
+    fn push(&self, direction: &SparseRow, torque: Expr, graph: &mut Graph, torques: &mut [Expr]) {
         for (k, entry) in direction {
             let coefficient = graph.copied(&self.motion.graph, *entry, self.values);
             let part = graph.multiply(coefficient, torque);
@@ -536,7 +526,7 @@ impl Contacts<'_> {
             let push = own.multiply(stiffness, pressed);
             let push = own.negate(push);
             let push = graph.copied(&self.motion.graph, push, self.values);
-            self.push(k, push, graph, torques);
+            self.push(self.direction(k), push, graph, torques);
         }
     }
 
@@ -548,7 +538,7 @@ impl Contacts<'_> {
         let gap = self.gap(unilateral, offset);
         let contact_torque =
             graph.new_symbol(self.reduced.equations.unilaterals[unilateral].element.clone(), Dimension::TORQUE);
-        self.push(unilateral, contact_torque, graph, torques);
+        self.push(self.direction(unilateral), contact_torque, graph, torques);
         torques.push(graph.copied(&self.motion.graph, gap, self.values));
         graph.symbol_of(contact_torque)
     }

@@ -1,7 +1,7 @@
 //! Motions without inertia on which springs alone act: equations of equilibrium, which are constraints.
 
 use crate::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar, dense_rows, echelon, sparse_rows};
 use kardan_math::units::Exact;
 
 /// The prefix of the name of a row without inertia; the name of the shaft that it determines follows.
@@ -36,19 +36,8 @@ pub enum NoEquilibrium {
 type Row = Vec<(usize, Rational)>;
 
 /// `aᵀv` of a row and a column of a matrix.
-fn row_dot(row: &Row, directions: &Matrix<Rational>, column: usize) -> Rational {
+pub(super) fn row_dot(row: &[(usize, Rational)], directions: &Matrix<Rational>, column: usize) -> Rational {
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&directions[(*k, column)])))
-}
-
-/// A basis of the null space of these rows, one column for each direction, with the shaft that each is named after.
-fn null_directions<'a>(shafts: usize, rows: impl Iterator<Item = &'a Row>) -> (Matrix<Rational>, Vec<usize>) {
-    let rows: Vec<&Row> = rows.collect();
-    let mut matrix = Matrix::zeros(rows.len(), shafts);
-    for (k, row) in rows.iter().enumerate() {
-        row.iter().for_each(|(shaft, x)| matrix[(k, *shaft)] = x.clone());
-    }
-    let e = echelon(&matrix, &(0..shafts).collect::<Vec<_>>());
-    (e.kernel(), e.free())
 }
 
 /// The equations of equilibrium `vᵀ(S q − s₀) = 0` of the motions v without inertia on which neither dampers nor
@@ -71,24 +60,19 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
     let terms = equations.constraints.iter().map(|term| &term.row);
     let terms = terms.chain(equations.inertias.iter().map(|term| &term.row)).chain(&ends);
     let terms = terms.chain(equations.dampers.iter().map(|term| &term.row));
-    let unilateral_rows = equations.unilaterals.iter().map(|term| &term.row);
-    let (directions, named) =
-        null_directions(n, terms.chain(equations.frictions.iter().map(|term| &term.row)).chain(unilateral_rows));
-    let direction = |column: usize| -> Row {
-        let entries = (0..n).map(|shaft| (shaft, directions[(shaft, column)].clone()));
-        entries.filter(|(_, share)| !share.is_zero()).collect()
-    };
+    let terms = terms.chain(equations.frictions.iter().map(|term| &term.row));
+    let terms: Vec<&Row> = terms.chain(equations.unilaterals.iter().map(|term| &term.row)).collect();
+    let e = echelon(&dense_rows(&terms, n), &(0..n).collect::<Vec<_>>());
+    // One column for each direction, and the shaft that it is named after.
+    let (directions, named) = (e.kernel(), e.free());
     let mut rows = Vec::new();
-    for (column, &shaft) in named.iter().enumerate() {
+    for ((column, &shaft), direction) in named.iter().enumerate().zip(sparse_rows(&directions.transpose())) {
         let moves = |shaft: usize| !directions[(shaft, column)].is_zero();
         let is_moved = |constraint: &&MultiplierConstraint| {
             equations.coordinates_of_multiplier(&constraint.law).into_iter().any(moves)
         };
         if let Some(constraint) = equations.multiplier_constraints.iter().find(is_moved) {
-            return Err(NoEquilibrium::MultiplierConstraint {
-                element: constraint.element.clone(),
-                direction: direction(column),
-            });
+            return Err(NoEquilibrium::MultiplierConstraint { element: constraint.element.clone(), direction });
         }
         let acts = |row: &Row| !row_dot(row, &directions, column).is_zero();
         let inputs = equations.inputs.iter().filter(|input| acts(&input.row)).map(|input| input.element.clone());
@@ -96,7 +80,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
         let inputs: Vec<String> = inputs.chain(laws).collect();
         if !inputs.is_empty() {
             let sprung = equations.springs.iter().any(|spring| acts(&spring.row));
-            return Err(NoEquilibrium::Driven { inputs, sprung, direction: direction(column) });
+            return Err(NoEquilibrium::Driven { inputs, sprung, direction });
         }
         let (mut torque, mut offset) = (vec![Rational::ZERO; n], Rational::ZERO);
         for spring in &equations.springs {
@@ -106,7 +90,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
         }
         let size = |x: &Rational| if *x < Rational::ZERO { Rational::ZERO.minus(x) } else { x.clone() };
         let Some(largest) = torque.iter().map(size).max().filter(|x| !x.is_zero()) else {
-            return Err(NoEquilibrium::Free { direction: direction(column) });
+            return Err(NoEquilibrium::Free { direction });
         };
         let row = torque.iter().enumerate().filter(|(_, x)| !x.is_zero());
         rows.push(DirectionalTerm {
@@ -119,9 +103,8 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
     let stiffness = Matrix::from_fn(rows.len(), named.len(), |i, j| row_dot(&rows[i].row, &directions, j));
     let e = echelon(&stiffness, &(0..named.len()).collect::<Vec<_>>());
     if e.rank() < named.len() {
-        let free = directions.multiply(&e.kernel());
-        let entries = (0..n).map(|shaft| (shaft, free[(shaft, 0)].clone()));
-        return Err(NoEquilibrium::Free { direction: entries.filter(|(_, share)| !share.is_zero()).collect() });
+        let free = directions.multiply(&e.kernel()).transpose();
+        return Err(NoEquilibrium::Free { direction: sparse_rows(&free).swap_remove(0) });
     }
     Ok(rows)
 }
@@ -129,8 +112,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
 impl Equations {
     /// Takes equations of equilibrium among the constraints, before the balances of nodes.
     pub fn with_equilibria(mut self, rows: Vec<DirectionalTerm<Exact>>) -> Self {
-        let place = self.constraints.len() - self.nodes.len();
-        self.constraints.splice(place..place, rows);
+        rows.into_iter().for_each(|row| self.add_constraint(row));
         self
     }
 

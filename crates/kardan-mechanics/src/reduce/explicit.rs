@@ -80,12 +80,9 @@ fn explicit(mut equations: Equations, named: Option<&[String]>) -> Result<Reduce
 /// Refuses shafts that follow through more transmissions than their exact ratios allow.
 fn check_depth(equations: &Equations, steps: &[Step]) -> Result<(), ReduceError> {
     let mut depth = vec![0; equations.coordinates.len()];
-    for step in steps {
-        let (value, own) = match step {
-            Step::Linear { value, .. } => (value, 0),
-            Step::Curve { argument, .. } => (argument, 1),
-        };
-        depth[step.shaft()] = own + value.terms.iter().map(|(shaft, _)| depth[*shaft]).max().unwrap_or(0);
+    for Step { shaft, argument, curve } in steps {
+        let deepest = argument.terms.iter().map(|(shaft, _)| depth[*shaft]).max().unwrap_or(0);
+        depth[*shaft] = deepest + usize::from(curve.is_some());
     }
     let deepest = (0..depth.len()).rev().max_by_key(|&shaft| depth[shaft]);
     match deepest {
@@ -270,7 +267,7 @@ fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>
             _ => None,
         });
         if let Some((k, from, shaft, curve)) = next {
-            steps.push(Step::Curve { shaft, curve, argument: affine(equations, &e, from) });
+            steps.push(Step { shaft, argument: affine(equations, &e, from), curve: Some(curve) });
             resolved.push(shaft);
             open.remove(k);
             continue;
@@ -279,7 +276,8 @@ fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>
         if !open.is_empty() || !unknown.iter().all(|&shaft| follows(shaft)) {
             return Err(open);
         }
-        steps.extend(unknown.into_iter().map(|shaft| Step::Linear { shaft, value: affine(equations, &e, shaft) }));
+        let linear = |shaft| Step { shaft, argument: affine(equations, &e, shaft), curve: None };
+        steps.extend(unknown.into_iter().map(linear));
         return Ok(steps);
     }
 }

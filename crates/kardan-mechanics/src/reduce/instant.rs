@@ -4,11 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::law_slopes::unconstrained;
+use super::law_slopes::all_free;
 use super::{Kinematics, Motion, Reduced, kinematics, reduce};
 use crate::assemble::{DirectionalTerm, Equations, SpringLaw};
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
-use kardan_expr::expr::{Floating, lower};
 use kardan_math::num::{Rational, project, rational_from_f64, rational_to_f64};
 use kardan_math::units::{Dimension, Exact};
 
@@ -88,14 +87,12 @@ pub fn engaged_locks(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> BTr
 
 /// The value of a formula at a position and at speeds, at time zero.
 fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f64]) -> f64 {
-    let free = unconstrained(reduced);
+    let free = all_free(&reduced.equations);
     let mut motion = Motion::free(&free);
     let value = motion.formula(&free, formula);
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, speeds);
-    let moving: Vec<f64> = numeric.angles.iter().chain(&numeric.speeds).copied().collect();
-    let of = |symbol| motion.symbols.iter().position(|own| *own == symbol).map_or(0.0, |place| moving[place]);
-    lower(&motion.graph, &[value], &mut Floating::<f64>::default(), of)[0]
+    motion.values_at(&[value], &numeric.angles, &numeric.speeds)[0]
 }
 
 /// Speeds in all set-valued directions, rad/s.
@@ -196,8 +193,7 @@ pub fn with_enforced(reduced: &Reduced, enforced: &BTreeSet<usize>, position: &[
         places.sort_by_key(|k| named.contains(&names[*k]));
         let offset = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.angles[*k]).sum();
         let mut equations = out.equations.clone();
-        let place = equations.constraints.len() - equations.nodes.len();
-        equations.constraints.insert(place, DirectionalTerm { element, row, value: exact(offset) });
+        equations.add_constraint(DirectionalTerm { element, row, value: exact(offset) });
         let eliminate = |k: usize| {
             let free_names: Vec<String> =
                 names.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, n)| n.clone()).collect();
@@ -220,16 +216,8 @@ pub fn closed_contacts(reduced: &Reduced, closed: &BTreeSet<usize>, position: &[
     for k in closed {
         let unilateral = &reduced.equations.unilaterals[*k];
         let UnilateralConstraint::Cushion { offset, stiffness, damping, .. } = &unilateral.value else { continue };
-        let (element, row) = (unilateral.element.clone(), unilateral.row.clone());
-        if !damping.is_zero() {
-            equations.dampers.push(DirectionalTerm {
-                element: element.clone(),
-                row: row.clone(),
-                value: damping.clone(),
-            });
-        }
-        let value = SpringLaw { stiffness: stiffness.clone(), rest: offset.clone() };
-        equations.springs.push(DirectionalTerm { element, row, value });
+        let spring = SpringLaw { stiffness: stiffness.clone(), rest: offset.clone() };
+        equations.add_spring(&unilateral.element, unilateral.row.clone(), spring, damping);
         soft.insert(*k);
     }
     equations.unilaterals.retain(|_| {

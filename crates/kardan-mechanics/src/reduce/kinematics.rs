@@ -9,16 +9,7 @@ use kardan_expr::expr::{Graph, Surd, Surds, lower};
 use kardan_math::num::{self, Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
 use kardan_math::units::Dimension;
 
-impl Step {
-    /// The shaft that this step finds.
-    pub fn shaft(&self) -> usize {
-        match self {
-            Step::Linear { shaft, .. } | Step::Curve { shaft, .. } => *shaft,
-        }
-    }
-}
-
-/// The plan of a [`Reduced`] model in floating point.
+/// An [`Affine`] in floating point.
 #[derive(Debug, Clone)]
 struct AffineF64 {
     constant: f64,
@@ -54,10 +45,13 @@ impl AffineF64 {
     }
 }
 
+/// A [`Step`] in floating point, and whether its row of the basis depends on the position.
 #[derive(Debug, Clone)]
-enum Operation {
-    Linear { shaft: usize, value: AffineF64, varying: bool },
-    Curve { shaft: usize, curve: Arc<dyn Curve>, argument: AffineF64 },
+struct Operation {
+    shaft: usize,
+    argument: AffineF64,
+    curve: Option<Arc<dyn Curve>>,
+    varying: bool,
 }
 
 /// Angles of all shafts, the basis `K = ∂q/∂q_r` and the bias `k = K̇ q̇_r`, at one position and speed.
@@ -86,22 +80,10 @@ impl Kinematics {
         let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
         let mut varying = vec![false; n];
         let mut operations = Vec::new();
-        for step in &reduced.steps {
-            match step {
-                Step::Linear { shaft, value } => {
-                    let value = AffineF64::from(value);
-                    varying[*shaft] = value.terms.iter().any(|(s, _)| varying[*s]);
-                    operations.push(Operation::Linear { shaft: *shaft, value, varying: varying[*shaft] });
-                }
-                Step::Curve { shaft, curve, argument } => {
-                    varying[*shaft] = true;
-                    operations.push(Operation::Curve {
-                        shaft: *shaft,
-                        curve: Arc::clone(curve),
-                        argument: argument.into(),
-                    });
-                }
-            }
+        for Step { shaft, argument, curve } in &reduced.steps {
+            let argument = AffineF64::from(argument);
+            varying[*shaft] = curve.is_some() || argument.terms.iter().any(|(s, _)| varying[*s]);
+            operations.push(Operation { shaft: *shaft, argument, curve: curve.clone(), varying: varying[*shaft] });
         }
         let mut out = Self {
             r,
@@ -118,12 +100,10 @@ impl Kinematics {
             out.basis[shaft * r + column] = 1.0;
         }
         // Constant rows are filled once, here.
-        for k in 0..out.operations.len() {
-            if let Operation::Linear { shaft, value, varying: false } = &out.operations[k] {
-                let mut row = vec![0.0; r];
-                value.add_rows(1.0, &out.basis, &mut row);
-                out.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&row);
-            }
+        for Operation { shaft, argument, .. } in out.operations.iter().filter(|operation| !operation.varying) {
+            let mut row = vec![0.0; r];
+            argument.add_rows(1.0, &out.basis, &mut row);
+            out.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&row);
         }
         out
     }
@@ -178,30 +158,27 @@ impl Kinematics {
     pub fn update(&mut self, position: &[f64], speed: &[f64]) {
         let r = self.r;
         self.set(position, speed);
-        for operation in &self.operations {
-            match operation {
-                Operation::Linear { shaft, value, varying } => {
-                    self.angles[*shaft] = value.value(&self.angles);
-                    self.speeds[*shaft] = value.combine(&self.speeds);
-                    if *varying {
-                        self.work.fill(0.0);
-                        value.add_rows(1.0, &self.basis, &mut self.work);
-                        self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
-                        self.bias[*shaft] = value.combine(&self.bias);
-                    }
-                }
-                Operation::Curve { shaft, curve, argument } => {
-                    let x = argument.value(&self.angles);
-                    let (slope, curvature) = curve.derivatives(x);
-                    self.angles[*shaft] = curve.value(x);
+        for Operation { shaft, argument, curve, varying } in &self.operations {
+            let x = argument.value(&self.angles);
+            let Some(curve) = curve else {
+                self.angles[*shaft] = x;
+                self.speeds[*shaft] = argument.combine(&self.speeds);
+                if *varying {
                     self.work.fill(0.0);
-                    argument.add_rows(slope, &self.basis, &mut self.work);
+                    argument.add_rows(1.0, &self.basis, &mut self.work);
                     self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
-                    self.speeds[*shaft] = dot(&self.work, speed);
-                    let x_speed = argument.combine(&self.speeds);
-                    self.bias[*shaft] = curvature * x_speed * x_speed + slope * argument.combine(&self.bias);
+                    self.bias[*shaft] = argument.combine(&self.bias);
                 }
-            }
+                continue;
+            };
+            let (slope, curvature) = curve.derivatives(x);
+            self.angles[*shaft] = curve.value(x);
+            self.work.fill(0.0);
+            argument.add_rows(slope, &self.basis, &mut self.work);
+            self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
+            self.speeds[*shaft] = dot(&self.work, speed);
+            let x_speed = argument.combine(&self.speeds);
+            self.bias[*shaft] = curvature * x_speed * x_speed + slope * argument.combine(&self.bias);
         }
     }
 }
@@ -236,12 +213,11 @@ pub(super) fn exact_angles(reduced: &Reduced, position: &[f64]) -> Vec<Option<Su
     for (&shaft, position) in reduced.coordinates.iter().zip(position) {
         angles[shaft] = Surd::recognise_double(*position);
     }
-    for step in &reduced.steps {
-        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
-        let argument = exact_argument(affine, &angles);
-        angles[step.shaft()] = match step {
-            Step::Linear { .. } => argument,
-            Step::Curve { curve, .. } => {
+    for Step { shaft, argument, curve } in &reduced.steps {
+        let argument = exact_argument(argument, &angles);
+        angles[*shaft] = match curve {
+            None => argument,
+            Some(curve) => {
                 let mut graph = Graph::default();
                 let symbol = graph.symbol("x", Dimension::ANGLE);
                 let [value, ..] = curve.expressions(&mut graph, symbol);
@@ -280,16 +256,15 @@ pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Vec<num::Spars
     for (column, &shaft) in reduced.coordinates.iter().enumerate() {
         basis[shaft].push((column, Rational::ONE));
     }
-    for step in &reduced.steps {
-        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
-        let mut row = num::project(&affine.terms, &basis);
-        if let Step::Curve { curve, .. } = step {
-            let x = AffineF64::from(affine).value(&numeric.angles);
-            let slope = exact_slope(&**curve, exact_argument(affine, &angles).as_ref(), x).value;
+    for Step { shaft, argument, curve } in &reduced.steps {
+        let mut row = num::project(&argument.terms, &basis);
+        if let Some(curve) = curve {
+            let x = AffineF64::from(argument).value(&numeric.angles);
+            let slope = exact_slope(&**curve, exact_argument(argument, &angles).as_ref(), x).value;
             row.iter_mut().for_each(|(_, x)| *x = slope.times(x));
             row.retain(|(_, x)| !x.is_zero());
         }
-        basis[step.shaft()] = row;
+        basis[*shaft] = row;
     }
     basis
 }

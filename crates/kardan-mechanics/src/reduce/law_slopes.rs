@@ -8,7 +8,7 @@ use kardan_math::num::{LastDigits, Rational, SparseRow, rational_from_f64, ratio
 
 /// A torque that an expression gives, or the multiplier of a row that rotates, around a position at rest and at time
 /// zero: `τ = τ₀ + gᵀ Δq + hᵀ q̇` over all coordinates.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LawSlopes {
     /// The element.
     pub element: String,
@@ -117,20 +117,19 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
         }
     }
     let mut out = Vec::new();
-    for step in reduced.steps.iter().rev() {
-        let torque = forces[step.shaft()];
-        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
-        let entries: Vec<(usize, f64)> = affine.terms.iter().map(|(k, c)| (*k, rational_to_f64(c))).collect();
-        let slope = match step {
-            Step::Linear { .. } => 1.0,
-            Step::Curve { curve, shaft, .. } => {
-                let x = affine.constant + entries.iter().map(|(k, c)| c * numeric.angles[*k]).sum::<f64>();
+    for Step { shaft, argument, curve } in reduced.steps.iter().rev() {
+        let torque = forces[*shaft];
+        let entries: Vec<(usize, f64)> = argument.terms.iter().map(|(k, c)| (*k, rational_to_f64(c))).collect();
+        let slope = match curve {
+            None => 1.0,
+            Some(curve) => {
+                let x = argument.constant + entries.iter().map(|(k, c)| c * numeric.angles[*k]).sum::<f64>();
                 let (slope, curvature) = curve.derivatives(x);
                 let stiffness = rational_from_f64(-torque * curvature).unwrap_or(Rational::ZERO);
                 let own = equations.transmissions.iter().find(|t| t.driven == *shaft || t.driving == *shaft);
                 if !stiffness.is_zero() {
                     let element = own.map(|t| t.element.clone()).unwrap_or_default();
-                    out.push(GeometricStiffness { element, row: affine.terms.clone(), stiffness });
+                    out.push(GeometricStiffness { element, row: argument.terms.clone(), stiffness });
                 }
                 slope
             }
@@ -146,7 +145,7 @@ pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
     if formula.is_of_time() {
         return false;
     }
-    let free = unconstrained(reduced);
+    let free = all_free(&reduced.equations);
     let mut motion = Motion::free(&free);
     let torque = motion.formula(&free, formula);
     let at_zero = lower(&motion.graph, &[torque], &mut Rationals, |_| Some(Rational::ZERO));
@@ -159,11 +158,6 @@ pub fn laws_are_linear(reduced: &Reduced) -> bool {
 }
 
 /// All coordinates of a model, as if none followed from others.
-pub(super) fn unconstrained(reduced: &Reduced) -> Reduced {
-    all_free(&reduced.equations)
-}
-
-/// The same of equations.
 pub(super) fn all_free(equations: &Equations) -> Reduced {
     Reduced {
         coordinates: (0..equations.coordinates.len()).collect(),
@@ -257,13 +251,8 @@ fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
         row: rest_term.row.clone(),
         value: rest_term.value.value,
         on_positions: rest_term.value.on_positions.clone(),
-        on_rates: SparseRow::new(),
-        on_outputs: Vec::new(),
-        rounded: false,
         off: [vec![0.0; rest_term.value.on_positions.len()], Vec::new()],
-        undefined: Vec::new(),
-        jumps: Vec::new(),
-        kinks: Vec::new(),
+        ..LawSlopes::default()
     }
 }
 
@@ -299,7 +288,7 @@ pub fn law_slopes_with(
     if equations.laws.is_empty() {
         return Vec::new();
     }
-    let free = unconstrained(reduced);
+    let free = all_free(equations);
     // Block outputs are symbols where they are given, and functions of time with them.
     let mut motion = if output.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
     let mut rest_point = RestPoint::new(reduced, point, &motion);
@@ -325,19 +314,7 @@ fn slopes_of(
     side: &Side,
     (element, row): (String, SparseRow),
 ) -> LawSlopes {
-    let nothing = LawSlopes {
-        element,
-        row,
-        value: f64::NAN,
-        on_positions: SparseRow::new(),
-        on_rates: SparseRow::new(),
-        on_outputs: Vec::new(),
-        rounded: false,
-        off: Default::default(),
-        undefined: Vec::new(),
-        jumps: Vec::new(),
-        kinks: Vec::new(),
-    };
+    let nothing = LawSlopes { element, row, value: f64::NAN, ..LawSlopes::default() };
     let Some(sides) = sides else {
         // A loop reports it with the jumps, and leaves it out.
         let many = "more than 64 branches";

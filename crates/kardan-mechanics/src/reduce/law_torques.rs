@@ -1,6 +1,6 @@
 //! Torque expressions at measured motions.
 
-use super::law_slopes::{all_free, unconstrained};
+use super::law_slopes::all_free;
 use super::{Motion, Reduced, Timed};
 use crate::assemble::Equations;
 use crate::equations::{Formula, Meaning};
@@ -104,7 +104,7 @@ impl LawTorques {
         parameters: &[String],
         waves: &[Wave],
     ) -> Result<Self, NotLinear> {
-        let (n, free) = (reduced.equations.coordinates.len(), unconstrained(reduced));
+        let (n, free) = (reduced.equations.coordinates.len(), all_free(&reduced.equations));
         let mut motion = Motion::kinematics(&free, false);
         let mut symbol = |name: &str| motion.graph.new_symbol(name.into(), Dimension::NONE);
         let load_and_speed = [symbol("load"), symbol("speed")];

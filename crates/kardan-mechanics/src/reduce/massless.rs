@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use super::equilibrium_rows::row_dot;
 use super::motion::{Motion, Relaxing, SparseRow};
 use super::slipping::slips;
 use super::{LawSlopes, MasslessDynamics, Reduced, Slip, is_linear_law, law_slopes, linearise};
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dot, echelon};
+use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dense_rows, dot, echelon};
 use kardan_math::units::Exact;
 
 /// Why motions without inertia cannot be states of first order.
@@ -63,20 +64,20 @@ fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
 }
 
 /// Rows of terms over the reduced coordinates.
-fn projected<'a>(rows: impl Iterator<Item = &'a Vec<(usize, Rational)>>, basis: &Matrix<Rational>) -> Matrix<Rational> {
-    let sum = |row: &Vec<(usize, Rational)>, j: usize| {
-        row.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&basis[(*shaft, j)])))
-    };
-    let rows: Vec<_> = rows.collect();
-    Matrix::from_fn(rows.len(), basis.columns(), |i, j| sum(rows[i], j))
+fn projected<T>(terms: &[DirectionalTerm<T>], basis: &Matrix<Rational>) -> Matrix<Rational> {
+    dense_rows(terms, basis.rows()).multiply(basis)
+}
+
+/// Whether a row has a part in one of these directions, columns over all coordinates.
+fn is_felt(row: &[(usize, Rational)], directions: &Matrix<Rational>) -> bool {
+    (0..directions.columns()).any(|column| !row_dot(row, directions, column).is_zero())
 }
 
 /// Frictions on motions of all coordinates, with the dampers there.
 fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Rational>) -> NoMasslessDynamics {
     let dampers = &reduced.equations.dampers;
-    let felt = projected(dampers.iter().map(|term| &term.row), motions);
-    let own = (0..dampers.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero()));
-    NoMasslessDynamics::Friction { frictions, dampers: own.map(|k| dampers[k].element.clone()).collect() }
+    let own = dampers.iter().filter(|damper| is_felt(&damper.row, motions));
+    NoMasslessDynamics::Friction { frictions, dampers: own.map(|damper| damper.element.clone()).collect() }
 }
 
 /// Separates the motions without inertia of a model from the others, exactly; `None` if there are none.
@@ -104,11 +105,12 @@ pub fn massless_dynamics(reduced: &Reduced) -> Result<Option<MasslessDynamics>, 
         return Err(NoMasslessDynamics::Coordinates);
     }
     let frictions = &reduced.equations.frictions;
-    let sliding = projected(frictions.iter().map(|term| &term.row), &model.basis);
+    let sliding = projected(frictions, &model.basis);
     let felt = sliding.multiply(&directions);
     let jenkins: Vec<usize> = (0..frictions.len()).filter(|&k| felt.row(k).iter().any(|x| !x.is_zero())).collect();
-    check_unilaterals(reduced, &model.basis.multiply(&directions), !jenkins.is_empty())?;
-    check_laws(reduced, &model.basis, &directions, !jenkins.is_empty())?;
+    let moved = model.basis.multiply(&directions);
+    check_unilaterals(reduced, &moved, !jenkins.is_empty())?;
+    check_laws(reduced, &moved, !jenkins.is_empty())?;
     let names = || jenkins.iter().map(|&k| frictions[k].element.clone()).collect::<Vec<_>>();
     let falls = jenkins.iter().map(|&k| &frictions[k]).filter(|friction| friction.value.stribeck.is_some());
     let falls: Vec<String> = falls.map(|friction| friction.element.clone()).collect();
@@ -169,13 +171,10 @@ pub fn massless_dynamics(reduced: &Reduced) -> Result<Option<MasslessDynamics>, 
 /// slide, which their load may depend on.
 fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoMasslessDynamics> {
     let feels = |shaft: usize| moved.row(shaft).iter().any(|x| !x.is_zero());
-    let row_dot = |row: &[(usize, Rational)], column: usize| {
-        row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
-    };
     let hinders = |unilateral: &&DirectionalTerm<UnilateralConstraint>| {
         let depends = || unilateral.value.formula().into_iter().flat_map(|formula| formula.coordinates());
         (slides && matches!(unilateral.value, UnilateralConstraint::GearLoss(_)))
-            || (0..moved.columns()).any(|column| !row_dot(&unilateral.row, column).is_zero())
+            || is_felt(&unilateral.row, moved)
             || depends().filter_map(|name| reduced.coordinate(name)).any(feels)
     };
     let hindering = reduced.equations.unilaterals.iter().filter(hinders).map(|unilateral| unilateral.element.clone());
@@ -185,25 +184,14 @@ fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) 
 
 /// Rejects laws that act on motions without inertia, or depend on them, otherwise than linearly on speeds, or between
 /// themselves, or where frictions slide.
-fn check_laws(
-    reduced: &Reduced,
-    basis: &Matrix<Rational>,
-    directions: &Matrix<Rational>,
-    slides: bool,
-) -> Result<(), NoMasslessDynamics> {
+fn check_laws(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoMasslessDynamics> {
     let equations = &reduced.equations;
-    let moved = basis.multiply(directions);
-    let row_dot = |row: &[(usize, Rational)], column: usize| {
-        row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&moved[(*k, column)])))
-    };
-    let columns = 0..directions.columns();
-    let feels = |row: &[(usize, Rational)]| columns.clone().any(|column| !row_dot(row, column).is_zero());
     let slopes = law_slopes(reduced, &vec![0.0; reduced.degrees_of_freedom()]);
     let hinders = |(k, slopes): (usize, &LawSlopes)| {
         let law = &equations.laws[k];
-        let coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));
-        let depends = coordinates.map(|k| vec![(k, Rational::ONE)]).any(|row| feels(&row));
-        let acts = feels(&law.row);
+        let mut coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));
+        let depends = coordinates.any(|shaft| moved.row(shaft).iter().any(|x| !x.is_zero()));
+        let acts = is_felt(&law.row, moved);
         let apart = !(depends && acts) && slopes.on_positions.is_empty() && is_linear_law(reduced, k);
         (depends || acts) && (slides || !apart)
     };

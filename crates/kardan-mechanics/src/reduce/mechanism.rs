@@ -207,11 +207,7 @@ fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
             *side = end;
         }
         let row = vec![(s, one.clone()), (z, -one.clone()), (end, -one)];
-        // Balances of nodes stay last.
-        let place = equations.constraints.len() - equations.nodes.len();
-        equations
-            .constraints
-            .insert(place, assemble::DirectionalTerm { element: name.clone(), row, value: Exact::zero() });
+        equations.add_constraint(assemble::DirectionalTerm { element: name.clone(), row, value: Exact::zero() });
         found = true;
     }
     let mut coordinates = reduced.coordinate_names();

@@ -23,7 +23,6 @@ mod massless;
 mod mechanism;
 mod motion;
 mod multiplier_constraints;
-mod multipliers;
 mod prescribed;
 mod reduced;
 mod redundant;
@@ -54,6 +53,5 @@ pub use motion::{Forces, Motion, MultiplierTerms, SparseRow, Timed};
 pub use multiplier_constraints::{
     NoStart, StartOnRows, StartValues, follows_everywhere, frozen, inertia_with_rows, start_on_rows,
 };
-pub use multipliers::Multipliers;
 pub use reduced::{Affine, MasslessDynamics, Reduced, Redundant, Slip, Step};
 pub use steady::{MotionSpec, NoSteadyMotion, SteadyMotion, accelerations, motion_of, steady_motion};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{MasslessDynamics, Reduced, Step};
-use kardan_expr::expr::{Expr, Graph, OfTime, Part, Symbol};
+use kardan_expr::expr::{Expr, Floating, Graph, OfTime, Part, Symbol, lower};
 use kardan_expr::plan::{Plan, compile};
 use kardan_math::num::{Rational, rational_from_f64};
 use kardan_math::units::{Dimension, Exact, InNames};
@@ -229,8 +229,7 @@ impl Motion {
     /// Shafts that follow from others, one after the other.
     fn follow(&mut self, reduced: &Reduced) {
         let moving = self.moving(reduced);
-        for step in &reduced.steps {
-            let (Step::Linear { value: argument, .. } | Step::Curve { argument, .. }) = step;
+        for Step { shaft, argument, curve } in &reduced.steps {
             let constant = rational_from_f64(argument.constant).unwrap_or(Rational::ZERO);
             let terms = &argument.terms;
             let (speed, bias) = (self.sum(terms, |out, k| out.speeds[k]), self.sum(terms, |out, k| out.bias[k]));
@@ -238,10 +237,10 @@ impl Motion {
             let angle = self.graph.sum(constant, &[(angle, Rational::ONE)]);
             let carried = self.sum(terms, |out, k| out.carried[k]);
             let [angle, speed, bias, carried] = self.moved([angle, speed, bias, carried], &argument.moving, &moving);
-            let (row, shaft) = (self.reduced_row(terms), step.shaft());
-            let (angle, speed, bias, carried, row) = match step {
-                Step::Linear { .. } => (angle, speed, bias, carried, row),
-                Step::Curve { curve, .. } => {
+            let row = self.reduced_row(terms);
+            let (angle, speed, bias, carried, row) = match curve {
+                None => (angle, speed, bias, carried, row),
+                Some(curve) => {
                     // y = γ(x): K_y = γ′ K_x, k_y = γ″ ẋ² + γ′ k_x, u_y = γ′ u_x
                     let graph = &mut self.graph;
                     let [value, slope, curvature] = curve.expressions(graph, angle);
@@ -252,8 +251,8 @@ impl Motion {
                     (value, graph.multiply(slope, speed), bias, graph.multiply(slope, carried), row)
                 }
             };
-            (self.angles[shaft], self.speeds[shaft], self.bias[shaft]) = (angle, speed, bias);
-            (self.carried[shaft], self.basis[shaft]) = (carried, row);
+            (self.angles[*shaft], self.speeds[*shaft], self.bias[*shaft]) = (angle, speed, bias);
+            (self.carried[*shaft], self.basis[*shaft]) = (carried, row);
         }
     }
 
@@ -378,6 +377,15 @@ impl Motion {
             return *symbol;
         }
         self.graph.exact(value)
+    }
+
+    /// Values of expressions at reduced coordinates and their speeds, where these are given; all other symbols are zero.
+    pub(super) fn values_at(&self, exprs: &[Expr], position: &[f64], speed: &[f64]) -> Vec<f64> {
+        let value = |symbol: Symbol| {
+            let place = self.symbols.iter().position(|own| *own == symbol)?;
+            position.iter().chain(speed).nth(place).copied()
+        };
+        lower(&self.graph, exprs, &mut Floating::<f64>::default(), |symbol| value(symbol).unwrap_or(0.0))
     }
 
     /// The plan of expressions, by name.

@@ -1,10 +1,16 @@
 //! Constraints that are not solved for a coordinate, enforced by multipliers: `G q̈_r + b = 0` with the derivatives of
 //! the row in exact terms.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::law_slopes::all_free;
 use super::{Motion, MultiplierTerms, Reduced, SparseRow};
+use crate::assemble::{DirectionalTerm, RestTorque};
 use crate::equations::{Formula, MultiplierLaw};
-use kardan_expr::expr::{Expr, Rationals, Symbol, lower};
-use kardan_math::num::{Rational, dot, rational_from_f64};
+use kardan_expr::expr::{Expr, OfTime, Rationals, Symbol, lower};
+use kardan_math::num::{Rational, SparseRow as SparseNumbers, dot, rational_from_f64};
+use kardan_math::units::Exact;
 
 /// A row over all coordinates as if they were free: coefficients, φ, and the rate of its coefficients, `Σ ȧ_i q̇_i`.
 struct Free {
@@ -14,26 +20,15 @@ struct Free {
 }
 
 impl Free {
-    /// All coordinates of a model, as if none followed from others.
-    pub(super) fn of(reduced: &Reduced) -> Reduced {
-        Reduced {
-            coordinates: (0..reduced.equations.coordinates.len()).collect(),
-            equations: crate::assemble::Equations { multiplier_constraints: Vec::new(), ..reduced.equations.clone() },
-            redundant: Vec::new(),
-            steps: Vec::new(),
-            massless: None,
-        }
-    }
-
-    fn rates(reduced: &Reduced, row: &[(usize, std::sync::Arc<Formula>)]) -> Self {
-        let free = Self::of(reduced);
+    fn rates(reduced: &Reduced, row: &[(usize, Arc<Formula>)]) -> Self {
+        let free = all_free(&reduced.equations);
         let mut motion = Motion::free(&free);
         let row = row.iter().map(|(shaft, a)| (*shaft, motion.formula(&free, a))).collect();
         Self { motion, row, position: None }
     }
 
     fn surface(reduced: &Reduced, formula: &Formula) -> Self {
-        let free = Self::of(reduced);
+        let free = all_free(&reduced.equations);
         let mut motion = Motion::free(&free);
         let position = motion.formula(&free, formula);
         let n = free.coordinates.len();
@@ -70,34 +65,9 @@ impl Motion {
             let (rate, change) = match &constraint.law {
                 MultiplierLaw::Rates(row) => self.take(Free::rates(reduced, row)),
                 MultiplierLaw::Surface(formula) => self.take(Free::surface(reduced, formula)),
-                MultiplierLaw::Position(row, function) => {
-                    let (row, speed) = self.constant_row(row);
-                    let [place, rate, second_derivative] =
-                        [function.as_ref(), &function.rate(), &function.rate().rate()]
-                            .map(|function| self.of_time(function));
-                    let mut terms = vec![(place, Rational::from(-1))];
-                    for (shaft, x) in &row {
-                        terms.push((self.graph.multiply(*x, self.angles[*shaft]), Rational::ONE));
-                    }
-                    let position = Some(self.graph.sum(Rational::ZERO, &terms));
-                    let speed = Some(self.graph.subtract(speed, rate));
-                    let change = self.graph.negate(second_derivative);
-                    (MultiplierTerms { row, position, speed, rate }, change)
-                }
-                MultiplierLaw::Speed(row, function) => {
-                    let (row, speed) = self.constant_row(row);
-                    let [rate, second_derivative] =
-                        [function.as_ref(), &function.rate()].map(|function| self.of_time(function));
-                    let speed = Some(self.graph.subtract(speed, rate));
-                    let change = self.graph.negate(second_derivative);
-                    (MultiplierTerms { row, position: None, speed, rate }, change)
-                }
-                MultiplierLaw::Acceleration(row, function) => {
-                    let (row, rate) = self.constant_row(row);
-                    let acceleration = self.of_time(function);
-                    let change = self.graph.negate(acceleration);
-                    (MultiplierTerms { row, position: None, speed: None, rate }, change)
-                }
+                MultiplierLaw::Position(row, function) => self.prescribed_sum(row, function, 0),
+                MultiplierLaw::Speed(row, function) => self.prescribed_sum(row, function, 1),
+                MultiplierLaw::Acceleration(row, function) => self.prescribed_sum(row, function, 2),
             };
             let mut direction = SparseRow::new();
             let mut bias = vec![(change, Rational::ONE)];
@@ -144,19 +114,45 @@ impl Motion {
     /// `Σ a_i x_i` over a multiplier constraint.
     pub fn sum_over_multiplier(&mut self, constraint: usize, of: impl Fn(&Self, usize) -> Expr) -> Expr {
         let row = self.multiplier_constraints[constraint].row.clone();
-        let terms: Vec<_> = row.into_iter().map(|(k, a)| (a, of(self, k))).collect();
-        let products: Vec<_> = terms.into_iter().map(|(a, x)| (self.graph.multiply(a, x), Rational::ONE)).collect();
-        self.graph.sum(Rational::ZERO, &products)
+        let terms = self.products(&row, of);
+        self.graph.sum(Rational::ZERO, &terms)
     }
 
-    fn constant_row(&mut self, row: &[(usize, kardan_math::units::Exact)]) -> (Vec<(usize, Expr)>, Expr) {
-        let row: Vec<(usize, Expr)> = row.iter().map(|(shaft, x)| (*shaft, self.exact(x))).collect();
-        let mut terms = Vec::new();
-        for (shaft, x) in &row {
-            terms.push((self.graph.multiply(*x, self.speeds[*shaft]), Rational::ONE));
+    /// `a_i x_i` over a row.
+    pub(super) fn products(
+        &mut self,
+        row: &[(usize, Expr)],
+        of: impl Fn(&Self, usize) -> Expr,
+    ) -> Vec<(Expr, Rational)> {
+        let mut terms = Vec::with_capacity(row.len());
+        for (shaft, entry) in row {
+            let value = of(self, *shaft);
+            terms.push((self.graph.multiply(*entry, value), Rational::ONE));
         }
-        let speed = self.graph.sum(Rational::ZERO, &terms);
-        (row, speed)
+        terms
+    }
+
+    /// A sum of positions (order 0), speeds (1) or accelerations (2) that a function of time prescribes; and the negative acceleration that
+    /// it prescribes.
+    fn prescribed_sum(&mut self, row: &[(usize, Exact)], function: &OfTime, order: usize) -> (MultiplierTerms, Expr) {
+        let row: Vec<(usize, Expr)> = row.iter().map(|(shaft, x)| (*shaft, self.exact(x))).collect();
+        let terms = self.products(&row, |motion, shaft| motion.speeds[shaft]);
+        let sum = self.graph.sum(Rational::ZERO, &terms);
+        // The function, and its rates up to the acceleration.
+        let mut derivatives = vec![function.clone()];
+        for k in 0..2 - order {
+            derivatives.push(derivatives[k].rate());
+        }
+        let values: Vec<Expr> = derivatives.iter().map(|function| self.of_time(function)).collect();
+        let position = (order == 0).then(|| {
+            let mut terms = vec![(values[0], Rational::from(-1))];
+            terms.extend(self.products(&row, |motion, shaft| motion.angles[shaft]));
+            self.graph.sum(Rational::ZERO, &terms)
+        });
+        let prescribed_rate = 1usize.checked_sub(order).map(|place| values[place]);
+        let speed = prescribed_rate.map(|rate| self.graph.subtract(sum, rate));
+        let change = self.graph.negate(values[2 - order]);
+        (MultiplierTerms { row, position, speed, rate: prescribed_rate.unwrap_or(sum) }, change)
     }
 
     /// A row over free coordinates, with angles and speeds of this motion substituted; and the rate of its
@@ -170,10 +166,7 @@ impl Motion {
         let change = copy(change);
         let position = free.position.map(&mut copy);
         let row: Vec<(usize, Expr)> = free.row.iter().map(|(shaft, entry)| (*shaft, copy(*entry))).collect();
-        let mut terms = Vec::new();
-        for (shaft, entry) in &row {
-            terms.push((self.graph.multiply(*entry, self.speeds[*shaft]), Rational::ONE));
-        }
+        let terms = self.products(&row, |motion, shaft| motion.speeds[shaft]);
         let speed = Some(self.graph.sum(Rational::ZERO, &terms));
         let rate = self.graph.integer(0);
         (MultiplierTerms { row, position, speed, rate }, change)
@@ -497,20 +490,15 @@ pub fn follows_everywhere(reduced: &Reduced, positions: &[Vec<f64>]) -> Option<u
 
 /// The inertia matrix with the squares of the multiplier constraints at a position: definite if and only if all motions
 /// that these leave free there have inertia. `None` where an entry is not a number.
-pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<kardan_math::num::SparseRow>> {
+pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<SparseNumbers>> {
     let motion = Motion::at_time_zero(reduced);
     let rows = &motion.frictions[motion.frictions.len() - motion.multiplier_constraints.len()..];
-    let entries: Vec<(usize, usize, Expr)> =
-        rows.iter().enumerate().flat_map(|(k, row)| row.iter().map(move |(i, entry)| (k, *i, *entry))).collect();
-    let outputs: Vec<(String, Expr)> =
-        entries.iter().enumerate().map(|(k, (.., entry))| (k.to_string(), *entry)).collect();
-    let plan = motion.compile(&outputs);
-    let mut memory = plan.memory();
-    memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);
-    let _ = plan.block().evaluate(&mut memory);
-    let mut numbers = vec![Vec::new(); rows.len()];
-    for (output, (k, i, _)) in entries.iter().enumerate() {
-        numbers[*k].push((*i, rational_from_f64(memory[plan.place(output)])?));
+    let entries: Vec<Expr> = rows.iter().flat_map(|row| row.values().copied()).collect();
+    let mut values = motion.values_at(&entries, position, &[]).into_iter();
+    let mut numbers = Vec::with_capacity(rows.len());
+    for row in rows {
+        let entries = row.keys().zip(values.by_ref()).map(|(i, value)| Some((*i, rational_from_f64(value)?)));
+        numbers.push(entries.collect::<Option<SparseNumbers>>()?);
     }
     let mut numeric = super::Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; position.len()]);
@@ -518,8 +506,7 @@ pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<kard
         return None;
     }
     let inertia = super::sparse_model(reduced, position).inertia;
-    let mut sum: Vec<std::collections::BTreeMap<usize, Rational>> =
-        inertia.into_iter().map(|row| row.into_iter().collect()).collect();
+    let mut sum: Vec<BTreeMap<usize, Rational>> = inertia.into_iter().map(|row| row.into_iter().collect()).collect();
     for row in &numbers {
         for (i, x) in row {
             for (j, y) in row {
@@ -551,14 +538,8 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
         motion.multiplier_constraints.iter().flat_map(|row| &row.row).map(|(_, entry)| *entry).collect();
     let angles = motion.symbols[..reduced.degrees_of_freedom()].to_vec();
     let slopes: Vec<Expr> = angles.iter().flat_map(|angle| motion.graph.derivatives(&entries, *angle)).collect();
-    let outputs: Vec<(String, Expr)> =
-        entries.iter().chain(&slopes).enumerate().map(|(k, expr)| (k.to_string(), *expr)).collect();
-    let plan = motion.compile(&outputs);
-    let mut memory = plan.memory();
-    memory.iter_mut().zip(position).for_each(|(place, value)| *place = *value);
+    let values = motion.values_at(&[entries.as_slice(), &slopes].concat(), position, &[]);
     let r = reduced.degrees_of_freedom();
-    memory[r..2 * r].fill(0.0);
-    let _ = plan.block().evaluate(&mut memory);
     let mut numeric = super::Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; r]);
     let mut equations = reduced.equations.clone();
@@ -569,7 +550,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
         (position[k] == 0.0).then_some(Rational::ZERO)
     };
     let exact_values = lower(&motion.graph, &entries, &mut Rationals, at_zero);
-    let exact = |output: usize| rational_from_f64(memory[plan.place(output)]).unwrap_or(Rational::ZERO);
+    let exact = |output: usize| rational_from_f64(values[output]).unwrap_or(Rational::ZERO);
     let multiplier_constraints = std::mem::take(&mut equations.multiplier_constraints);
     equations.dependent_constraints.clear();
     for ((constraint, rate), multiplier) in
@@ -583,18 +564,11 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
             is_rounded |= exact_values[entry].is_none();
             let slope = |j: usize| &carries * exact(entries.len() * (j + 1) + entry);
             let slopes = (0..r).map(|j| (reduced.coordinates[j], slope(j))).filter(|(_, slope)| !slope.is_zero());
-            let torque = crate::assemble::RestTorque {
-                value: multiplier * memory[plan.place(entry)],
-                on_positions: slopes.collect(),
-            };
+            let torque = RestTorque { value: multiplier * values[entry], on_positions: slopes.collect() };
             let position_dependent = !torque.on_positions.is_empty() || !equations.transmissions.is_empty();
             if !carries.is_zero() && position_dependent {
-                let row = vec![(*shaft, Rational::ONE)];
-                equations.carried.push(crate::assemble::DirectionalTerm {
-                    element: constraint.element.clone(),
-                    row,
-                    value: torque,
-                });
+                let (element, row) = (constraint.element.clone(), vec![(*shaft, Rational::ONE)]);
+                equations.carried.push(DirectionalTerm { element, row, value: torque });
             }
             let angle = rational_from_f64(numeric.angles[*shaft]).unwrap_or(Rational::ZERO);
             entry += 1;
@@ -607,11 +581,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
             equations.rounded.push(constraint.element.clone());
         }
         row.sort_by_key(|(shaft, _)| *shaft);
-        let place = equations.constraints.len() - equations.nodes.len();
-        let value = kardan_math::units::Exact::new(offset, 0);
-        equations
-            .constraints
-            .insert(place, crate::assemble::DirectionalTerm { element: constraint.element, row, value });
+        equations.add_constraint(DirectionalTerm { element: constraint.element, row, value: Exact::new(offset, 0) });
     }
     super::reduce(equations, None)
 }

@@ -72,25 +72,15 @@ pub struct Affine {
     pub terms: Vec<(usize, Rational)>,
 }
 
-/// How one dependent shaft follows from shafts that are known already.
+/// How one dependent shaft follows from shafts that are known already: `q_shaft = argument(q)`, or `q_shaft = γ(argument(q))`.
 #[derive(Debug, Clone)]
-pub enum Step {
-    /// `q_shaft = value(q)`.
-    Linear {
-        /// The shaft found.
-        shaft: usize,
-        /// Its expression.
-        value: Affine,
-    },
-    /// `q_shaft = γ(argument(q))`.
-    Curve {
-        /// The shaft found.
-        shaft: usize,
-        /// γ
-        curve: Arc<dyn Curve>,
-        /// Its argument.
-        argument: Affine,
-    },
+pub struct Step {
+    /// The shaft found.
+    pub shaft: usize,
+    /// The argument of γ; without γ the angle itself.
+    pub argument: Affine,
+    /// γ
+    pub curve: Option<Arc<dyn Curve>>,
 }
 
 /// A linear constraint that follows from others.

@@ -224,6 +224,16 @@ impl Reduced {
         equations.constraints.get(multiplier).or_else(redundant)
     }
 
+    /// Elements of all constraints, in the order of their multipliers `τ_c = Jᵀλ` \[diss. (4.18)\]: linear constraints, transmissions, and
+    /// linear constraints that follow from others, each kind sorted by element name. The multiplier of a transmission is the torque on its
+    /// driven shaft.
+    pub fn constraint_elements(&self) -> Vec<&str> {
+        let linear = self.equations.constraints.iter().map(|constraint| &constraint.element);
+        let curves = self.equations.transmissions.iter().map(|transmission| &transmission.element);
+        let redundant = self.redundant.iter().map(|row| &row.constraint.element);
+        linear.chain(curves).chain(redundant).map(String::as_str).collect()
+    }
+
     /// Elements between which the split of the constraint torques is not unique, in groups.
     pub fn redundant_groups(&self) -> Vec<BTreeSet<String>> {
         let mut groups: Vec<BTreeSet<String>> = Vec::new();

@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::equilibrium::{Moves, Sought, Statics};
 use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds, with_enforced, with_sliding};
 use crate::equations::{Meaning, UnilateralConstraint};
-use kardan_expr::expr::Side;
-use kardan_expr::expr::{Expr, Floating};
-use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, echelon, rational_from_f64, rational_to_f64};
+use kardan_expr::expr::{Expr, Side};
+use kardan_math::num::{
+    Matrix, Rational, Scalar, SparseRow, dense_rows, echelon, rational_from_f64, rational_to_f64, sparse_rows,
+};
 
 /// Relative difference from which two speeds contradict each other.
 const CONTRADICTS: f64 = 1e-9;
@@ -131,12 +132,7 @@ impl<'a> Search<'a> {
         let basis = kinematics::exact_basis(model, &start);
         let rows: Vec<&SparseRow> = spec.speeds.iter().map(|(shaft, _)| &basis[*shaft]).collect();
         let values: Vec<f64> = spec.speeds.iter().map(|(_, speed)| *speed).collect();
-        let over = |rows: &[&SparseRow]| {
-            let mut out = Matrix::<Rational>::zeros(rows.len(), r);
-            rows.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|(k, x)| out[(i, *k)] = x.clone()));
-            out
-        };
-        let matrix = over(&rows);
+        let matrix = dense_rows(&rows, r);
         let whole = fixed.len() == r && echelon(&matrix, &(0..r).collect::<Vec<_>>()).rank() == r;
         let directions = if whole { Matrix::identity(r) } else { steady_directions(&remove_laws_at(model, spec)) };
         let moves = moves(&directions, &matrix, &values)?;
@@ -235,10 +231,7 @@ pub fn accelerations(model: &Reduced, point: &OperatingPoint) -> Vec<f64> {
         .chain(inertia.iter().map(|(_, entry)| *entry))
         .chain(columns.iter().map(|(_, _, entry)| *entry))
         .collect();
-    let values = kardan_expr::expr::lower(&motion.graph, &exprs, &mut Floating::<f64>::default(), |symbol| {
-        let place = motion.symbols.iter().position(|own| *own == symbol);
-        place.map_or(0.0, |k| if k < r { point.position[k] } else { point.rates[k - r] })
-    });
+    let values = motion.values_at(&exprs, &point.position, &point.rates);
     let mut forces = Matrix::from_fn(r, 1, |i, _| values[i]);
     let mut matrix = Matrix::<f64>::zeros(r, r);
     for ((i, j), value) in inertia.iter().map(|(place, _)| *place).zip(&values[r..]) {
@@ -325,11 +318,7 @@ fn moves(directions: &Matrix<Rational>, rows: &Matrix<Rational>, values: &[f64])
         (0..directions.rows()).for_each(|k| base[k] += share * &directions[(k, *pivot)]);
     }
     let free = directions.multiply(&echelon(&products, &order).kernel());
-    let column = |j: usize| {
-        let entries = (0..free.rows()).map(|k| (k, free[(k, j)].clone()));
-        entries.filter(|(_, x)| !Scalar::is_zero(x)).collect()
-    };
-    Ok(Moves { base, directions: (0..free.columns()).map(column).collect() })
+    Ok(Moves { base, directions: sparse_rows(&free.transpose()) })
 }
 
 /// Which of the unknowns the torques determine.

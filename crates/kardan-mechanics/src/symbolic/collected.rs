@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use super::laurent::raised;
+use super::laurent::{power_of, raised};
 use super::{Laurent, Letter, Letters, Monomial, Symbol};
 use kardan_math::num::{Rational, Scalar};
 
@@ -113,9 +113,8 @@ impl Collector<'_> {
         for letter in value.letters() {
             let mut powers: BTreeMap<i32, Laurent> = BTreeMap::new();
             for (monomial, number) in value.terms() {
-                let power = monomial.iter().find(|(other, _)| *other == letter).map_or(0, |one| one.1);
                 let rest: Monomial = monomial.iter().filter(|(other, _)| *other != letter).copied().collect();
-                let sum = powers.entry(power).or_default();
+                let sum = powers.entry(power_of(monomial, letter)).or_default();
                 *sum = sum.plus(&Laurent::of([(rest, number.clone())]));
             }
             let Some(first) = powers.values().next().cloned() else { continue };
@@ -127,11 +126,7 @@ impl Collector<'_> {
             else {
                 continue;
             };
-            let of_letter = Laurent::of(
-                numbers
-                    .into_iter()
-                    .map(|(p, number)| (vec![(letter, p)].into_iter().filter(|one| one.1 != 0).collect(), number)),
-            );
+            let of_letter = Laurent::of(numbers.into_iter().map(|(p, number)| (raised(&vec![(letter, 1)], p), number)));
             let mut out = roots(&of_letter, letter);
             match first.as_number() {
                 Some(number) => out[0] = out[0].scaled(&number),
@@ -241,14 +236,10 @@ impl Collector<'_> {
 
     fn order(&self, one: &mut Collected) {
         one.factors.retain(|(_, power)| *power != 0);
-        let rank = |(base, _): &(Base, i32)| match base {
+        one.factors.sort_by_key(|(base, _)| match base {
             Base::Letter(letter) => (self.rank(*letter), false, *letter),
-            Base::Sum(members) => {
-                let ranks = members.iter().flat_map(|member| &member.factors).map(|factor| self.rank_of(&factor.0));
-                (ranks.max().unwrap_or(Rank::Number), true, 0)
-            }
-        };
-        one.factors.sort_by_key(rank);
+            Base::Sum(_) => (self.rank_of(base), true, 0),
+        });
     }
 
     fn rank_of(&self, base: &Base) -> Rank {
@@ -277,9 +268,8 @@ impl Collected {
 
 /// The common factor of all terms: the power of a letter that is in all of them, with one sign, and is nearest to zero.
 fn outside(value: &Laurent) -> Monomial {
-    let own = |monomial: &Monomial, letter| monomial.iter().find(|one| one.0 == letter).map_or(0, |one| one.1);
     let power = |letter: &Letter| {
-        let powers = || value.terms().map(|(monomial, _)| own(monomial, *letter));
+        let powers = || value.terms().map(|(monomial, _)| power_of(monomial, *letter));
         let [least, most] = [powers().min().unwrap_or(0), powers().max().unwrap_or(0)];
         if least > 0 { least } else { most.min(0) }
     };

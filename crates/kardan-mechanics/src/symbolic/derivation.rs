@@ -56,7 +56,7 @@ pub struct Definition {
 }
 
 /// `H q̈_r + v(q, q̇) + D q̇_r + s(q) + friction + held = F u + Aᵀλ` \[diss. (4.18), (4.23), (6.114)\], each entry a sum of products of letters.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct SymbolicMotion {
     /// The meanings of all letters.
     pub letters: Letters,

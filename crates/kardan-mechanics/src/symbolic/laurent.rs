@@ -129,22 +129,8 @@ impl Laurent {
 
     /// The lowest power of each letter that is in all terms: their common factor.
     pub fn common(&self) -> Monomial {
-        let mut all: Option<BTreeMap<Letter, i32>> = None;
-        for monomial in self.terms.keys() {
-            let own: BTreeMap<Letter, i32> = monomial.iter().copied().collect();
-            all = Some(match all {
-                None => own,
-                Some(before) => {
-                    let letters: Vec<Letter> = before.keys().chain(own.keys()).copied().collect();
-                    let power = |powers: &BTreeMap<Letter, i32>, letter| powers.get(&letter).copied().unwrap_or(0);
-                    letters
-                        .into_iter()
-                        .map(|letter| (letter, power(&before, letter).min(power(&own, letter))))
-                        .collect()
-                }
-            });
-        }
-        all.unwrap_or_default().into_iter().filter(|(_, power)| *power != 0).collect()
+        let least = |letter: Letter| self.terms.keys().map(|monomial| power_of(monomial, letter)).min().unwrap_or(0);
+        self.letters().into_iter().map(|letter| (letter, least(letter))).filter(|(_, power)| *power != 0).collect()
     }
 
     /// The quotient if it is such a sum: the remainder must be zero.
@@ -183,10 +169,9 @@ impl Laurent {
     #[must_use]
     pub fn slope(&self, letter: Letter) -> Self {
         let of = |(monomial, number): (&Monomial, &Rational)| {
-            let (_, power) = monomial.iter().find(|(candidate, _)| *candidate == letter)?;
-            Some((product(monomial, &vec![(letter, -1)]), number * Rational::from(*power)))
+            (product(monomial, &vec![(letter, -1)]), number * Rational::from(power_of(monomial, letter)))
         };
-        Self::of(self.terms.iter().filter_map(of))
+        Self::of(self.terms.iter().map(of))
     }
 
     /// Its value for those of its letters.
@@ -212,6 +197,11 @@ pub fn product(a: &Monomial, b: &Monomial) -> Monomial {
     let mut out: BTreeMap<Letter, i32> = a.iter().copied().collect();
     b.iter().for_each(|(letter, power)| *out.entry(*letter).or_default() += power);
     out.into_iter().filter(|(_, power)| *power != 0).collect()
+}
+
+/// The power of a letter in a product; zero where it is not in it.
+pub(super) fn power_of(monomial: &Monomial, letter: Letter) -> i32 {
+    monomial.iter().find(|(own, _)| *own == letter).map_or(0, |(_, power)| *power)
 }
 
 /// A power of one.

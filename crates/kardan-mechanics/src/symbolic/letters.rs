@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Laurent;
-use super::laurent::{Letter, product, raised};
+use super::laurent::{Letter, power_of, product, raised};
 use kardan_math::num::Rational;
-use kardan_math::units::{Called, Exact, Expression, InNames, Kind, Node};
+use kardan_math::units::{Exact, Expression, InNames, Kind, Node};
 
 /// The meaning of a letter.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -169,7 +169,7 @@ impl Letters {
             }
             Kind::Call(function, arguments) => {
                 let arguments = arguments.iter().map(|argument| self.read(argument, names)).collect();
-                self.of(Symbol::Call(word(*function), arguments))
+                self.of(Symbol::Call(function.name(), arguments))
             }
             Kind::Lookup(_, _) => unreachable!("values call no tables: expressions with them are no values"),
             Kind::If(comparison, parts) => {
@@ -233,24 +233,22 @@ impl Letters {
         let mut value = value.clone();
         for letter in value.letters() {
             let Symbol::Sum(sum) = self.symbol(letter) else { continue };
-            let power = |value: &Laurent| {
-                value.common().iter().find(|(candidate, _)| *candidate == letter).map_or(0, |one| one.1)
-            };
-            while power(&value) < 0 {
-                let lowest = power(&value);
+            let of_letter = |power: i32| raised(&vec![(letter, 1)], power);
+            loop {
+                let lowest = power_of(&value.common(), letter);
+                if lowest >= 0 {
+                    break;
+                }
                 // The numerators over the lowest power: other terms get the sum itself as a factor.
                 let parts = value.terms().map(|(monomial, number)| {
-                    let own = monomial.iter().find(|(candidate, _)| *candidate == letter).map_or(0, |one| one.1);
-                    let rest = product(monomial, &vec![(letter, -own)].into_iter().filter(|(_, p)| *p != 0).collect());
+                    let own = power_of(monomial, letter);
+                    let rest = product(monomial, &of_letter(-own));
                     let raised = sum.power(own - lowest).unwrap_or_default();
                     raised.times_term(&rest, number)
                 });
                 let above = parts.fold(Laurent::default(), |all, part| all.plus(&part));
                 let Some(quotient) = above.divided_by(sum) else { break };
-                value = quotient.times_term(
-                    &vec![(letter, lowest + 1)].into_iter().filter(|(_, p)| *p != 0).collect(),
-                    &Rational::ONE,
-                );
+                value = quotient.times_term(&of_letter(lowest + 1), &Rational::ONE);
             }
         }
         value
@@ -263,22 +261,3 @@ const MOST_MULTIPLIED: usize = 256;
 const MOST_FACTOR: usize = 64;
 /// Higher powers of sums are not multiplied out.
 const MOST_POWER: i32 = 8;
-
-fn word(function: Called) -> &'static str {
-    match function {
-        Called::Sqrt => "sqrt",
-        Called::Sin => "sin",
-        Called::Cos => "cos",
-        Called::Tan => "tan",
-        Called::Asin => "asin",
-        Called::Acos => "acos",
-        Called::Atan => "atan",
-        Called::Atan2 => "atan2",
-        Called::Exp => "exp",
-        Called::Ln => "ln",
-        Called::Abs => "abs",
-        Called::Min => "min",
-        Called::Max => "max",
-        Called::Sign => "sign",
-    }
-}

@@ -26,24 +26,13 @@ impl SymbolicMotion {
         let terms = Terms::new(&reduced.equations.coordinates, terms, &mut letters);
         let none = || vec![Laurent::default(); reduced.degrees_of_freedom()];
         let out = Self {
-            letters: Letters::default(),
-            definitions: Vec::new(),
-            angles: Vec::new(),
-            speeds: Vec::new(),
-            accelerations: Vec::new(),
-            inertia: BTreeMap::new(),
             velocity: none(),
-            damping: BTreeMap::new(),
             stiffness: none(),
             friction: none(),
             input: none(),
             unilateral: none(),
-            multiplier_constraints: Vec::new(),
             multiplier_forces: none(),
-            directions: Vec::new(),
-            multipliers: Vec::new(),
-            divisors: Vec::new(),
-            zeros: Vec::new(),
+            ..Self::default()
         };
         let (assumed, resolved, numbers, slopes) =
             (Assumed::default(), vec![ResolvedCoordinate::default(); n], vec![0.0; n], BTreeMap::new());
@@ -103,30 +92,24 @@ impl Derivation<'_> {
         let mut resolved = self.reduced.coordinates.clone();
         let mut e = form(&resolved);
         let reduced = self.reduced;
-        for step in &reduced.steps {
-            match step {
-                Step::Linear { shaft, value } => {
-                    let found = self.affine(&e, *shaft, &resolved);
-                    self.numbers[*shaft] = self.number(value);
-                    self.note(*shaft, found);
-                }
-                Step::Curve { shaft, curve, argument } => {
-                    let found = self.transmission(*shaft, argument, &e, &resolved);
-                    let (number, from, inverted) = found.expect("a step by a curve is one of a transmission");
-                    let found = if resolved.contains(&from) {
-                        self.resolved[from].clone()
-                    } else {
-                        self.affine(&e, from, &resolved)
-                    };
-                    let start = self.number(argument);
-                    self.numbers[*shaft] = curve.value(start);
-                    let slope = self.curve(number, *shaft, curve, found);
-                    let entry = Entry { symbol: slope, number: ratio(curve.derivatives(start).0) };
-                    self.slopes.insert(number, (inverted, entry));
-                    resolved.push(*shaft);
-                    e = form(&resolved);
-                }
-            }
+        for Step { shaft, argument, curve } in &reduced.steps {
+            let start = self.number(argument);
+            let Some(curve) = curve else {
+                let found = self.affine(&e, *shaft, &resolved);
+                self.numbers[*shaft] = start;
+                self.note(*shaft, found);
+                continue;
+            };
+            let found = self.transmission(*shaft, argument, &e, &resolved);
+            let (number, from, inverted) = found.expect("a step by a curve is one of a transmission");
+            let found =
+                if resolved.contains(&from) { self.resolved[from].clone() } else { self.affine(&e, from, &resolved) };
+            self.numbers[*shaft] = curve.value(start);
+            let slope = self.curve(number, *shaft, curve, found);
+            let entry = Entry { symbol: slope, number: ratio(curve.derivatives(start).0) };
+            self.slopes.insert(number, (inverted, entry));
+            resolved.push(*shaft);
+            e = form(&resolved);
         }
     }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::elimination::Entry;
 use super::{Laurent, Letters, Symbol};
+use crate::assemble::by_element;
 use crate::equations::{Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Term, UnilateralConstraint};
 use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::Exact;
@@ -77,13 +78,11 @@ pub(super) struct Terms {
 impl Terms {
     /// Of the terms of a model whose coordinates are sorted by name.
     pub(super) fn new(coordinates: &[String], terms: &[NamedTerm], letters: &mut Letters) -> Self {
-        let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
-        sorted.sort_by(|a, b| a.element.cmp(&b.element));
         let moves = |one: &&NamedTerm| matches!(one.term, Term::Moving(_));
         let moving: BTreeSet<&str> = terms.iter().filter(moves).map(|one| one.element.as_str()).collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
-        for NamedTerm { element, term } in sorted {
+        for NamedTerm { element, term } in by_element(terms) {
             let numbered = |letters: &mut Letters, direction: &Direction| entries(coordinates, direction, letters);
             match term {
                 Term::Inertia { direction, inertia } => {

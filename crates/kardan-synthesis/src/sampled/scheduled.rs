@@ -38,14 +38,13 @@ pub(crate) fn turning(reduced: &Reduced) -> Result<usize, String> {
         depends[shaft][column] = true;
     }
     let mut found: Option<usize> = None;
-    for step in &reduced.steps {
-        let (Step::Linear { value: affine, .. } | Step::Curve { argument: affine, .. }) = step;
+    for Step { shaft, argument, curve } in &reduced.steps {
         let turns_of = |column: usize| {
-            affine.terms.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&turns[*shaft][column])))
+            argument.terms.iter().fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&turns[*shaft][column])))
         };
         let own_turns: Vec<Rational> = (0..r).map(turns_of).collect();
-        let own: Vec<bool> = (0..r).map(|k| affine.terms.iter().any(|(shaft, _)| depends[*shaft][k])).collect();
-        if let Step::Curve { shaft, curve, .. } = step {
+        let own: Vec<bool> = (0..r).map(|k| argument.terms.iter().any(|(shaft, _)| depends[*shaft][k])).collect();
+        if let Some(curve) = curve {
             let name = &reduced.equations.coordinates[*shaft];
             if !curve.repeats_each_half_turn() {
                 return Err(format!(
@@ -68,8 +67,8 @@ pub(crate) fn turning(reduced: &Reduced) -> Result<usize, String> {
                 }
             }
         }
-        turns[step.shaft()] = own_turns;
-        depends[step.shaft()] = own;
+        turns[*shaft] = own_turns;
+        depends[*shaft] = own;
     }
     let kinematics = Kinematics::new(reduced);
     let springs = &reduced.equations.springs;

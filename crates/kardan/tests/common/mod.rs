@@ -6,6 +6,7 @@
 #![allow(dead_code)] // each test binary uses its own part
 
 pub mod grown;
+pub mod multipliers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -339,10 +340,38 @@ pub fn explicit(reduced: &Reduced, dynamics: &Dynamics, work: &Work, inputs: &[f
     }
     work.factor.solve(&mut acceleration);
     let n = reduced.equations.coordinates.len();
-    let shafts = (0..n).map(|s| dot(work.kinematics.row(s), &acceleration) + work.kinematics.bias[s]).collect();
-    let mut force = vec![0.0; n];
-    dynamics.constraint_force(work, &acceleration, inputs, frictions, &mut force);
+    let shafts: Vec<f64> =
+        (0..n).map(|s| dot(work.kinematics.row(s), &acceleration) + work.kinematics.bias[s]).collect();
+    let force = constraint_force(reduced, work, &shafts, inputs, frictions);
     Explicit { reduced: acceleration, shafts, force }
+}
+
+/// `τ_c = H q̈ + D q̇ + S q + friction − F τ` \[diss. (4.36)\] over all shafts, N m, from their accelerations.
+fn constraint_force(reduced: &Reduced, work: &Work, shafts: &[f64], inputs: &[f64], frictions: &[f64]) -> Vec<f64> {
+    let (equations, kinematics) = (&reduced.equations, &work.kinematics);
+    let mut out = vec![0.0; shafts.len()];
+    let mut add = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(shaft, c)| out[*shaft] += torque * c);
+    let along = |row: &[(usize, f64)], x: &[f64]| row.iter().map(|(shaft, c)| c * x[*shaft]).sum::<f64>();
+    for term in &equations.inertias {
+        let row = term.row_f64();
+        add(&row, term.value.to_f64() * along(&row, shafts));
+    }
+    for term in &equations.dampers {
+        let row = term.row_f64();
+        add(&row, term.value.to_f64() * along(&row, &kinematics.speeds));
+    }
+    for term in &equations.springs {
+        let row = term.row_f64();
+        let twist = along(&row, &kinematics.angles) - term.value.rest.to_f64();
+        add(&row, term.value.stiffness.to_f64() * twist);
+    }
+    for ((_, row), torque) in equations.set_valued().zip(frictions) {
+        row.iter().for_each(|(shaft, c)| add(&[(*shaft, c.to_f64().value())], *torque));
+    }
+    for (term, torque) in equations.inputs.iter().zip(inputs) {
+        add(&term.row_f64(), -torque);
+    }
+    out
 }
 
 /// A matrix of exact fractions.

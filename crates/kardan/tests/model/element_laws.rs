@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::common::multipliers::Multipliers;
 use crate::common::*;
 use kardan::assemble::assemble;
 use kardan::element;
@@ -174,7 +175,7 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
 /// The multiplier drops out, so that only the rounding of speeds and coefficients is left: 1e-12 of the shares.
 fn constraints_do_no_work(run: &Run, source: &str) -> usize {
     let reduced = first(source).reduced.clone();
-    let elements = kardan::reduce::Multipliers::new(&reduced).elements;
+    let elements = Multipliers::new(&reduced).elements;
     // A prescribed motion does work: the balance of energy counts it.
     for element in elements.iter().filter(|element| !reduced.equations.moving.contains_key(*element)) {
         let pairs = shares(run, &reduced, element);

@@ -4,10 +4,11 @@
 //! The model is written twice: as the text of a model file for the library, and as [`Tree`], from which this file builds
 //! the implicit equations (4.19) itself.
 
+use crate::common::multipliers::Multipliers;
 use crate::common::*;
 use kardan::expr::{Expr, Floating, lower};
 use kardan::num::{Definiteness, Rational, definiteness, rational_from_f64};
-use kardan::reduce::{Acting, Dynamics, Kinematics, Motion, Multipliers, Reduced, linearise};
+use kardan::reduce::{Acting, Dynamics, Kinematics, Motion, Reduced, linearise};
 use kardan::results::Run;
 use kardan::units::Dimension;
 use proptest::prelude::*;

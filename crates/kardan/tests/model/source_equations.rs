@@ -7,9 +7,10 @@
 //!
 //! "Erratum" marks a formula that is wrong in print; the test shows that the printed one does not hold.
 
+use crate::common::multipliers::Multipliers;
 use crate::common::*;
 use kardan::num::{Matrix, Rational};
-use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
+use kardan::reduce::{Dynamics, LinearModel, Reduced, linearise};
 use kardan::results::Pole;
 use kardan::study::PreparedVariant;
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting, effective_inertia};

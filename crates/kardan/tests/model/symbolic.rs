@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use crate::common::multipliers::Multipliers;
 use kardan::project::Project;
-use kardan::reduce::{Dynamics, Multipliers, Reduced, Work};
+use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{SymbolicEquations, SymbolicFormula};
 use kardan::study::EquationsForm;
 

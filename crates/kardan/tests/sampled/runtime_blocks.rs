@@ -8,12 +8,13 @@
 
 mod observer;
 
+use crate::common::multipliers::Multipliers;
 use crate::common::*;
 use kardan::element::UniversalJointCurve;
 use kardan::equations::Curve;
 use kardan::model::builtin;
 use kardan::num::Matrix;
-use kardan::reduce::{Dynamics, Kinematics, MechanismData, MechanismError, Multipliers, Reduced, Work};
+use kardan::reduce::{Dynamics, Kinematics, MechanismData, MechanismError, Reduced, Work};
 use kardan::synthesis::{ChannelDesign, Observation, design_noninteracting, effective_inertia};
 use kardan_rt::{
     Channel, ComputedTorque, Gain, Measurement, ModelObserver, Noninteracting, PositionLoop, Row, Sensor, Situation,
@@ -287,7 +288,7 @@ fn constraint_torques_follow_their_references() {
                 let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
                 assert!(law.torques(now, &mut scratch, &mut found), "{element} {name}");
                 dynamics.update(&position, &speed, &mut work);
-                let mut torques = vec![0.0; dynamics.input_count()];
+                let mut torques = vec![0.0; reduced.equations.inputs.len()];
                 (torques[inputs[0]], torques[inputs[1]]) = (found[0], found[1]);
                 let torque = constraint_torque(&reduced, &dynamics, &work, &torques, element, shaft(&reduced, name));
                 let scale = found[0].abs().max(1.0) * 51.0;
@@ -359,7 +360,7 @@ fn computed_torque_decouples_a_bent_joint() {
         assert!(law.torques(now, &mut scratch, &mut found));
 
         dynamics.update(&position, &speed, &mut work);
-        let mut torques = vec![0.0; dynamics.input_count()];
+        let mut torques = vec![0.0; reduced.equations.inputs.len()];
         (torques[inputs[0]], torques[inputs[1]]) = (found[0], found[1]);
         torques[input(&reduced, "driver")] = driver;
         torques[input(&reduced, "T_dist")] = road;

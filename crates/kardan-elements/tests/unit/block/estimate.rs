@@ -18,7 +18,7 @@ fn the_error_has_the_requested_poles() {
     // (s + 2)(s² + 8 s + 25)
     assert_eq!(polynomial.coefficients(), [50, 41, 10, 1].map(Rational::from));
     let gain = plant.gain(&polynomial).unwrap();
-    assert_eq!(characteristic(&plant.error(&gain)), polynomial);
+    assert_eq!(characteristic_polynomial(&plant.error(&gain)), polynomial);
     assert!(staying(&plant.error(&gain), false).is_empty());
     assert!(of_poles(&[whole(-4, 3), whole(-4, 3)], None).is_none());
 }

@@ -152,14 +152,10 @@ impl Node {
     /// Adds the names that occur in this part.
     pub fn names<'n>(&'n self, out: &mut Vec<&'n str>) {
         match &self.kind {
-            Kind::Literal(..) => {}
-            Kind::Name(name) if out.contains(&name.as_str()) => {}
-            Kind::Name(name) => out.push(name),
-            Kind::Negative(inner) => inner.names(out),
-            Kind::Binary(_, parts) => parts.iter().for_each(|part| part.names(out)),
-            Kind::Call(_, parts) | Kind::Lookup(_, parts) => parts.iter().for_each(|part| part.names(out)),
-            Kind::If(_, parts) => parts.iter().for_each(|part| part.names(out)),
+            Kind::Name(name) if !out.contains(&name.as_str()) => out.push(name),
+            _ => {}
         }
+        self.parts().iter().for_each(|part| part.names(out));
     }
 
     /// The tables in it, in the order in which they first appear.

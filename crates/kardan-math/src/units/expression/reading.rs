@@ -6,7 +6,7 @@ use super::super::catalogue::{find_unit, unit_help};
 use super::super::quantity::check_length;
 use super::super::reader::Reader;
 use super::super::{Dimension, Exact, UnitError};
-use super::tree::{Called, Kind, Node};
+use super::tree::{FUNCTIONS, Kind, Node};
 use super::truth;
 
 /// Signs that compare.
@@ -16,23 +16,6 @@ const TEXT_LIMIT: usize = 1024;
 const LAW_LIMIT: usize = 16 * TEXT_LIMIT;
 /// Parentheses inside each other.
 const DEPTH_LIMIT: usize = 64;
-
-const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
-    ("sqrt", Called::Sqrt, 1..2),
-    ("sin", Called::Sin, 1..2),
-    ("cos", Called::Cos, 1..2),
-    ("tan", Called::Tan, 1..2),
-    ("asin", Called::Asin, 1..2),
-    ("acos", Called::Acos, 1..2),
-    ("atan", Called::Atan, 1..2),
-    ("atan2", Called::Atan2, 2..3),
-    ("exp", Called::Exp, 1..2),
-    ("ln", Called::Ln, 1..2),
-    ("abs", Called::Abs, 1..2),
-    ("min", Called::Min, 2..usize::MAX),
-    ("max", Called::Max, 2..usize::MAX),
-    ("sign", Called::Sign, 1..2),
-];
 
 fn syntax(span: Range<usize>, message: impl Into<String>, help: impl Into<String>) -> UnitError {
     UnitError::new("expression::syntax", span, message).help(help)

@@ -64,3 +64,28 @@ pub enum Called {
     /// −1, 0 or 1.
     Sign,
 }
+
+/// Each function with its name and the number of its arguments.
+pub(super) const FUNCTIONS: [(&str, Called, Range<usize>); 14] = [
+    ("sqrt", Called::Sqrt, 1..2),
+    ("sin", Called::Sin, 1..2),
+    ("cos", Called::Cos, 1..2),
+    ("tan", Called::Tan, 1..2),
+    ("asin", Called::Asin, 1..2),
+    ("acos", Called::Acos, 1..2),
+    ("atan", Called::Atan, 1..2),
+    ("atan2", Called::Atan2, 2..3),
+    ("exp", Called::Exp, 1..2),
+    ("ln", Called::Ln, 1..2),
+    ("abs", Called::Abs, 1..2),
+    ("min", Called::Min, 2..usize::MAX),
+    ("max", Called::Max, 2..usize::MAX),
+    ("sign", Called::Sign, 1..2),
+];
+
+impl Called {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        FUNCTIONS.iter().find(|(_, function, _)| *function == self).map_or("", |(name, ..)| name)
+    }
+}

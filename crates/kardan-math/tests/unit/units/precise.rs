@@ -8,7 +8,7 @@ use super::*;
 fn digits_equal_those_of_a_reference_work() {
     let ten = UBig::from(10u8);
     let digits = |x: &RBig, count: usize| (x * RBig::from(ten.pow(count))).floor().to_string();
-    let (two, half) = (whole(2), RBig::from_parts(1.into(), 2u8.into()));
+    let (two, half) = (RBig::from(2), RBig::from_parts(1.into(), 2u8.into()));
     let [sine, cosine] = sine_cosine(&RBig::ONE);
     for (found, expected) in [
         (exponential(&RBig::ONE), "27182818284590452353602874713526624977572470936999"),
@@ -33,7 +33,7 @@ fn identities_are_exact_far_out_and_close_by() {
         let back = sine_cosine(&angle(&sine, &cosine));
         close(&back[0], &sine);
         close(&back[1], &cosine);
-        if x.clone().abs() < whole(1000) {
+        if x.clone().abs() < RBig::from(1000) {
             close(&logarithm(&exponential(&x)), &x);
         }
     }

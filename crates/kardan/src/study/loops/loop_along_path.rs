@@ -6,7 +6,7 @@ use super::loop_blocks::{blocks, blocks_at};
 use super::stepped_loop::{NO_PERIOD_MAP, NotJudged, Shown, Subject, any_subject, window};
 use crate::study::PreparedVariant;
 use kardan_math::num::{Matrix, Rational, echelon};
-use kardan_mechanics::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
+use kardan_mechanics::reduce::{Kinematics, LinearModel, Reduced, linearise};
 use kardan_model::ControlSpec;
 use kardan_results::{LoopAlongPath, PassedInteraction, Span, Stability};
 use kardan_schema::diagnostics::Diagnostic;
@@ -155,10 +155,8 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
     let free =
         if springs.is_empty() { Matrix::identity(r) } else { echelon(&twists, &(0..r).collect::<Vec<_>>()).kernel() };
     let free = free.to_f64();
-    let joints = reduced.steps.iter().filter_map(|step| match step {
-        Step::Curve { argument, .. } => Some(reduced_row(&argument.terms)),
-        Step::Linear { .. } => None,
-    });
+    let curves = reduced.steps.iter().filter(|step| step.curve.is_some());
+    let joints = curves.map(|step| reduced_row(&step.argument.terms));
     let joints: Vec<Vec<f64>> = joints.map(|row| row.iter().map(kardan_math::num::rational_to_f64).collect()).collect();
     let names = reduced.coordinate_names();
     let mut out = Vec::new();

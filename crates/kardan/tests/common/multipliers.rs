@@ -1,9 +1,10 @@
-//! Lagrange multipliers of all constraints.
+//! Lagrange multipliers of all constraints from the constraint torques of the shafts, in floating point.
 
-use super::{Kinematics, Reduced};
-use crate::equations::Curve;
-use kardan_math::num::{Lu, Rational, rational_to_f64};
 use std::sync::Arc;
+
+use kardan::equations::Curve;
+use kardan::num::{Lu, Rational, rational_to_f64};
+use kardan::reduce::{Kinematics, Reduced};
 
 /// One row of the constraint Jacobian J.
 #[derive(Debug, Clone)]
