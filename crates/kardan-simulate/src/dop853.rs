@@ -50,6 +50,13 @@ pub struct Counts {
     pub evaluations: u64,
 }
 
+impl Counts {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        let Self { accepted, rejected, evaluations } = self;
+        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+    }
+}
+
 /// An integrator of `ẋ = f(t, x)` with its work memory; the caller drives it step by step.
 ///
 /// A step is accepted when the root mean square over the controlled components of `errorᵢ / scaleᵢ` is at most 1,
@@ -83,10 +90,10 @@ pub struct Dop853 {
     relative: f64,
     absolute: Vec<f64>,
     controlled: usize,
-    previous_time: f64,
-    time: f64,
-    previous: Vec<f64>,
-    state: Vec<f64>,
+    pub(super) previous_time: f64,
+    pub(super) time: f64,
+    pub(super) previous: Vec<f64>,
+    pub(super) state: Vec<f64>,
     trial: Vec<f64>,
     /// Slopes of the stages 0..=11, 12 at the end of the step, 13..=15 for dense output.
     slopes: [Vec<f64>; STAGES],
@@ -98,11 +105,11 @@ pub struct Dop853 {
     dense: [Vec<f64>; 6],
     dense_ready: bool,
     /// Proposed length of the next step; 0 when still to be chosen.
-    next: f64,
+    pub(super) next: f64,
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
-    counts: Counts,
-    rounding: Rounding,
+    pub(super) counts: Counts,
+    pub(super) rounding: Rounding,
 }
 
 impl Dop853 {
@@ -150,8 +157,7 @@ impl Dop853 {
         self.slopes.iter_mut().chain(&mut self.dense).for_each(|list| archive.numbers(list));
         archive.flag(&mut self.slope_at_end);
         archive.flag(&mut self.dense_ready);
-        let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
     }
 
@@ -302,11 +308,6 @@ impl Dop853 {
     /// Accepted steps, rejected steps and evaluations since [`Dop853::new`].
     pub fn counts(&self) -> Counts {
         self.counts
-    }
-
-    /// Counts on from these.
-    pub(super) fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
     }
 
     /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; none

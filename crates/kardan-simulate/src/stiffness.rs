@@ -130,11 +130,9 @@ impl<'a> Product<'a> {
         let moved = || direction.iter().zip(&*units).map(|(d, unit)| d * unit);
         let change = *scale / moved().fold(0.0f64, |most, x| most.max(x.abs()));
         for (sign, rates) in [1.0, -1.0].into_iter().zip(rates.iter_mut()) {
-            perturbed
-                .iter_mut()
-                .zip(*state)
-                .zip(moved())
-                .for_each(|((perturbed, x), d)| *perturbed = x + sign * change * d);
+            for ((perturbed, x), d) in perturbed.iter_mut().zip(*state).zip(moved()) {
+                *perturbed = x + sign * change * d;
+            }
             machine.derivative(0.0, perturbed, rates);
         }
         for (((out, plus), minus), unit) in out.iter_mut().zip(&rates[0]).zip(&rates[1]).zip(&*units) {

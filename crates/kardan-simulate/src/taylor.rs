@@ -49,28 +49,30 @@ pub(super) struct Taylor {
     absolute: Vec<f64>,
     /// The highest order that the memory allows.
     most: usize,
-    previous_time: f64,
-    time: f64,
-    previous: Vec<f64>,
-    state: Vec<f64>,
+    pub(super) previous_time: f64,
+    pub(super) time: f64,
+    pub(super) previous: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// Coefficients at the begin of the last step, those of an order one after the other.
-    coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
     /// The highest order used in the last step.
-    order: usize,
+    pub(super) order: usize,
     /// Whether all terms are computed where the states need fewer: other values are checked too.
     all_terms: bool,
     /// Evaluations of the machine when the first coefficients at the state were computed: while there are no more, they
     /// and its factors are valid.
     begun: Option<u64>,
-    next: f64,
+    /// The length that the next step is expected to have.
+    pub(super) next: f64,
     /// Whether the end of the last step must be checked.
     doubtful: bool,
     /// Memory for rates and for a state inside.
     rates: Vec<f64>,
     inside: Vec<f64>,
     slopes: Vec<f64>,
-    counts: Counts,
-    rounding: Rounding,
+    pub(super) counts: Counts,
+    /// The rounding errors of steps, as far as they were measured.
+    pub(super) rounding: Rounding,
 }
 
 /// The order for a relative tolerance; some orders more or less have little effect on the time of a run.
@@ -125,8 +127,7 @@ impl Taylor {
         archive.count(&mut self.order);
         self.begun = None;
         self.order = self.order.min(self.most);
-        let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
     }
 
@@ -332,11 +333,6 @@ impl Taylor {
         rounding.in_step(*time - *previous_time, sizes);
     }
 
-    /// The rounding errors of steps, as far as they were measured.
-    pub(super) fn rounding(&self) -> &Rounding {
-        &self.rounding
-    }
-
     /// The largest coefficient of an order, in tolerances of components that move for this time.
     fn largest(&self, order: usize, length: f64) -> f64 {
         let of = |order: usize| self.of(order).iter();
@@ -386,44 +382,5 @@ impl Taylor {
         for order in (0..=self.order).rev() {
             out.iter_mut().zip(self.of(order)).for_each(|(out, coefficient)| *out = *out * t + coefficient);
         }
-    }
-
-    /// Coefficients at the begin of the last step, those of an order one after the other.
-    pub(super) fn coefficients(&self) -> &[f64] {
-        &self.coefficients
-    }
-
-    /// The highest order used in the last step.
-    pub(super) fn order(&self) -> usize {
-        self.order
-    }
-
-    pub(super) fn next_step(&self) -> f64 {
-        self.next
-    }
-
-    pub(super) fn previous_time(&self) -> f64 {
-        self.previous_time
-    }
-
-    pub(super) fn time(&self) -> f64 {
-        self.time
-    }
-
-    pub(super) fn previous_state(&self) -> &[f64] {
-        &self.previous
-    }
-
-    pub(super) fn state(&self) -> &[f64] {
-        &self.state
-    }
-
-    pub(super) fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// Counts on from these.
-    pub(super) fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
     }
 }

@@ -58,7 +58,7 @@ impl RunLoop {
     fn find_closer(&mut self, mut found: f64, first: bool) -> f64 {
         let mut hides = !first;
         while let Integrator::Taylor(solver) = &mut self.solver {
-            let (from, to) = (solver.previous_time(), solver.time());
+            let (from, to) = (solver.previous_time, solver.time);
             let early = found - from < EARLY * (to - from);
             let end = if early { from + CLOSER * (found - from) } else { found };
             if !(from < found && found <= end && end < to) || !(early || hides) {

@@ -40,7 +40,7 @@ impl RunLoop {
     pub(super) fn resolve(&mut self) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let resolved = match &self.solver {
-            Integrator::Taylor(solver) => self.machine.series_resolve(to - from, solver.order()),
+            Integrator::Taylor(solver) => self.machine.series_resolve(to - from, solver.order),
             Integrator::Dop853(_) | Integrator::Radau(_) => self.machine.notes_resolve(),
         };
         if resolved {
@@ -81,7 +81,7 @@ impl RunLoop {
     /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side.
     pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
         let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
-        let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
+        let (from, to, order) = (solver.previous_time, solver.time, solver.order);
         let (mut length, whole) = (to - from, to - from);
         let jump = self.machine.begins_with_jump();
         self.guard.jumps = if jump { self.guard.jumps + 1 } else { 0 };
@@ -206,10 +206,9 @@ impl RunLoop {
     pub(super) fn check_against_series(&mut self) {
         let mut before = f64::INFINITY;
         while let Integrator::Taylor(solver) = &self.solver
-            && let (from, length, order) =
-                (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
-            && self.is_long(solver.time())
+            && self.is_long(solver.time)
         {
+            let (from, length, order) = (solver.previous_time, solver.time - solver.previous_time, solver.order);
             let mut most = 0.0f64;
             for place in PLACES {
                 let at = from + place * length;
