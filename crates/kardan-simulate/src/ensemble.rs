@@ -11,7 +11,7 @@ use super::machine::{Lane, Machine, Prospect, Setup, SimdTaylor};
 use super::outputs::{Outputs, SplitSignals};
 use super::readings::Readings;
 use super::run::absolute_tolerances;
-use super::{Scenario, Tolerance, taylor};
+use super::{Profile, Scenario, Tolerance, taylor};
 use kardan_math::num::bracket;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_results::Series;
@@ -171,10 +171,8 @@ impl<N: Lane> Group<N> {
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
         let order = (taylor::order(tolerance.relative) + MORE).min(MOST_ORDER);
         let simd_taylor = SimdTaylor::new(&first, (tolerance.relative, &absolute), order)?;
-        let mut breakpoints: Vec<f64> = (0..scenario.sources.len())
-            .flat_map(|k| first.profile(k).breakpoints().collect::<Vec<_>>())
-            .chain([scenario.duration])
-            .collect();
+        let mut breakpoints: Vec<f64> = first.profiles.iter().flat_map(Profile::breakpoints).collect();
+        breakpoints.push(scenario.duration);
         breakpoints.sort_by(f64::total_cmp);
         let common = Common {
             coefficients: varying.to_vec(),
@@ -362,7 +360,7 @@ impl Own {
     fn open(&mut self, common: &Common) {
         let duration = common.scenario.duration;
         let later = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(duration);
-        self.breakpoint = later.min(duration).min(self.machine.next_piece(self.time));
+        self.breakpoint = later.min(duration).min(self.machine.timed.next(self.time));
         self.tick = self.machine.next_tick();
         // A sample that coincides with a breakpoint except for rounding uses the equations from there on.
         let sooner = self.tick < self.breakpoint * (1.0 - SAME);
@@ -402,7 +400,7 @@ impl Own {
     }
 
     fn is_fit(&self) -> bool {
-        self.machine.contradiction().is_empty()
+        self.machine.contradiction.is_empty()
             && self.zeno_events < MOST_ZENO_EVENTS
             && self.rates.iter().all(|rate| rate.is_finite())
     }
@@ -578,7 +576,7 @@ impl Own {
     fn beyond(&mut self, leaves: bool, what: Option<usize>) -> f64 {
         let size = match what {
             Some(direction) => self.machine.slip_margin(direction).abs(),
-            None if self.reversed.is_empty() => self.machine.active_reserve_here().abs(),
+            None if self.reversed.is_empty() => self.machine.active_reserve().abs(),
             None => f64::INFINITY,
         };
         if leaves { -size.max(f64::MIN_POSITIVE) } else { size }
@@ -599,7 +597,7 @@ impl Own {
     fn repeat(&mut self, count: usize, places: &[usize]) {
         self.machine.evaluate(self.time, &self.state);
         for (signal, place) in self.series.signals.iter_mut().zip(places) {
-            signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
+            signal.values.extend(std::iter::repeat_n(self.machine.work.values()[*place], count));
         }
         if let Some(machine_readings) = self.machine_readings.as_mut().filter(|_| count > 0) {
             machine_readings.observe(&mut self.machine, self.time, &self.state);

@@ -96,7 +96,7 @@ impl Integrator {
             }
             Self::Taylor(solver) => {
                 let time = solver.time;
-                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
+                solver.step(until, machine.evaluated, |k, x| machine.expand(time, k, x))?;
                 solver.sample_interior(|t, x, dx| machine.derivative(t, x, dx))?;
                 solver.check_rounding(|t, x, dx| machine.derivative(t, x, dx));
                 Ok(())

@@ -16,6 +16,7 @@
 //! ```
 #![deny(clippy::disallowed_methods)]
 
+mod compiled_plan;
 mod counts;
 pub mod dop853;
 mod drive;

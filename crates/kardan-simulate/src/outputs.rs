@@ -548,16 +548,6 @@ impl Outputs {
         }
     }
 
-    /// Appends to one signal.
-    pub fn push(&mut self, signal: usize, value: f64) {
-        self.signals[signal].values.push(value);
-    }
-
-    /// Appends several rows to one signal.
-    pub fn extend(&mut self, signal: usize, values: &[f64]) {
-        self.signals[signal].values.extend_from_slice(values);
-    }
-
     /// The state that the next readings of the sensors depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {

@@ -176,7 +176,7 @@ impl RunLoop {
             stepped: false,
             complete: false,
             resting: false,
-            guard: Guard::new(machine.is_blind(), machine.kinks()),
+            guard: Guard::new(machine.is_blind(), machine.kinks.of_state),
             machine,
             outputs,
             event_samples: EventSamples::new(names.len()),

@@ -32,7 +32,7 @@ pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]
     let Some(poles) = eigenvalues(&slopes) else { return false };
     // Each breakpoint and each sample is a start.
     let begins = scenario.events.iter().map(|event| if event.over > 0.0 { 2.0 } else { 1.0 }).sum::<f64>() + 1.0;
-    let begins = begins + machine.timed_breakpoints(scenario.duration) as f64;
+    let begins = begins + machine.timed.breakpoints(scenario.duration) as f64;
     let mut length = machine.shortest_period().min(scenario.duration / begins);
     if !length.is_finite() {
         length = 1.0;

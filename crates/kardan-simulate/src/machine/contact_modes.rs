@@ -48,7 +48,7 @@ impl Machine {
 
     /// Whether frictions, gear losses or locks have formulas.
     pub(crate) fn has_formulas(&self) -> bool {
-        self.unilaterals.changes || self.unilaterals.has_locks || self.has_gear_losses()
+        self.unilaterals.changes || self.unilaterals.has_locks || !self.gear_losses.is_empty()
     }
 
     /// The formula of a unilateral constraint that is not finite at the point last evaluated, as text.
@@ -527,11 +527,6 @@ impl Machine {
         self.unilaterals.units[direction - self.unilaterals.first].trim_end_matches("/s")
     }
 
-    /// Independent active directions.
-    pub(crate) fn holding(&self) -> &[usize] {
-        &self.holding
-    }
-
     /// Whether a direction is a friction, and not a clutch, a stop or a lock.
     pub(crate) fn is_friction(&self, direction: usize) -> bool {
         direction < self.unilaterals.first
@@ -542,22 +537,6 @@ impl Machine {
         !self.laws.is_empty()
     }
 
-    /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier
-    /// constraints the number behind all others.
-    pub(crate) fn contradiction(&self) -> &[usize] {
-        &self.contradiction
-    }
-
-    /// Whether contacts rebound, as their restitution says.
-    pub(crate) fn let_rebound(&mut self, rebounds: bool) {
-        self.unilaterals.rebounds = rebounds;
-    }
-
-    /// Gears that an impact has passed since the last call.
-    pub(crate) fn take_passed(&mut self) -> Vec<usize> {
-        std::mem::take(&mut self.unilaterals.passed)
-    }
-
     /// Contacts that shared an impulse with restitution, and those whose restitution was left out, since the last call.
     pub(crate) fn take_shared(&mut self) -> [Vec<usize>; 2] {
         [&mut self.unilaterals.shared, &mut self.unilaterals.dulled].map(|list| {
@@ -566,11 +545,6 @@ impl Machine {
             list.dedup();
             list
         })
-    }
-
-    /// Whether speeds have jumped at the last event.
-    pub(crate) fn was_struck(&self) -> bool {
-        self.unilaterals.struck
     }
 }
 

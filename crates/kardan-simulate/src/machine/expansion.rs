@@ -193,11 +193,6 @@ impl Expansion {
         (found, kink_free)
     }
 
-    /// Whether an operation has kinks.
-    pub(super) fn has_kinks(&self) -> bool {
-        self.series.margins().next().is_some()
-    }
-
     /// The difference of values of a plan's memory and constraint torques from their series, at a time after the point
     /// of expansion, relative to the largest size of the terms.
     pub(super) fn difference(

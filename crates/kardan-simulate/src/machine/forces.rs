@@ -297,15 +297,8 @@ impl Machine {
         accelerations + impulses.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
     }
 
-    /// All sources of outputs: accelerations, motor torques, friction torques, at one point.
-    pub fn observe(&mut self, time: f64, state: &[f64]) {
-        self.forces(time, state);
-        self.accelerate();
-        self.observe_here();
-    }
-
-    /// The same at the point whose rates were computed last.
-    pub fn observe_here(&mut self) {
+    /// The friction torques at the point that was evaluated last.
+    pub fn find_friction_torques(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
             self.friction_torques[k] = match k.checked_sub(self.unilaterals.first) {
                 Some(unilateral) => self.work.more(&self.dynamics, self.places.unilateral_torques.start + unilateral),

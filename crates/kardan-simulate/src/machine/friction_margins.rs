@@ -15,11 +15,6 @@ impl Machine {
         }
     }
 
-    /// Whether there is friction at all.
-    pub fn has_friction(&self) -> bool {
-        !self.modes.is_empty()
-    }
-
     /// The distance of each direction from leaving its mode at the point last evaluated: the remaining part of the
     /// breakaway torque for sticking directions, the speed (rad/s) of slipping ones; infinite for dependent ones.
     pub fn margins_here(&mut self, out: &mut [f64]) {
@@ -60,15 +55,10 @@ impl Machine {
         self.slip_margin(direction)
     }
 
-    /// The distance of the sticking directions from their limits at a state, as a part of those: negative beyond. Where
-    /// they share torques, with the torques of least norm, which is less than the largest possible margin.
-    pub fn active_reserve(&mut self, time: f64, state: &[f64]) -> f64 {
-        self.evaluate(time, state);
-        self.active_reserve_here()
-    }
-
-    /// [`Self::active_reserve`] at the point last evaluated.
-    pub fn active_reserve_here(&mut self) -> f64 {
+    /// The distance of the sticking directions from their limits at the point last evaluated, as a part of those:
+    /// negative beyond. Where they share torques, with the torques of least norm, which is less than the largest
+    /// possible margin.
+    pub fn active_reserve(&mut self) -> f64 {
         if !self.following.is_empty() {
             self.share_active(1.0);
         }

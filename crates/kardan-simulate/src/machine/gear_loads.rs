@@ -147,23 +147,8 @@ impl Machine {
         found
     }
 
-    /// Whether there are gear losses.
-    pub(crate) fn has_gear_losses(&self) -> bool {
-        !self.gear_losses.is_empty()
-    }
-
     /// The direction of a gear whose motion from the point last evaluated is not unique.
     pub(crate) fn ambiguous_gear(&self) -> Option<usize> {
         self.gear_losses.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::Two).map(|(direction, _)| direction)
-    }
-
-    /// The direction of a gear without a consistent motion at a requested rate, since that was reset.
-    pub(crate) fn jammed_gear(&self) -> Option<usize> {
-        self.gear_losses.lost
-    }
-
-    /// Forgets it.
-    pub(crate) fn clear_jammed_gear(&mut self) {
-        self.gear_losses.lost = None;
     }
 }

@@ -117,11 +117,6 @@ impl Machine {
         self.evaluated
     }
 
-    /// A number that grows with each evaluation of the equations.
-    pub fn evaluated(&self) -> u64 {
-        self.evaluated
-    }
-
     /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction
     /// leaves its mode or a motor reaches or leaves a limit: decided by the Bernstein coefficients of the series, with
     /// a margin above the truncation error of the series.
@@ -200,7 +195,7 @@ impl Machine {
 
     /// Whether an operation in its series has kinks.
     pub fn has_kinks(&self) -> bool {
-        self.expansion.as_ref().is_some_and(|expansion| expansion.has_kinks())
+        self.expansion.as_ref().is_some_and(|expansion| expansion.series.margins().next().is_some())
     }
 
     /// The difference of the values that the modes depend on, at the point last evaluated, from their series at this

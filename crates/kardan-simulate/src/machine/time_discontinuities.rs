@@ -28,19 +28,12 @@ impl Machine {
         if self.kinks.of_time.is_empty() || !(from < until && until.is_finite()) {
             return None;
         }
-        let (kinks, lines) = (std::mem::take(&mut self.kinks), std::mem::take(&mut self.lines));
         let mut first: Option<Discontinuity> = None;
-        for kink in &kinks.of_time {
+        for kink in &self.kinks.of_time {
             let until = first.map_or(until, |(low, _)| low);
-            first = first_change(&mut self.timed, (&kinks, *kink), &lines, (from, until)).or(first);
+            first = first_change(&mut self.timed, (&self.kinks, *kink), &self.lines, (from, until)).or(first);
         }
-        (self.kinks, self.lines) = (kinks, lines);
         first
-    }
-
-    /// Whether the state may bring the loop to a jump or kink.
-    pub(crate) fn kinks(&self) -> usize {
-        self.kinks.of_state
     }
 
     /// A description of such a number, as text, at the point last evaluated.

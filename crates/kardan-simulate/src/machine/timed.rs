@@ -24,7 +24,7 @@ pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
 
 /// The time-dependent inputs in a run.
 #[derive(Default)]
-pub(super) struct Timed {
+pub(crate) struct Timed {
     parts: Vec<Arc<Part>>,
     /// For each part its present piece: start and coefficients.
     now: Vec<(f64, [f64; 4])>,
@@ -52,7 +52,7 @@ pub(super) struct Timed {
 
 impl Timed {
     /// For a loop that was written into a motion; `values` are the sources.
-    pub fn new(
+    pub(super) fn new(
         motion: &Motion,
         scenario: &Scenario,
         (extension, places): (&Extension, &Places),

@@ -39,7 +39,7 @@ pub(crate) enum InvalidBound {
 
 /// The unilateral constraints of a machine, which are the directions from `first` on.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Unilaterals {
+pub(crate) struct Unilaterals {
     pub(super) first: usize,
     pub(super) kinds: Vec<Kind>,
     /// Whether a stop is closed, or a lock engaged: then it is part of the convex problem. For others always true.
@@ -50,14 +50,14 @@ pub(super) struct Unilaterals {
     pub(super) changes: bool,
     pub(super) has_locks: bool,
     /// Whether speeds have jumped at the last event.
-    pub(super) struck: bool,
+    pub(crate) struck: bool,
     /// Gears whose speed the last impact has changed.
-    pub(super) passed: Vec<usize>,
+    pub(crate) passed: Vec<usize>,
     /// Contacts that shared an impulse with restitution, and those whose restitution was left out.
     pub(super) shared: Vec<usize>,
     pub(super) dulled: Vec<usize>,
-    /// Whether contacts have restitution.
-    pub(super) rebounds: bool,
+    /// Whether contacts rebound, as their restitution says.
+    pub(crate) rebounds: bool,
 }
 
 impl Unilaterals {

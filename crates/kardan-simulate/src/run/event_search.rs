@@ -124,7 +124,7 @@ impl RunLoop {
     pub(super) fn search_event(&mut self, length: f64, exactly: bool) -> Option<f64> {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
-        let friction = self.machine.has_friction();
+        let friction = !self.machine.modes.is_empty();
         if friction && !self.event_samples.begin(from) {
             self.solver.interpolate(from, &mut self.looked);
             self.machine.evaluate(from, &self.looked);
@@ -284,7 +284,10 @@ impl RunLoop {
         self.solver.interpolate(time, &mut self.looked);
         match direction {
             Some(direction) => self.machine.slip_room(time, &self.looked, direction),
-            None => self.machine.active_reserve(time, &self.looked),
+            None => {
+                self.machine.evaluate(time, &self.looked);
+                self.machine.active_reserve()
+            }
         }
     }
 

@@ -31,7 +31,7 @@ impl RunLoop {
     /// A gear without a consistent acceleration stops at once, by an impulse that grows with the load that it causes;
     /// returns its direction if there is such a gear at the current time.
     pub(super) fn resolve_jamming(&mut self) -> Option<usize> {
-        let direction = self.machine.jammed_gear()?;
+        let direction = self.machine.gear_losses.lost?;
         if self.jammed == Some(self.time) {
             return None;
         }
@@ -61,7 +61,7 @@ impl RunLoop {
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, description: what }));
         self.note_shared_friction();
-        self.machine.clear_jammed_gear();
+        self.machine.gear_losses.lost = None;
         self.time = time;
         self.restart(time);
         Some(direction)
@@ -70,7 +70,7 @@ impl RunLoop {
     /// Reports from when on the motion of a gear is not unique, if it is not at the end of the last step and was at
     /// that of the step before.
     pub(super) fn check_gear_ambiguity(&mut self) {
-        if !self.machine.has_gear_losses() {
+        if self.machine.gear_losses.is_empty() {
             return;
         }
         self.machine.evaluate(self.time, &self.state);

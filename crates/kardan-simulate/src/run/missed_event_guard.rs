@@ -70,7 +70,7 @@ impl RunLoop {
         if matches!(self.solver, Integrator::Taylor(_)) {
             return Ok(shorter);
         }
-        let kink = if self.machine.kinks() == 0 { None } else { self.kink(until)? };
+        let kink = if self.machine.kinks.of_state == 0 { None } else { self.kink(until)? };
         let Some(at) = kink.or(shorter) else { return Ok(None) };
         // Within a step the states are less accurate than at its end, and the part after a jump has corrupted them.
         self.shorten_step(at)?;
@@ -144,7 +144,7 @@ impl RunLoop {
 
     /// With the number that vanishes there, where it is one.
     fn kink_before(&mut self, until: f64, numbers: &mut [f64]) -> Option<(f64, Option<usize>)> {
-        let (from, count) = (self.solver.previous_time(), self.machine.kinks());
+        let (from, count) = (self.solver.previous_time(), self.machine.kinks.of_state);
         let (found, sides) = numbers.split_at_mut((EVENT_SCAN_POINTS.len() + 1) * count);
         // Rounding may carry the last one beyond the step.
         let later = |row: usize| (from + EVENT_SCAN_POINTS[row - 1] * (until - from)).min(until);
@@ -191,7 +191,7 @@ impl RunLoop {
 
     /// The number nearest to zero at the begin of the last step.
     fn nearest_kink(&mut self) -> Option<usize> {
-        let mut numbers = vec![0.0f64; self.machine.kinks()];
+        let mut numbers = vec![0.0f64; self.machine.kinks.of_state];
         self.kinks_at(self.solver.previous_time(), &mut numbers);
         (0..numbers.len()).min_by(|a, b| numbers[*a].abs().total_cmp(&numbers[*b].abs()))
     }

@@ -54,13 +54,14 @@ impl RunLoop {
             }
             if let Some(segment) = self.segment.as_mut().filter(|segment| segment.covers(at)) {
                 let rows = &self.scenario.times[self.next_row..];
-                if segment.read_block(rows, time, |signal, values| self.outputs.extend(signal, values)) {
+                let signals = &mut self.outputs.signals;
+                if segment.read_block(rows, time, |k, values| signals[k].values.extend_from_slice(values)) {
                     self.time_grid.extend_from_slice(&rows[..BLOCK]);
                     self.next_row += BLOCK;
                     continue;
                 }
                 segment.advance(at);
-                if segment.read(|signal, value| self.outputs.push(signal, value)) {
+                if segment.read(|k, value| signals[k].values.push(value)) {
                     self.time_grid.push(row);
                     self.next_row += 1;
                     continue;

@@ -97,7 +97,7 @@ impl RunLoop {
             self.solver.set_step(next);
         }
         self.end_at_failure()?;
-        self.machine.clear_jammed_gear();
+        self.machine.gear_losses.lost = None;
         self.report_progress(progress)
     }
 
@@ -236,7 +236,7 @@ impl RunLoop {
         };
         let what = self.nonfinite_signal(at);
         let text = match (error, what) {
-            _ if let Some(direction) = self.machine.jammed_gear() => format!(
+            _ if let Some(direction) = self.machine.gear_losses.lost => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
                 self.names[direction]
             ),

@@ -4,7 +4,8 @@
 use kardan_native::Step;
 use kardan_rt::Operator;
 
-use super::lanes::{Lane, Numbers, symbols};
+use super::lanes::{Lane, compiled, symbols};
+use crate::compiled_plan::CompiledPlan;
 use crate::machine::Machine;
 use kardan_expr::expr::{Expr, Graph};
 use kardan_math::num::{Rational, rational_from_f64};
@@ -30,7 +31,7 @@ pub(super) struct Places {
 
 /// Accelerations and constraint torques for forces and biases: `a = A f − B b`, `λ = L f + S b`, in lanes with masks.
 pub(super) struct Response<N> {
-    pub(super) numbers: Numbers<N>,
+    pub(super) numbers: CompiledPlan<N>,
     /// Indices of the plan for its first inputs; behind them are 1 for each active direction and for each coordinate
     /// that moves.
     pub(super) from: Vec<usize>,
@@ -68,7 +69,7 @@ impl<N: Lane> Response<N> {
         inputs.extend(sticking.iter().chain(&moves));
         let outputs = Self::matrices(&mut graph, (&h, &g), (&sticking, &moves), (&f, &b), &biased);
         let is_nonzero = outputs.iter().map(|output| !graph.is_zero(*output)).collect();
-        Self { numbers: Numbers::new(&graph, &inputs, outputs), from, biased, is_nonzero }
+        Self { numbers: compiled(&graph, &inputs, outputs), from, biased, is_nonzero }
     }
 
     /// A, B, L and S row by row, then the accelerations and the torques.

@@ -2,7 +2,8 @@
 
 use kardan_rt::functions::ln;
 
-use super::lanes::{Lane, Numbers, symbols};
+use super::lanes::{Lane, compiled, symbols};
+use crate::compiled_plan::CompiledPlan;
 use kardan_expr::expr::{Expr, Function, Graph};
 use kardan_math::num::{Rational, rational_from_f64};
 
@@ -36,7 +37,7 @@ struct StepLimit {
 /// directions, those of the constraint torques, senses, 1 for each active direction, the largest torques, the room, the
 /// last length, and coefficients of further values.
 pub(super) struct StepSelection<N> {
-    pub(super) numbers: Numbers<N>,
+    pub(super) numbers: CompiledPlan<N>,
     pub(super) speeds: usize,
     pub(super) torques: usize,
     pub(super) senses: usize,
@@ -109,7 +110,7 @@ impl<N: Lane> StepSelection<N> {
             outputs.push(sum);
         }
         Self {
-            numbers: Numbers::new(&graph, &all, outputs),
+            numbers: compiled(&graph, &all, outputs),
             speeds,
             torques,
             senses,
