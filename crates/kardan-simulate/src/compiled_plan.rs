@@ -4,6 +4,7 @@ use kardan_native::{Aligned, Native, Value};
 
 use kardan_expr::expr::{Expr, Graph, Symbol};
 use kardan_expr::plan::{Plan, compile};
+use kardan_math::num::{Rational, rational_from_f64};
 use kardan_math::units::Dimension;
 
 /// A plan with its machine code, where the processor has any for it, and its memory.
@@ -45,6 +46,17 @@ pub(super) fn evaluate<N: Value>(native: Option<&Native<N>>, plan: &Plan, memory
             let _ = plan.block().evaluate(memory);
         }
     }
+}
+
+/// The sum of some terms.
+pub(super) fn sum(graph: &mut Graph, terms: impl IntoIterator<Item = Expr>) -> Expr {
+    let terms: Vec<(Expr, Rational)> = terms.into_iter().map(|term| (term, Rational::ONE)).collect();
+    graph.sum(Rational::ZERO, &terms)
+}
+
+/// The number nearest to a floating-point number, which is exact; zero if that is not finite.
+pub(super) fn exact(value: f64) -> Rational {
+    rational_from_f64(value).unwrap_or(Rational::ZERO)
 }
 
 /// New symbols without a dimension, numbered.

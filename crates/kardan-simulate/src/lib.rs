@@ -24,6 +24,7 @@ mod ensemble;
 mod failing_sensor;
 mod faults;
 pub mod friction;
+mod halving;
 mod impact;
 mod integrator;
 mod linear;

@@ -195,9 +195,7 @@ impl Taylor {
         let end = if room <= 1.01 * length { until } else { self.time + length };
         (self.previous_time, self.time) = (self.time, end);
         std::mem::swap(&mut self.previous, &mut self.state);
-        let mut state = std::mem::take(&mut self.state);
-        self.interpolate(end, &mut state);
-        self.state = state;
+        self.end_at(end);
         if self.state.iter().any(|x| !x.is_finite()) {
             self.time = self.previous_time;
             self.state.copy_from_slice(&self.previous);
@@ -303,10 +301,8 @@ impl Taylor {
     /// Ends the last step earlier, at a part of it.
     pub(super) fn end_earlier(&mut self, part: f64) {
         let length = part * (self.time - self.previous_time);
-        self.time = self.previous_time + length;
-        let mut state = std::mem::take(&mut self.state);
-        self.interpolate(self.time, &mut state);
-        (self.state, self.next) = (state, length);
+        self.end_at(self.previous_time + length);
+        self.next = length;
         self.counts.rejected += 1;
     }
 

@@ -6,6 +6,7 @@
 use super::Machine;
 use super::kinks::Kinks;
 use super::timed::Timed;
+use crate::halving::halved;
 use kardan_expr::expr::{Expr, Interval};
 use kardan_mechanics::reduce::MotionPlan;
 
@@ -50,17 +51,6 @@ impl Machine {
     }
 }
 
-/// Two neighbouring numbers of which only the later one is beyond.
-fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> Discontinuity {
-    loop {
-        let middle = 0.5 * (low + high);
-        if !(low < middle && middle < high) {
-            return (low, high);
-        }
-        if beyond(middle) { high = middle } else { low = middle }
-    }
-}
-
 /// The first change of sign of one number between two times.
 fn first_change(
     timed: &mut Timed,
@@ -89,7 +79,7 @@ fn first_change(
                 return Some((low, low.next_up()));
             }
             if begin * at(timed, high) < 0.0 {
-                let found = halved(low, high, |time| at(timed, time) * begin < 0.0);
+                let found = halved(low, high, 0.0, |time| at(timed, time) * begin < 0.0);
                 if found.0 > from {
                     return Some(found);
                 }

@@ -1,6 +1,7 @@
 //! Gears that self-lock against the inertia of their load (Painlevé): they jam at once, or their motion is not unique.
 
 use super::{RunLoop, failed};
+use crate::halving::halved;
 use kardan_results::{Event, Outcome};
 
 /// Help for jamming gears.
@@ -76,19 +77,13 @@ impl RunLoop {
         self.machine.evaluate(self.time, &self.state);
         let doubted = self.machine.ambiguous_gear();
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
-            let (mut low, mut time) = (self.solver.previous_time(), self.time);
+            let (low, end) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
                 self.solver.interpolate(at, &mut self.looked);
                 self.machine.evaluate(at, &self.looked);
                 self.machine.ambiguous_gear() == doubted
             };
-            if doubtful(low) {
-                time = low;
-            }
-            while low < 0.5 * (low + time) && 0.5 * (low + time) < time {
-                let middle = 0.5 * (low + time);
-                if doubtful(middle) { time = middle } else { low = middle }
-            }
+            let time = if doubtful(low) { low } else { halved(low, end, 0.0, doubtful).1 };
             let what = format!(
                 "{}: it self-locks against the inertia of its load, so two motions are possible from here (Painlevé): kardan takes the one in which the first \
                  shaft drives; the other one jams",

@@ -8,6 +8,7 @@ use kardan_rt::functions::powi;
 
 use super::event_samples::{EVENT_SCAN_POINTS, Guard, is_coarse};
 use super::{Outcome, RunLoop, failed};
+use crate::halving::halved;
 use crate::integrator::Integrator;
 use crate::machine::Prospect;
 
@@ -173,20 +174,18 @@ impl RunLoop {
     fn first_kink(
         &mut self,
         sides: &[f64],
-        (mut low, mut high): (f64, f64),
+        (low, high): (f64, f64),
         (now, until): (&mut [f64], f64),
     ) -> Option<(f64, Option<usize>)> {
         let from = self.solver.previous_time();
         let mut kink = passed(sides, now);
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
+        let (_, at) = halved(low, high, 0.0, |middle| {
             self.kinks_at(middle, now);
-            match passed(sides, now) {
-                Some(found) => (kink, high) = (Some(found), middle),
-                None => low = middle,
-            }
-        }
-        (high - from > SOON * (until - from)).then_some((high, kink))
+            let found = passed(sides, now);
+            kink = found.or(kink);
+            found.is_some()
+        });
+        (at - from > SOON * (until - from)).then_some((at, kink))
     }
 
     /// The number nearest to zero at the begin of the last step.

@@ -5,8 +5,9 @@ use super::segments::SAME;
 use super::undefined_value::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
+use crate::halving::halved;
 use crate::linear::LinearSegment;
-use kardan_results::{Outcome, Physical};
+use kardan_results::{Outcome, Physical, Signal};
 
 /// Steps between two reports of the progress.
 const PROGRESS_STEPS: usize = 64;
@@ -188,51 +189,39 @@ impl RunLoop {
 
     /// Ends the run where a speed exceeded that in the last step.
     fn diverged(&mut self) -> Outcome {
-        let (mut low, mut high) = (self.solver.previous_time(), self.time);
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
+        let (low, high) = halved(self.solver.previous_time(), self.time, 0.0, |middle| {
             self.solver.interpolate(middle, &mut self.state);
-            if self.has_diverged() { high = middle } else { low = middle }
-        }
+            self.has_diverged()
+        });
         self.observe_until(low, None);
         self.solver.interpolate(high, &mut self.state);
         self.machine.evaluate(high, &self.state);
         self.time = high;
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
-        let rows = match self.machine.watches_rows() {
-            true => {
-                format!(
-                    "; {} may have no solution beyond this position, as where a rod is too short",
-                    self.quoted_constraints()
-                )
-            }
-            false => String::new(),
-        };
-        failed(high, format!("{what}: {}{rows}", self.fastest()))
+        let mut cause = format!("{what}: {}", self.fastest());
+        if self.machine.watches_rows() {
+            let rows = self.quoted_constraints();
+            cause += &format!("; {rows} may have no solution beyond this position, as where a rod is too short");
+        }
+        failed(high, cause)
     }
 
     /// Which coordinate is faster than any drivetrain.
     fn fastest(&self) -> String {
         let speeds = &self.machine.work.kinematics.speeds;
         let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
-        fastest.map_or_else(String::new, |k| {
-            self.outputs
-                .signals
-                .iter()
-                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current))
-                .nth(k)
-                .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
-        })
+        let is_speed = |s: &&Signal| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current);
+        let signal = fastest.and_then(|k| self.outputs.signals.iter().filter(is_speed).nth(k));
+        signal.map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
     }
 
     pub(super) fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
-        let [diverges, or_diverges] = match self.machine.has_laws() {
-            true => ["the loop diverges", "or the loop diverges"],
-            false => {
-                ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
-            }
+        let [diverges, or_diverges] = if self.machine.has_laws() {
+            ["the loop diverges", "or the loop diverges"]
+        } else {
+            ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
         };
         let what = self.nonfinite_signal(at);
         let text = match (error, what) {

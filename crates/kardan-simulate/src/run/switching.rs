@@ -120,32 +120,32 @@ impl RunLoop {
             names.dedup();
             (list.len(), quoted(names))
         });
-        let mut notes = Vec::new();
         if shared.0 > 0 {
-            notes.push(format!(
+            self.note_once(format!(
                 "At an impact the rigid contacts {} act together: each returns its `restitution` of its compression impulse (Poisson's law). Rigid bodies do \
                  not determine how contacts share an impulse; where that matters, give them `stiffness`.",
                 shared.1
             ));
         }
         if dulled.0 > 0 {
-            notes.push(format!(
+            self.note_once(format!(
                 "Impacts of {} accumulate at one instant (Zeno behaviour): kardan computed the last ones without restitution, which dissipates their remaining energy. \
                  Give one of the contacts `stiffness`, or separate them by a gap.",
                 dulled.1
             ));
         }
-        notes.retain(|note| !self.notes.contains(note));
-        self.notes.extend(notes);
         for direction in std::mem::take(&mut self.machine.unilaterals.passed) {
-            let note = format!(
+            self.note_once(format!(
                 "A rigid impact passed through the gear `{}` without gear loss; kardan applies no loss to impacts even where the gear is self-locking. Where that matters, \
                  let a spring take the impact (`stiffness` of a stop, a spring_damper beside a lock or clutch): the gear then carries it as a load.",
                 self.names[direction]
-            );
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
+            ));
+        }
+    }
+
+    fn note_once(&mut self, note: String) {
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
         }
     }
 
@@ -160,14 +160,11 @@ impl RunLoop {
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
                 (false, false) => "the one with the smallest torques relative to each torque limit",
             };
-            let note = format!(
+            self.note_once(format!(
                 "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
                  them); shown is {shown}.",
                 names.join(", "),
-            );
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
+            ));
         }
     }
 }
