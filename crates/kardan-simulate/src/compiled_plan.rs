@@ -37,8 +37,8 @@ impl<N: Value> CompiledPlan<N> {
     }
 }
 
-/// Evaluates a plan in its memory, with its machine code if there is any. A value that is not a number is detected where
-/// it is used.
+/// Evaluates a plan in its memory, with its machine code if there is any. A value that is not a number is detected
+/// where it is used.
 pub(super) fn evaluate<N: Value>(native: Option<&Native<N>>, plan: &Plan, memory: &mut [N]) {
     match native {
         Some(native) => native.find(memory),

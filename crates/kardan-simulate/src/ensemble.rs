@@ -156,16 +156,13 @@ impl<N: Lane> Group<N> {
         }
         let machine = || {
             let mut split_signals = None;
-            let machine = Machine::finding(setup, |motion, found| {
+            let machine = Machine::with(setup, |motion, found| {
                 split_signals = Outputs::new(reduced, scenario).split_signals(motion, reduced, found);
-                split_signals
-                    .as_mut()
-                    .map(|split_signals| std::mem::take(&mut split_signals.direct))
-                    .unwrap_or_default()
+                split_signals.as_mut().map_or_else(Vec::new, |signals| std::mem::take(&mut signals.direct))
             });
-            split_signals
-                .map(|split_signals| (machine, split_signals))
-                .ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute")
+            let signals =
+                split_signals.ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute");
+            signals.map(|signals| (machine, signals))
         };
         let (mut first, split_signals) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
@@ -183,11 +180,10 @@ impl<N: Lane> Group<N> {
             input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             sampled_laws: first.sampled_laws(),
         };
-        let direct_count = simd_taylor.also_places().len();
-        let also = simd_taylor.also_places().to_vec();
+        let also = simd_taylor.also_places();
         let own = |(mut machine, split_signals): (Machine, _)| {
-            machine.prepare_resolution(&also);
-            Own::new(machine, split_signals, scenario, direct_count)
+            machine.prepare_resolution(also);
+            Own::new(machine, split_signals, scenario, also.len())
         };
         let mut all = vec![own((first, split_signals))];
         for _ in 1..N::COUNT {

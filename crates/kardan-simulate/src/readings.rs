@@ -1,11 +1,11 @@
 //! Signals of a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns
 //! and sensors.
 
-use super::compiled_plan::{CompiledPlan, symbols};
+use super::compiled_plan::{CompiledPlan, exact, sum, symbols};
 use super::machine::{Found, Machine};
 use super::sampler::Compliance;
 use kardan_expr::expr::{Expr, Symbol};
-use kardan_math::num::{Rational, rational_from_f64};
+use kardan_math::num::Rational;
 use kardan_mechanics::reduce::{Acting, Motion, Reduced};
 
 /// The quantity of a signal or a sensor.
@@ -162,8 +162,7 @@ impl Shared<'_> {
                 own.map_or(zero, |(_, coefficient)| self.motion.graph.multiply(coefficient, multiplier))
             }
             Read::Potentials(shares) => {
-                let terms: Vec<(Expr, Rational)> =
-                    shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
+                let terms: Vec<_> = shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
             Read::SpringDamper { springs, dampers } => self.torques(springs, dampers),
@@ -173,18 +172,15 @@ impl Shared<'_> {
             }
             Read::Friction(k) => self.frictions[*k],
             Read::Unilaterals(shares) => {
-                let terms: Vec<(Expr, Rational)> =
-                    shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
+                let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
             Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
             Read::MultiplierOn(parts, shares, shaft) => {
                 let multiplier = self.enforced_multiplier(shares);
-                let entry = |k: usize| {
-                    self.motion.multiplier_constraints[k].row.iter().find(|(candidate, _)| candidate == shaft)
-                };
-                let entries: Vec<(Expr, Rational)> =
-                    parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
+                let rows = &self.motion.multiplier_constraints;
+                let entry = |k: usize| rows[k].row.iter().find(|(candidate, _)| candidate == shaft);
+                let entries: Vec<_> = parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
                 let entry = self.motion.graph.sum(Rational::ZERO, &entries);
                 self.motion.graph.multiply(entry, multiplier)
             }
@@ -197,16 +193,14 @@ impl Shared<'_> {
     /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
     fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
         let first = self.reduced.equations.set_valued().count();
-        let terms: Vec<(Expr, Rational)> =
-            shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+        let terms: Vec<_> = shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
         self.motion.graph.sum(Rational::ZERO, &terms)
     }
 
     fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {
         let mut terms: Vec<Expr> = springs.iter().map(|&k| self.motion.spring_torque(self.reduced, k)).collect();
         terms.extend(dampers.iter().map(|&k| self.motion.damper_torque(self.reduced, k)));
-        let terms: Vec<(Expr, Rational)> = terms.into_iter().map(|term| (term, Rational::ONE)).collect();
-        self.motion.graph.sum(Rational::ZERO, &terms)
+        sum(&mut self.motion.graph, terms)
     }
 
     fn multiplier(&mut self, constraint: usize) -> Expr {
@@ -216,8 +210,4 @@ impl Shared<'_> {
         });
         all[constraint]
     }
-}
-
-fn exact(value: f64) -> Rational {
-    rational_from_f64(value).unwrap_or(Rational::ZERO)
 }

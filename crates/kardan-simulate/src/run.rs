@@ -94,8 +94,6 @@ pub(super) struct RunLoop {
     /// The work of the inputs when it was last evaluated, and the sum of the sizes of its changes until then, J.
     work: f64,
     exchanged: f64,
-    /// The error that a step may have in it, for any size, J.
-    least_energy: f64,
     /// The gear whose motion was not unique at the last step.
     doubted: Option<usize>,
     /// When gears have jammed, s, and how often in close succession.
@@ -149,7 +147,10 @@ impl RunLoop {
         let multipliers = reduced.equations.multiplier_constraints.iter();
         let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
-        let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
+        let mut machine = Machine::with(setup, |motion, found| {
+            outputs.compile(motion, reduced, found);
+            Vec::new()
+        });
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
@@ -159,7 +160,6 @@ impl RunLoop {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             chosen => chosen,
         };
-        let least_energy = absolute[size - 2];
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
         RunLoop {
@@ -209,7 +209,6 @@ impl RunLoop {
             initial_energy: 0.0,
             work: 0.0,
             exchanged: 0.0,
-            least_energy,
             doubted: None,
             jammed: None,
             jams: 0,

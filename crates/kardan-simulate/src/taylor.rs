@@ -210,12 +210,8 @@ impl Taylor {
         // Logarithms of the terms, the last one first.
         let (long, accuracy) = (ln(length), -ln(self.relative));
         let terms = self.largest_of_last(order, length);
-        let terms: [f64; BEFORE + 2] =
-            std::array::from_fn(
-                |k| {
-                    if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY }
-                },
-            );
+        let term = |k: usize| if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY };
+        let terms: [f64; BEFORE + 2] = std::array::from_fn(term);
         let last = terms[0].max(terms[1]);
         // With an even decay the whole, 1/relative tolerances, falls to one.
         let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;

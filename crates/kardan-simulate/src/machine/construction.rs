@@ -241,19 +241,11 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
-        Self::with(setup, |_, _| ())
-    }
-
-    /// The same, with further data made of the same expressions.
-    pub(crate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
-        Self::finding(setup, |motion, found| {
-            also(motion, found);
-            Vec::new()
-        })
+        Self::with(setup, |_, _| Vec::new())
     }
 
     /// The same, with further outputs to compute at each evaluation.
-    pub(crate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
+    pub(crate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();

@@ -2,21 +2,20 @@
 //! with the motion.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::connected_law::{Computer, ConnectedLaw};
 use super::contact_expressions::UnilateralTerms;
 use super::flow::{Flow, task_outputs};
 use super::gear_loss_terms::GearLossTerms;
+use crate::compiled_plan::{exact, sum};
 use crate::drive::Drive;
-use crate::faults::{MotorFault, MotorFaultKind};
+use crate::faults::{MotorFault, MotorFaultKind, in_steps};
 use crate::scenario::{SourceSignal, SourceTarget};
-use kardan_expr::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
+use kardan_expr::expr::{Expr, Function, Graph, OfTime, Symbol};
 use kardan_math::num::{Matrix, Rational, rational_from_f64};
 use kardan_math::units::Dimension;
-use kardan_mechanics::assemble::{DirectionalTerm, Equations, FrictionLaw};
-use kardan_mechanics::equations::InputKind;
-use kardan_mechanics::reduce::{Dynamics, Extension, MasslessDynamics, Motion, MultiplierTerms, Reduced, Work};
+use kardan_mechanics::assemble::{Equations, FrictionLaw};
+use kardan_mechanics::reduce::{Dynamics, Extension, MasslessDynamics, Motion, Reduced, Work};
 
 /// The indices of the loop's inputs and outputs among those of the [`Extension`].
 #[derive(Debug, Clone, Default)]
@@ -145,13 +144,11 @@ impl Loop<'_> {
     }
 
     fn sum(&mut self, terms: &[Expr]) -> Expr {
-        let terms: Vec<(Expr, Rational)> = terms.iter().map(|term| (*term, Rational::ONE)).collect();
-        self.motion.graph.sum(Rational::ZERO, &terms)
+        sum(&mut self.motion.graph, terms.iter().copied())
     }
 
     fn float(&mut self, value: f64) -> Expr {
-        let value = rational_from_f64(value).unwrap_or(Rational::ZERO);
-        self.motion.graph.number(value)
+        self.motion.graph.number(exact(value))
     }
 }
 
@@ -181,7 +178,7 @@ pub(super) fn extend(
     let equations = &reduced.equations;
     let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
     let mut places = Places::default();
-    let (states, sources, zoh_output, limits, follows, limiter_rates, senses, couplings);
+    let (states, sources, zoh_output, limits, follows, limiter_rates, senses, couplings, stuck);
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
@@ -199,8 +196,7 @@ pub(super) fn extend(
     let coupled = reduced.massless.iter().flat_map(MasslessDynamics::coupled_slips);
     (places.couplings, couplings) = all.run_parameters(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
-    let (places_of_stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
-    places.stuck = places_of_stuck;
+    (places.stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
     places.run_parameters = all.inputs.len()..all.inputs.len() + all.motion.run_parameters.len();
     let run_parameters = all.motion.run_parameters.iter().filter_map(|(_, symbol)| all.motion.graph.symbol_of(*symbol));
     all.inputs.extend(run_parameters);
@@ -218,7 +214,7 @@ pub(super) fn extend(
     law_rates(&mut all, laws, (&drive_efforts, &sources, &states, more_states.start), &mut rates);
     let torques = failing(&mut all, equations, drives, (&drive_efforts, &stuck));
     let applied = rippled(&mut all, equations, drives, &torques);
-    let SetValued { torques: friction, mut speeds, unilaterals } = set_valued(&mut all, reduced, &senses);
+    let (friction, mut speeds, unilaterals) = set_valued(&mut all, reduced, &senses);
     let mut forces = forces(&mut all, &applied, &friction);
     let jenkins = massless_rates(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
     let gear_losses = GearLossTerms::new(all.motion, reduced, &applied, &friction);
@@ -234,8 +230,11 @@ pub(super) fn extend(
     places.forces = all.found("force", forces);
     places.rates = all.found("rate", rates);
     places.friction_speeds = all.found("friction_speed", speeds);
-    find_unilaterals(&mut all, &mut places, &unilaterals);
-    add_gear_loads(&mut all, &mut places, gear_losses);
+    places.unilateral_torques = all.found("hold", unilaterals.iter().map(|unilateral| unilateral.torque).collect());
+    places.unilaterals = all.found("told", unilaterals.iter().flat_map(|unilateral| unilateral.mode_inputs).collect());
+    places.gear_loads = all.found("carried", gear_losses.now);
+    places.gear_load_by_acceleration = all.found("carried_by_acceleration", gear_losses.by_acceleration);
+    places.gear_load_by_torque = all.found("carried_by_torque", gear_losses.by_torque);
     places.powers = all.found("power", powers.to_vec());
     let discontinuities = add_kinks(&mut all, &mut places);
     all.give_time(&mut places);
@@ -322,40 +321,31 @@ fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> 
     let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
     windows.retain(|[.., value]| *value != 0.0);
     windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // Where one ends when the next begins, the latter counts.
-    let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
-    let pieces = Pieces::new(ends.filter(|(at, _)| at.is_finite()).map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
-    let mut graph = Graph::default();
-    let time = graph.new_symbol("t".into(), Dimension::TIME);
-    let name = format!("{}.{what}", faults.first()?.name);
-    let symbol = graph.new_symbol(name.clone(), Dimension::NONE);
-    let part = Part { name, dimension: Dimension::NONE, pieces, reported: false };
     if windows.is_empty() {
         return None;
     }
-    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE)
+    // Where one ends when the next begins, the latter counts.
+    let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
+    let steps = ends.filter(|(at, _)| at.is_finite());
+    in_steps(format!("{}.{what}", faults.first()?.name), steps)
 }
 
 /// Torques with their ripples.
 fn rippled(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
-    let with = |((drive, torque), input): ((&Drive, &Expr), &DirectionalTerm<InputKind>)| match drive.ripple {
-        Some(ripple) => rippling(all, &input.row, *torque, ripple),
-        None => *torque,
-    };
-    drives.iter().zip(torques).zip(&equations.inputs).map(with).collect()
-}
-
-/// A torque with its ripple, of a size and an order, in the row of its input.
-fn rippling(all: &mut Loop<'_>, row: &[(usize, Rational)], torque: Expr, (size, order): (f64, f64)) -> Expr {
-    let angle = all.motion.sum(row, |motion, shaft| motion.angles[shaft]);
-    let angle = all.motion.graph.group(angle);
-    let (size, order) = (all.float(size), all.float(order));
-    let graph = &mut all.motion.graph;
-    let argument = graph.multiply(order, angle);
-    let wave = graph.apply(Function::Sin, argument);
-    let ripple = graph.multiply(size, wave);
-    let both = graph.add(torque, ripple);
-    graph.group(both)
+    let mut out = torques.to_vec();
+    for ((torque, input), drive) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+        let Some((size, order)) = drive.ripple else { continue };
+        let angle = all.motion.sum(&input.row, |motion, shaft| motion.angles[shaft]);
+        let angle = all.motion.graph.group(angle);
+        let (size, order) = (all.float(size), all.float(order));
+        let graph = &mut all.motion.graph;
+        let argument = graph.multiply(order, angle);
+        let wave = graph.apply(Function::Sin, argument);
+        let ripple = graph.multiply(size, wave);
+        let both = graph.add(*torque, ripple);
+        *torque = graph.group(both);
+    }
+    out
 }
 
 /// The sources with the functions of time that are added to them.
@@ -392,32 +382,30 @@ fn commands(
             commands[*input].push(*source);
         }
     }
-    for connected_law in laws {
-        let law = match &connected_law.computer {
-            Computer::Linear(law) => law,
+    for ConnectedLaw { computer, inputs, references, states: places, .. } in laws {
+        match computer {
+            Computer::Linear(law) => {
+                let own = &states[places.start - first..places.end - first];
+                let references: Vec<Expr> = references.iter().map(|&source| sources[source]).collect();
+                for (i, &input) in inputs.iter().enumerate() {
+                    let mut terms = row(&law.on_states, i, own);
+                    terms.extend(row(&law.on_angles, i, &all.motion.angles));
+                    terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
+                    terms.extend(row(&law.on_references, i, &references));
+                    commands[input].push(all.motion.graph.sum(Rational::ZERO, &terms));
+                }
+            }
             Computer::Inlined(task) => {
-                let (outputs, _) = task_outputs(task, &connected_law.references, all.motion, reduced, (sources, &[]));
-                connected_law.inputs.iter().zip(outputs).for_each(|(&input, output)| commands[input].push(output));
-                continue;
+                let (outputs, _) = task_outputs(task, references, all.motion, reduced, (sources, &[]));
+                inputs.iter().zip(outputs).for_each(|(&input, output)| commands[input].push(output));
             }
             Computer::Continuous(_) | Computer::SampledRuntime(_) => {
-                connected_law.inputs.iter().for_each(|&input| {
+                for &input in inputs {
                     if !commands[input].contains(&zoh_output[input]) {
                         commands[input].push(zoh_output[input]);
                     }
-                });
-                continue;
+                }
             }
-        };
-        let own = &states[connected_law.states.start - first..connected_law.states.end - first];
-        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
-        for (i, &input) in connected_law.inputs.iter().enumerate() {
-            let mut terms = row(&law.on_states, i, own);
-            terms.extend(row(&law.on_angles, i, &all.motion.angles));
-            terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
-            terms.extend(row(&law.on_references, i, &references));
-            let command = all.motion.graph.sum(Rational::ZERO, &terms);
-            commands[input].push(command);
         }
     }
     let total = |terms: Vec<Expr>| {
@@ -434,11 +422,11 @@ fn law_rates(
     (torques, sources, states, first): (&[Expr], &[Expr], &[Expr], usize),
     rates: &mut [Expr],
 ) {
-    for connected_law in laws {
-        let Computer::Linear(law) = &connected_law.computer else { continue };
-        let own = connected_law.states.start - first..connected_law.states.end - first;
-        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
-        let torques: Vec<Expr> = connected_law.inputs.iter().map(|&input| torques[input]).collect();
+    for ConnectedLaw { computer, inputs, references, states: places, .. } in laws {
+        let Computer::Linear(law) = computer else { continue };
+        let own = places.start - first..places.end - first;
+        let references: Vec<Expr> = references.iter().map(|&source| sources[source]).collect();
+        let torques: Vec<Expr> = inputs.iter().map(|&input| torques[input]).collect();
         for (i, rate) in rates[own.clone()].iter_mut().enumerate() {
             let mut terms = row(&law.states, i, &states[own.clone()]);
             terms.extend(row(&law.angles, i, &all.motion.angles));
@@ -450,16 +438,9 @@ fn law_rates(
     }
 }
 
-/// Sticking, slipping, engaged and compressed elements: torques where they do not stick, against the motion, and
-/// speeds.
-struct SetValued {
-    torques: Vec<Expr>,
-    speeds: Vec<Expr>,
-    unilaterals: Vec<UnilateralTerms>,
-}
-
-/// Frictions, then unilateral constraints.
-fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
+/// Frictions, then unilateral constraints: their torques where they do not stick, against the motion, and their speeds;
+/// and the latter themselves.
+fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>, Vec<UnilateralTerms>) {
     let equations = &reduced.equations;
     let (mut torques, mut speeds) = sliding(all, equations, senses);
     let unilaterals = equations.unilaterals.iter().zip(&senses[torques.len()..]);
@@ -467,12 +448,7 @@ fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValu
         unilaterals.map(|(unilateral, sense)| UnilateralTerms::new(all.motion, reduced, unilateral, *sense)).collect();
     torques.extend(unilaterals.iter().map(|unilateral| unilateral.torque));
     speeds.extend(unilaterals.iter().map(|unilateral| unilateral.speed));
-    SetValued { torques, speeds, unilaterals }
-}
-
-fn find_unilaterals(all: &mut Loop<'_>, places: &mut Places, unilaterals: &[UnilateralTerms]) {
-    places.unilateral_torques = all.found("hold", unilaterals.iter().map(|unilateral| unilateral.torque).collect());
-    places.unilaterals = all.found("told", unilaterals.iter().flat_map(|unilateral| unilateral.mode_inputs).collect());
+    (torques, speeds, unilaterals)
 }
 
 /// Expressions of some outputs whose zeros are points where they have a jump or kink: those of the time alone, and
@@ -502,12 +478,6 @@ fn add_kinks(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
     let [of_time, of_state] = split_kinks(&mut all.motion.graph, &outputs, &time_symbols);
     places.kinks = all.found("bend", of_state);
     of_time
-}
-
-fn add_gear_loads(all: &mut Loop<'_>, places: &mut Places, gear_losses: GearLossTerms) {
-    places.gear_loads = all.found("carried", gear_losses.now);
-    places.gear_load_by_acceleration = all.found("carried_by_acceleration", gear_losses.by_acceleration);
-    places.gear_load_by_torque = all.found("carried_by_torque", gear_losses.by_torque);
 }
 
 fn row_speed(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
@@ -566,8 +536,7 @@ fn powers(
         work.push(all.motion.graph.multiply(torque, speed));
     }
     for damper in &equations.dampers {
-        let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);
-        let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
+        let (speed, coefficient) = (row_speed(all, &damper.row), all.motion.exact(&damper.value));
         let lost = all.motion.graph.product(&[(coefficient, 1), (speed, 2)]);
         loss.push(all.motion.scaled_by_fault(reduced, &damper.element, lost));
     }
@@ -632,10 +601,9 @@ fn find_multipliers(
         places.power_of_holding = all.found("power_of_holding", holding);
     }
     let zero = all.motion.graph.integer(0);
-    let terms_of = |all: &Loop<'_>, of: &dyn Fn(&MultiplierTerms) -> Option<Expr>| -> Vec<Expr> {
-        all.motion.multiplier_constraints.iter().map(|row| of(row).unwrap_or(zero)).collect()
-    };
-    let (positions, speeds) = (terms_of(all, &|row| row.position), terms_of(all, &|row| row.speed));
+    let rows = &all.motion.multiplier_constraints;
+    let positions = rows.iter().map(|row| row.position.unwrap_or(zero)).collect();
+    let speeds = rows.iter().map(|row| row.speed.unwrap_or(zero)).collect();
     places.multiplier_positions = all.found("kept_position", positions);
     places.multiplier_speeds = all.found("kept_speed", speeds);
 }

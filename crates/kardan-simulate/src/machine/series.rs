@@ -3,21 +3,13 @@
 use std::ops::Range;
 
 use super::Machine;
-use super::expansion::{Expansion, Holding, Prospect, Watch};
+use super::expansion::{ByPosition, Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
 use super::torque_distribution;
 use super::unilateral_kinds::Kind;
 use crate::friction::NOISE;
 use kardan_expr::plan::PiecedSeries;
 use kardan_mechanics::reduce::MotionPlan;
-
-/// The indices of position-dependent values in the memory of the plan: entries of the inertia (row, column, index) and
-/// of each direction (column, index), biases of directions.
-pub(super) struct ByPosition {
-    pub inertia: Vec<(usize, usize, usize)>,
-    pub rows: Vec<Vec<(usize, usize)>>,
-    pub bias: Vec<Option<usize>>,
-}
 
 /// The limit of a direction without one, as a multiple of the largest torque of all.
 const MORE: f64 = 10.0;
@@ -37,21 +29,11 @@ impl Machine {
 
     /// Whether an input of the plan is constant within a step.
     pub(super) fn is_steady_input(&self, input: usize) -> bool {
-        let Places {
-            zoh_output,
-            limits,
-            follows,
-            limiter_rates,
-            senses,
-            couplings,
-            run_parameters,
-            follows_signal,
-            ..
-        } = &self.places;
+        let Places { zoh_output, couplings, run_parameters, follows_signal, .. } = &self.places;
         let own = input.wrapping_sub(2 * self.degrees_of_freedom);
-        [zoh_output, limits, follows, limiter_rates, senses, couplings, run_parameters, follows_signal]
-            .into_iter()
-            .any(|places| places.contains(&own))
+        // Behind the commands are limits, modes and senses.
+        let of_modes = zoh_output.start..couplings.end;
+        [&of_modes, run_parameters, follows_signal].into_iter().any(|places| places.contains(&own))
     }
 
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes
@@ -79,16 +61,13 @@ impl Machine {
         let found = |places: &Range<usize>| -> Vec<usize> {
             places.clone().map(|output| plan.place(more.start + output)).collect()
         };
-        let ByPosition { inertia, rows, bias } = self.by_position();
         let row_length = order + 1;
         let expansion = series.map(|series| Expansion {
             series,
             accelerations: vec![0.0; r * row_length],
             torques: vec![0.0; m * row_length],
             counts: [r, m],
-            rows,
-            bias,
-            inertia,
+            by_position: self.by_position(),
             forces: found(&self.places.forces),
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),
@@ -151,9 +130,9 @@ impl Machine {
         else {
             return false;
         };
-        let Expansion { series, rows, torques, counts, .. } = &**expansion;
+        let Expansion { series, by_position, torques, counts, .. } = &**expansion;
         let keeps = |place: usize| series.of(place).take(order).skip(1).all(|x| x == 0.0);
-        let turns = |k: &usize| rows[*k].iter().any(|(_, place)| !keeps(*place));
+        let turns = |k: &usize| by_position.rows[*k].iter().any(|(_, place)| !keeps(*place));
         let uneven = |k: &usize| bounds[0][*k] != bounds[1][*k];
         if self.moves
             || !self.gear_losses.is_empty()

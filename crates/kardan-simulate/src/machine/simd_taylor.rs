@@ -75,7 +75,6 @@ impl<N: Lane> SimdTaylor<N> {
         let MotionPlan { plan: code, inertia, friction_rows, friction_bias, more, .. } = &*plan;
         let place = |output: usize| code.place(output);
         let found = |places: &std::ops::Range<usize>| places.clone().map(|k| place(more.start + k)).collect::<Vec<_>>();
-        let by_position = machine.by_position();
         let places = Places {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
@@ -84,9 +83,7 @@ impl<N: Lane> SimdTaylor<N> {
             rates: found(&own.rates),
             friction_speeds: found(&own.friction_speeds),
             also: found(&own.also),
-            inertia: by_position.inertia,
-            rows: by_position.rows,
-            bias: by_position.bias,
+            by_position: machine.by_position(),
         };
         let steady = |input: usize| machine.is_steady_input(input);
         let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| place(*output));

@@ -139,7 +139,8 @@ impl RunLoop {
     /// The message where the energy residual exceeds what the tolerances of the steps allow and what is negligible.
     fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
         let Energy { residual, exchanged, .. } = *energy;
-        let allowed = self.least_energy * steps as f64;
+        // Errors of the work that the steps may have, for any size of it.
+        let allowed = self.absolute[self.absolute.len() - 2] * steps as f64;
         // A residual that is not a number is an error.
         (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(
