@@ -534,14 +534,11 @@ impl Outputs {
 
     /// The value of a signal at the point that was observed last.
     pub fn value(&self, signal: usize) -> f64 {
-        match &self.reads[signal] {
-            Read::Sensor(k) => self.samplers[*k].shown,
-            _ => self.reading(signal),
+        match (&self.reads[signal], &self.readings) {
+            (Read::Sensor(k), _) => self.samplers[*k].shown,
+            (_, Some(readings)) => readings.value(signal),
+            (_, None) => f64::NAN,
         }
-    }
-
-    fn reading(&self, reading: usize) -> f64 {
-        self.readings.as_ref().map_or(f64::NAN, |readings| readings.value(reading))
     }
 
     /// The next time at which a sampled sensor reads, s.

@@ -192,7 +192,7 @@ impl Expansion {
             terms(scratch, kink_free, x, sign, more);
             // An undefined value belongs to no piece that is taken.
             let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
-            if is_nothing { found } else { found.and(first_zero_up_to_end(scratch, 0.0, true)) }
+            if is_nothing { found } else { found.and(first_zero(scratch, 0.0, true)) }
         });
         (found, kink_free)
     }
@@ -370,19 +370,15 @@ pub(super) fn margin(
     limit: f64,
 ) -> Prospect {
     terms(scratch, length, coefficients, sign, limit);
-    first_zero(scratch, CLEAR * limit.abs())
+    first_zero(scratch, CLEAR * limit.abs(), false)
 }
 
 /// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with a margin above its
-/// last term and `clear` where it is not at its begin.
+/// last term and `clear` where it is not at its begin. `open`: where it is not negative at the end, a value near zero
+/// there is accepted.
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
-fn first_zero(c: &[f64], clear: f64) -> Prospect {
-    first_zero_up_to_end(c, clear, false)
-}
-
-/// The same; `open`: where it is not negative at the end, a value near zero there is accepted.
-fn first_zero_up_to_end(c: &[f64], clear: f64, open: bool) -> Prospect {
+fn first_zero(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
     let spare = last + clear;

@@ -62,10 +62,8 @@ impl Kinks {
     }
 
     fn of(&self, symbol: Symbol) -> TimeInput {
-        self.time_inputs
-            .iter()
-            .find(|(own, _)| *own == symbol)
-            .map_or(TimeInput::Source(0), |(_, time_inputs)| *time_inputs)
+        let found = self.time_inputs.iter().find(|(own, _)| *own == symbol);
+        found.map_or(TimeInput::Source(0), |(_, input)| *input)
     }
 
     /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.

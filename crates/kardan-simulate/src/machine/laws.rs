@@ -3,6 +3,7 @@
 use super::Machine;
 use super::connected_law::{Computer, ConnectedLaw};
 use crate::counts::{EncoderReading, FlippedReading};
+use crate::drive::Drive;
 use crate::sampled_runtime::SampledRuntime;
 
 impl Machine {
@@ -13,13 +14,13 @@ impl Machine {
             let law = &connected.law;
             connected.sampled_runtime().is_none() && !law.is_nonlinear() && law.friction_width().is_none()
         };
+        let is_free = |drive: &Drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none();
         self.dynamics.is_linear()
             && self.flow.is_none()
             && self.modes.is_empty()
             && self.timed.affine
-            && self.drives.iter().all(|drive| drive.faults.is_empty())
             && self.laws.iter().all(linear)
-            && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
+            && self.drives.iter().all(|drive| drive.faults.is_empty() && is_free(drive))
     }
 
     /// The shortest time between two samples of a law, s; infinite without such laws.
