@@ -39,6 +39,18 @@ pub enum StepError {
     },
 }
 
+impl StepError {
+    /// Why there is no step from a time on: it would need this length, or no value is finite.
+    pub(super) fn new(time: f64, step: f64, is_finite: bool) -> Self {
+        if is_finite { Self::StepTooSmall { time, step } } else { Self::NotFinite { time } }
+    }
+}
+
+/// The shortest step from a time on.
+pub(super) fn least_step(time: f64) -> f64 {
+    (16.0 * f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE)
+}
+
 /// The cost of an integration so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
@@ -218,7 +230,7 @@ impl Dop853 {
             return Err(StepError::NotFinite { time: self.time });
         }
         let room = until - self.time;
-        let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
+        let least = least_step(self.time);
         if self.next == 0.0 {
             self.next = self.starting_step(until, rhs);
         }
@@ -257,11 +269,7 @@ impl Dop853 {
             rejected = true;
             proposed = h * if all_finite { shrink_factor(error) } else { 0.1 };
             if proposed < least {
-                return Err(if all_finite {
-                    StepError::StepTooSmall { time: self.time, step: proposed }
-                } else {
-                    StepError::NotFinite { time: self.time }
-                });
+                return Err(StepError::new(self.time, proposed, all_finite));
             }
         }
     }

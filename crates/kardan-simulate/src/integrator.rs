@@ -51,7 +51,7 @@ impl Integrator {
     ) -> Option<Self> {
         let able = machine.prepare_series(taylor::order(relative), shafts);
         // The values that decide pieces have terms where the states have none.
-        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute).with_all_terms(machine.has_kinks()))))
+        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
     }
 
     /// The method for stiff loops, if the machine has a Jacobian.

@@ -205,7 +205,7 @@ impl SampledRuntime {
     /// Records the readings of its counting sensors, of which the first has that number in the whole loop; flips some
     /// readings. Returns the number of the next sensor.
     pub fn note_counts(&mut self, first: usize, flipped: &[FlippedReading]) -> usize {
-        let counting = self.sensors.iter_mut().filter(|source| source.sampler.counts());
+        let counting = self.sensors.iter_mut().filter(|source| source.sampler.resolution.is_some());
         let own = |number| flipped.iter().filter(move |flipped| flipped.sensor == number).copied().collect();
         counting.fold(first, |number, source| {
             source.sampler.notes = Some(Box::new(Notes::new(source.name.clone(), own(number))));
@@ -215,14 +215,14 @@ impl SampledRuntime {
 
     /// The readings of its sensors, where recording was requested.
     pub fn encoder_readings(&mut self) -> impl Iterator<Item = EncoderReading> {
-        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings()))
+        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings))
     }
 
     /// Sensors that measure a torque by the twist of springs compute it with the stiffness of these.
     pub fn take_springs(&mut self, dynamics: &Dynamics) {
         for Source { quantity, sampler, .. } in &mut self.sensors {
             if let Quantity::Springs(springs) = quantity {
-                sampler.take_stiffness(springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum());
+                sampler.stiffness = springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum();
             }
         }
     }

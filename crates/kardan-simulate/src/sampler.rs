@@ -44,8 +44,8 @@ impl Period {
 pub(super) struct Sampler {
     /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
     /// 1.
-    resolution: Option<f64>,
-    stiffness: f64,
+    pub resolution: Option<f64>,
+    pub stiffness: f64,
     /// The position of the sensor's zero within a step, 0 to 1.
     phase: f64,
     period: Option<Period>,
@@ -101,16 +101,6 @@ impl Sampler {
     /// Whether it has no resolution, noise or delay.
     pub fn is_ideal(&self) -> bool {
         self.resolution.is_none() && self.period.is_none() && self.noise.is_none()
-    }
-
-    /// Whether it rounds to counts.
-    pub fn counts(&self) -> bool {
-        self.resolution.is_some()
-    }
-
-    /// Uses another stiffness of its springs from now on.
-    pub fn take_stiffness(&mut self, stiffness: f64) {
-        self.stiffness = stiffness;
     }
 
     /// Whether a speed is the difference of rounded angles.

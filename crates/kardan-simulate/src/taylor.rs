@@ -11,7 +11,7 @@
 
 use kardan_rt::functions::{exp, ln};
 
-use super::dop853::{Counts, StepError};
+use super::dop853::{Counts, StepError, least_step};
 use super::rounding::Rounding;
 use kardan_math::num::StateArchive;
 
@@ -88,7 +88,7 @@ fn is_sudden([first, second]: [f64; 2], last: f64) -> bool {
 }
 
 impl Taylor {
-    pub(super) fn new(relative: f64, absolute: &[f64]) -> Self {
+    pub(super) fn new(relative: f64, absolute: &[f64], all_terms: bool) -> Self {
         let (zero, most) = (vec![0.0; absolute.len()], order(relative));
         Self {
             relative,
@@ -100,7 +100,7 @@ impl Taylor {
             coefficients: vec![0.0; zero.len() * (most + 1)],
             state: zero,
             order: 0,
-            all_terms: false,
+            all_terms,
             begun: None,
             next: 0.0,
             doubtful: false,
@@ -110,11 +110,6 @@ impl Taylor {
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
-    }
-
-    /// Finds all terms.
-    pub(super) fn with_all_terms(self, all_terms: bool) -> Self {
-        Self { all_terms, ..self }
     }
 
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
@@ -188,7 +183,7 @@ impl Taylor {
         if !length.is_finite() || length == 0.0 && self.coefficients.iter().any(|x| !x.is_finite()) {
             return Err(StepError::NotFinite { time: self.time });
         }
-        if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
+        if length < least_step(self.time) {
             return Err(StepError::StepTooSmall { time: self.time, step: length });
         }
         self.next = if small { self.next.max(room) } else { length };
@@ -247,7 +242,7 @@ impl Taylor {
         let mut before = f64::INFINITY;
         let found = loop {
             let length = self.time - self.previous_time;
-            if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
+            if length < least_step(self.time) {
                 break Err(StepError::StepTooSmall { time: self.previous_time, step: length });
             }
             let places = if brief { &INSIDE[1..] } else { &INSIDE };

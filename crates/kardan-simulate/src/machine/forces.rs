@@ -257,15 +257,9 @@ impl Machine {
             out.fill(f64::NAN);
         }
         if !self.places.power_of_holding.is_empty() || !self.places.power_of_accelerations.is_empty() {
-            out[self.size - 2] += self.prescribed_power();
+            let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
+            out[self.size - 2] += self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()));
         }
-    }
-
-    /// The contribution of the accelerations and of sticking friction to the power of constraints that prescribe
-    /// speeds, W.
-    fn prescribed_power(&self) -> f64 {
-        let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
-        self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()))
     }
 
     /// The work of constraints that prescribe speeds for changes of speeds and impulses in directions, J; for

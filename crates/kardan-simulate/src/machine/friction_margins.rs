@@ -89,7 +89,8 @@ impl Machine {
     pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.degrees_of_freedom;
-        let turns = self.may_turn();
+        // Multiplier constraints may rotate away from directions that depend on them alone.
+        let turns = !self.turning.is_empty();
         if self.unilaterals.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
@@ -112,21 +113,9 @@ impl Machine {
             if self.multiplier_constraints.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
         };
         out.retain(|&k| against(self, k) > noise(k) || self.contact_changes(k));
-        if turns {
-            out.extend(self.carried_along());
-        }
-    }
-
-    /// Whether multiplier constraints may rotate away from directions that depend on them alone.
-    pub(super) fn may_turn(&self) -> bool {
-        !self.turning.is_empty()
-    }
-
-    /// Directions that depended on multiplier constraints alone until these rotated, and that now have a speed beyond
-    /// rounding at the point last evaluated.
-    fn carried_along(&self) -> Vec<usize> {
+        // Those that these have carried along have a speed beyond rounding.
         let moves = |k: &usize| self.dynamics.friction_speed(*k, &self.work).abs() > self.noise_of_rows(*k);
-        self.turning.iter().copied().filter(moves).collect()
+        out.extend(self.turning.iter().copied().filter(moves));
     }
 
     /// The rounding error of the speed in a direction where multiplier constraints couple it to others: in the metric

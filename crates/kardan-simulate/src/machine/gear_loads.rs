@@ -10,7 +10,10 @@ impl Machine {
     /// the limits of gears at rest. Needs the factors of the active directions.
     pub(super) fn load_gears(&mut self) {
         let mut gear_losses = std::mem::take(&mut self.gear_losses);
-        self.unload(&mut gear_losses);
+        // Without the losses.
+        for (&k, torque) in gear_losses.directions.iter().zip(&mut gear_losses.torques) {
+            self.act(k, std::mem::take(torque));
+        }
         self.accelerate_constrained();
         self.read_loads(&mut gear_losses);
         gear_losses.give(self.work.values());
@@ -35,13 +38,6 @@ impl Machine {
         }
         self.bound_gear_losses(&mut gear_losses);
         self.gear_losses = gear_losses;
-    }
-
-    /// Removes the gear losses from the force.
-    fn unload(&mut self, gear_losses: &mut GearLosses) {
-        for (&k, torque) in gear_losses.directions.iter().zip(&mut gear_losses.torques) {
-            self.act(k, std::mem::take(torque));
-        }
     }
 
     /// Adds a torque in a direction to the force.

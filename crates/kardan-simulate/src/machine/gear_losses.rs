@@ -256,7 +256,7 @@ impl GearLosses {
             self.factor.solve(&mut self.right);
             self.torques.copy_from_slice(&self.right);
             for &(gear, _) in &self.sliding {
-                self.loads[gear] = self.base[gear] + self.added(gear);
+                self.loads[gear] = self.base[gear] + self.parts(gear).sum::<f64>();
             }
             self.evaluate_sliding();
             let solved = |&(gear, s): &(usize, f64)| {
@@ -273,11 +273,7 @@ impl GearLosses {
         false
     }
 
-    /// The contribution of the losses of sliding gears to a gear load.
-    fn added(&self, gear: usize) -> f64 {
-        self.parts(gear).sum()
-    }
-
+    /// The contributions of the losses of sliding gears to a gear load.
     fn parts(&self, gear: usize) -> impl Iterator<Item = f64> {
         let influence = &self.influence[gear * self.directions.len()..];
         self.sliding.iter().map(|(sliding_mesh, _)| influence[*sliding_mesh] * self.torques[*sliding_mesh])

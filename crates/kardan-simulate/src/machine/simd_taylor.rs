@@ -72,21 +72,20 @@ impl<N: Lane> SimdTaylor<N> {
         }
         let own = &machine.places;
         let plan = Arc::clone(machine.dynamics.shared_plan());
-        let MotionPlan { plan: code, inertia, friction_rows, friction_bias, more, .. } = &*plan;
-        let place = |output: usize| code.place(output);
-        let found = |places: &std::ops::Range<usize>| places.clone().map(|k| place(more.start + k)).collect::<Vec<_>>();
+        let MotionPlan { plan: code, inertia, friction_rows, friction_bias, .. } = &*plan;
         let places = Places {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
             timed: 2 * r + own.timed.start,
-            forces: found(&own.forces),
-            rates: found(&own.rates),
-            friction_speeds: found(&own.friction_speeds),
-            also: found(&own.also),
+            forces: machine.memory_places(&own.forces),
+            rates: machine.memory_places(&own.rates),
+            friction_speeds: machine.memory_places(&own.friction_speeds),
+            also: machine.memory_places(&own.also),
             by_position: machine.by_position(),
         };
         let steady = |input: usize| machine.is_steady_input(input);
-        let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| place(*output));
+        let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
+        let of_motion = of_motion.map(|(_, output)| code.place(*output));
         let lists = [&places.forces, &places.rates, &places.friction_speeds, &places.also];
         let outputs: Vec<usize> = lists.into_iter().flatten().copied().chain(of_motion).collect();
         let response = Response::new(machine, &places);
@@ -107,7 +106,7 @@ impl<N: Lane> SimdTaylor<N> {
                 (size, m),
                 order,
                 tolerances,
-                machine.timed.has_time().then_some(places.also.len()),
+                machine.timed.time.then_some(places.also.len()),
             ),
             series,
             order,

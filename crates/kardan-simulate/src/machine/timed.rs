@@ -29,7 +29,7 @@ pub(crate) struct Timed {
     /// For each part its present piece: start and coefficients.
     now: Vec<(f64, [f64; 4])>,
     /// Whether the time itself is an input.
-    time: bool,
+    pub time: bool,
     /// Block outputs: their sources, and the present values.
     blocks: Vec<(usize, f64)>,
     /// Sources whose lines are not level, and whether no motor reaches or leaves its limit before the next sample.
@@ -207,11 +207,6 @@ impl Timed {
     /// Whether the inputs are polynomials of the time, without block outputs.
     pub fn is_polynomial(&self) -> bool {
         self.blocks.is_empty() && !self.flows
-    }
-
-    /// Whether the time itself is an input.
-    pub fn has_time(&self) -> bool {
-        self.time
     }
 
     /// Sets the output of the block of a source from now on.

@@ -14,7 +14,7 @@ mod tableau;
 
 use kardan_rt::functions::{exp, ln, powi};
 
-use super::dop853::{Counts, StepError};
+use super::dop853::{Counts, StepError, least_step};
 use super::rounding::Rounding;
 pub(super) use equations::{Descriptor, Equations};
 use kardan_math::num::{StateArchive, max_or_nan};
@@ -155,19 +155,14 @@ impl Radau {
         if !self.jacobian_valid {
             self.take_jacobian(equations);
         }
-        let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
+        let least = least_step(self.time);
         let mut again = false;
         let mut finite = true;
         loop {
             let whole = 1.01 * self.next >= room;
             let h = if whole { room } else { self.next };
             if h < least {
-                let (time, step) = (self.time, h);
-                return Err(if finite {
-                    StepError::StepTooSmall { time, step }
-                } else {
-                    StepError::NotFinite { time }
-                });
+                return Err(StepError::new(self.time, h, finite));
             }
             if self.factored != h {
                 self.factor(h);

@@ -36,11 +36,10 @@ impl RunLoop {
         self.segment = None;
         self.complete = false;
         self.resting = self.rests();
-        if !self.resting && self.linear && self.solve_segment(end) {
-            return self.report_progress(progress);
-        }
         if self.resting {
             self.solver.rest(end);
+        }
+        if self.resting || self.linear && self.solve_segment(end) {
             self.time = end;
             self.pending.boundary = end >= self.segment_end;
             return self.report_progress(progress);
@@ -127,8 +126,6 @@ impl RunLoop {
         self.segments.steps += 1;
         self.segments.evaluations += segment.evaluations as usize;
         self.segment = Some(segment);
-        self.time = end;
-        self.pending.boundary = end >= self.segment_end;
         true
     }
 
