@@ -65,14 +65,10 @@ impl Readings {
     /// The plan of readings of a loop; those of sensors are zero in it.
     pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
         let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
-        let (loop_inputs, sources) = (inputs.len(), motion.symbols.len() + found.sources.start);
-        let timed = motion.symbols.len() + found.timed.start;
-        let motion_inputs: Vec<Symbol> = inputs[..motion.symbols.len()]
-            .iter()
-            .chain(&inputs[sources..motion.symbols.len() + found.sources.end])
-            .chain(&inputs[timed..motion.symbols.len() + found.timed.end])
-            .copied()
-            .collect();
+        let (loop_inputs, first) = (inputs.len(), motion.symbols.len());
+        let (sources, timed) = (first + found.sources.start, first + found.timed.start);
+        let own = [0..first, sources..first + found.sources.end, timed..first + found.timed.end];
+        let motion_inputs: Vec<Symbol> = own.into_iter().flat_map(|places| inputs[places].to_vec()).collect();
         let motion_rows = motion.frictions.len();
         let accelerations = symbols(&mut motion.graph, "acceleration", reduced.degrees_of_freedom());
         let frictions = symbols(&mut motion.graph, "friction", motion_rows);

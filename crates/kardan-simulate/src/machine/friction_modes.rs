@@ -25,14 +25,8 @@ impl Machine {
     /// The same with the present bounds.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
         let (accelerations, _) = self.solve_box(&self.with_multipliers(resting));
-        let mut modes: Vec<Mode> = accelerations[self.multiplier_constraints.len()..]
-            .iter()
-            .map(|acceleration| match acceleration {
-                a if *a > 0.0 => Mode::Forward,
-                a if *a < 0.0 => Mode::Backward,
-                _ => Mode::Stick,
-            })
-            .collect();
+        let accelerations = &accelerations[self.multiplier_constraints.len()..];
+        let mut modes: Vec<Mode> = accelerations.iter().copied().map(Mode::of).collect();
         // Where none depends on the others, every accelerating direction slips.
         let dependent = self.multiplier_constraints.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {

@@ -114,11 +114,7 @@ impl Machine {
         self.box_problem.solve(&self.jenkins.stiffness, &right, bounds, &mut speeds);
         let mut changed = false;
         for (speed, &direction) in speeds.iter().zip(&self.jenkins.directions) {
-            let mode = match speed {
-                speed if *speed > 0.0 => Mode::Forward,
-                speed if *speed < 0.0 => Mode::Backward,
-                _ => Mode::Stick,
-            };
+            let mode = Mode::of(*speed);
             changed |= self.modes[direction] != mode;
             self.modes[direction] = mode;
         }
