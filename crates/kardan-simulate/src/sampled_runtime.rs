@@ -280,8 +280,7 @@ impl SampledRuntime {
             }
             *reading = source.last_reading;
         }
-        let Self { readings, states, .. } = self;
-        let (readings, states) = (std::mem::take(readings), std::mem::take(states));
+        let (readings, states) = (std::mem::take(&mut self.readings), std::mem::take(&mut self.states));
         let observation = Observation {
             time,
             angles: &work.kinematics.angles,

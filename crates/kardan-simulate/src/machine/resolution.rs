@@ -194,16 +194,15 @@ impl Machine {
             let size = states.iter().fold(0.0f64, |most, state| most.max(state[k].abs()));
             PART * (absolute[k] + relative * size)
         };
-        let moving = (0..r).filter(|i| !self.still.contains(i));
-        let fits = moving.into_iter().all(|i| {
+        let fits = |i: usize| {
+            if self.still.contains(&i) {
+                return effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs());
+            }
             let speed = accelerations[i] * length;
             speed <= allowed(r + i) && speed * length <= allowed(i)
-        });
-        let still_rows = (0..r).filter(|i| self.still.contains(i));
+        };
         let mut rest = rates.iter().enumerate();
-        let still_fits =
-            still_rows.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
-        fits && still_fits
+        (0..r).all(fits)
             && rest.all(|(k, place)| effect(*place) * length <= allowed(2 * r + k))
             && outputs.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
     }
