@@ -66,7 +66,7 @@ impl RunLoop {
         if !what.is_empty() {
             return format!("the last events: {}", what.join("; "));
         }
-        let involved = if crossing.is_empty() { &self.machine.holding } else { crossing };
+        let involved = if crossing.is_empty() { &self.machine.holding[..] } else { crossing };
         let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
