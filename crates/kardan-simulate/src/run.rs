@@ -11,7 +11,6 @@ mod segments;
 mod step;
 mod switching;
 mod tolerance;
-mod undefined_value;
 mod unfit;
 
 use super::integrator::Integrator;
@@ -42,7 +41,7 @@ pub(super) struct RunLoop {
     segment: Option<LinearSegment>,
     /// Whether segments may be.
     linear: bool,
-    tolerance: f64,
+    tolerance: Tolerance,
     /// Absolute errors allowed of each state in a step.
     absolute: Vec<f64>,
     /// The number of such segments, and their evaluations.
@@ -100,7 +99,6 @@ pub(super) struct RunLoop {
     jammed: Option<f64>,
     jams: usize,
     located: usize,
-    most_steps: usize,
     /// Steps since the last progress report.
     steps_since_progress: usize,
     /// The random source of perturbed rounding, if that is requested.
@@ -136,14 +134,9 @@ impl RunLoop {
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         // Faults of springs and dampers are in the equations of the run.
         let weakened = setup.scenario.faults.weakened(setup.reduced);
-        Self::of(Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup }, tolerance)
-    }
-
-    /// The same with equations that include all faults.
-    fn of(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        let setup = Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup };
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
-        let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let multipliers = reduced.equations.multiplier_constraints.iter();
         let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
@@ -171,7 +164,7 @@ impl RunLoop {
                 && scenario.duration.is_finite()
                 && size - 2 <= linear::MOST_STATES
                 && machine.is_linear(),
-            tolerance: tolerance.relative,
+            tolerance,
             segments: Effort::default(),
             stepped: false,
             complete: false,
@@ -183,7 +176,7 @@ impl RunLoop {
             names,
             multiplier_names,
             prescribing: reduced.equations.moving.keys().cloned().collect(),
-            input_names,
+            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
@@ -213,7 +206,6 @@ impl RunLoop {
             jammed: None,
             jams: 0,
             located: 0,
-            most_steps: tolerance.most_steps,
             steps_since_progress: 0,
             shaken: None,
             scenario: scenario.clone(),

@@ -24,7 +24,7 @@ impl RunLoop {
         let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
         let (most, largest) = speeds
             .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
-        if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
+        if most <= THROWN.max(100.0 * self.tolerance.relative) * largest.max(THROWN) {
             return Ok(moved);
         }
         // The point at which the rows are nearest to dependence.

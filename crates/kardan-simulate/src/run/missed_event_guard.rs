@@ -48,8 +48,8 @@ impl RunLoop {
             return Ok(());
         }
         let Self { machine, solver, between, tolerance, absolute, .. } = self;
-        let end =
-            machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), (*tolerance, absolute));
+        let tolerances = (tolerance.relative, &absolute[..]);
+        let end = machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), tolerances);
         if end < to { self.end_step_at(end) } else { Ok(()) }
     }
 
@@ -87,7 +87,7 @@ impl RunLoop {
         let jump = self.machine.begins_with_jump();
         self.guard.jumps = if jump { self.guard.jumps + 1 } else { 0 };
         let at = loop {
-            let (found, kink_free) = self.machine.kink((length, order), self.tolerance);
+            let (found, kink_free) = self.machine.kink((length, order), self.tolerance.relative);
             length = kink_free;
             match found {
                 Prospect::Leaves(part) => {

@@ -117,7 +117,7 @@ impl RunLoop {
             Some((name, signal.physical.unit(), *error, error / (largest + least)))
         });
         let (name, unit, error, ratio) = relative.max_by(|a, b| a.3.total_cmp(&b.3))?;
-        let tolerance = self.tolerance;
+        let tolerance = self.tolerance.relative;
         (ratio > tolerance).then(|| {
             format!(
                 "A tolerance of {tolerance:e} is below double precision: rounding alone causes errors of up to {error:.1e} {unit} in \

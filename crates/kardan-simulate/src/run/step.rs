@@ -2,7 +2,7 @@
 
 use super::jamming_gears::UNJAM;
 use super::segments::SAME;
-use super::undefined_value::{is_undefined, undefined};
+use super::unfit::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
 use crate::halving::halved;
@@ -23,7 +23,7 @@ const DIVERGED: f64 = 1e6;
 impl RunLoop {
     /// One step of the integrator towards the end of the segment, or up to the next event in it.
     pub(super) fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
-        let most = self.most_steps;
+        let most = self.tolerance.most_steps;
         if self.solver.counts().accepted as usize > most {
             return Err(failed(
                 self.time,
@@ -105,7 +105,8 @@ impl RunLoop {
     /// integrator then locates that time.
     fn solve_segment(&mut self, end: f64) -> bool {
         let span = (self.time, end);
-        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, self.tolerance)
+        let tolerance = self.tolerance.relative;
+        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, tolerance)
         else {
             return false;
         };
@@ -119,7 +120,7 @@ impl RunLoop {
         let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
         let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
         let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
-        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * self.tolerance * sizes {
+        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * tolerance * sizes {
             return false;
         }
         self.state.copy_from_slice(&self.looked);

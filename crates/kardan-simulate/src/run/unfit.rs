@@ -1,6 +1,5 @@
 //! A run ends where a formula of a friction, a gear loss or a lock is undefined, or has a driving sign.
 
-use super::undefined_value::{is_undefined, undefined};
 use super::{Outcome, RunLoop, failed};
 use crate::halving::halved;
 use crate::machine::InvalidBound;
@@ -85,4 +84,14 @@ impl RunLoop {
         }
         None
     }
+}
+
+/// Whether the text names an undefined operation: from finite numbers only an undefined operation makes NaN.
+pub(super) fn is_undefined(what: &str) -> bool {
+    what.ends_with(" is NaN") && what.contains(", as ")
+}
+
+/// The message about an undefined value, with help.
+pub(super) fn undefined(what: &str) -> String {
+    format!("{what}: it is undefined there. Limit its argument to the domain, such as by `max(0, ...)` or `if(...)`")
 }
