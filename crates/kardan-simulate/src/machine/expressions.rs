@@ -436,10 +436,10 @@ fn law_rates(all: &mut Loop<'_>, torques: &[Expr], sources: &[Expr], rates: &mut
 /// and the latter themselves.
 fn set_valued(all: &mut Loop<'_>, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>, Vec<UnilateralTerms>) {
     let (mut torques, mut speeds) = sliding(all, senses);
-    let Loop { motion, reduced, .. } = all;
+    let reduced = all.reduced;
     let unilaterals = reduced.equations.unilaterals.iter().zip(&senses[torques.len()..]);
     let unilaterals: Vec<UnilateralTerms> =
-        unilaterals.map(|(unilateral, sense)| UnilateralTerms::new(motion, reduced, unilateral, *sense)).collect();
+        unilaterals.map(|(unilateral, sense)| UnilateralTerms::new(all.motion, reduced, unilateral, *sense)).collect();
     torques.extend(unilaterals.iter().map(|unilateral| unilateral.torque));
     speeds.extend(unilaterals.iter().map(|unilateral| unilateral.speed));
     (torques, speeds, unilaterals)
