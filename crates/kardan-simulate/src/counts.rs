@@ -33,7 +33,7 @@ pub struct FlippedReading {
 /// Records the readings of a sensor, and flips some of them.
 #[derive(Debug, Clone)]
 pub(super) struct Notes {
-    encoder_readings: EncoderReading,
+    pub encoder_readings: EncoderReading,
     /// Number of the next reading.
     next: usize,
     flipped: VecDeque<FlippedReading>,
@@ -59,11 +59,6 @@ impl Notes {
             Some(FlippedReading { boundary, above, .. }) => boundary - f64::from(u8::from(!above)),
             None => steps.floor(),
         }
-    }
-
-    /// The recorded readings.
-    pub fn encoder_readings(self) -> EncoderReading {
-        self.encoder_readings
     }
 }
 

@@ -39,6 +39,18 @@ pub enum StepError {
     },
 }
 
+impl StepError {
+    /// Why there is no step from a time on: it would need this length, or no value is finite.
+    pub(super) fn new(time: f64, step: f64, is_finite: bool) -> Self {
+        if is_finite { Self::StepTooSmall { time, step } } else { Self::NotFinite { time } }
+    }
+}
+
+/// The shortest step from a time on.
+pub(super) fn least_step(time: f64) -> f64 {
+    (16.0 * f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE)
+}
+
 /// The cost of an integration so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
@@ -48,6 +60,13 @@ pub struct Counts {
     pub rejected: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
+}
+
+impl Counts {
+    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        let Self { accepted, rejected, evaluations } = self;
+        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+    }
 }
 
 /// An integrator of `ẋ = f(t, x)` with its work memory; the caller drives it step by step.
@@ -83,10 +102,10 @@ pub struct Dop853 {
     relative: f64,
     absolute: Vec<f64>,
     controlled: usize,
-    previous_time: f64,
-    time: f64,
-    previous: Vec<f64>,
-    state: Vec<f64>,
+    pub(super) previous_time: f64,
+    pub(super) time: f64,
+    pub(super) previous: Vec<f64>,
+    pub(super) state: Vec<f64>,
     trial: Vec<f64>,
     /// Slopes of the stages 0..=11, 12 at the end of the step, 13..=15 for dense output.
     slopes: [Vec<f64>; STAGES],
@@ -98,11 +117,11 @@ pub struct Dop853 {
     dense: [Vec<f64>; 6],
     dense_ready: bool,
     /// Proposed length of the next step; 0 when still to be chosen.
-    next: f64,
+    pub(super) next: f64,
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
-    counts: Counts,
-    rounding: Rounding,
+    pub(super) counts: Counts,
+    pub(super) rounding: Rounding,
 }
 
 impl Dop853 {
@@ -150,8 +169,7 @@ impl Dop853 {
         self.slopes.iter_mut().chain(&mut self.dense).for_each(|list| archive.numbers(list));
         archive.flag(&mut self.slope_at_end);
         archive.flag(&mut self.dense_ready);
-        let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
     }
 
@@ -212,7 +230,7 @@ impl Dop853 {
             return Err(StepError::NotFinite { time: self.time });
         }
         let room = until - self.time;
-        let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
+        let least = least_step(self.time);
         if self.next == 0.0 {
             self.next = self.starting_step(until, rhs);
         }
@@ -251,11 +269,7 @@ impl Dop853 {
             rejected = true;
             proposed = h * if all_finite { shrink_factor(error) } else { 0.1 };
             if proposed < least {
-                return Err(if all_finite {
-                    StepError::StepTooSmall { time: self.time, step: proposed }
-                } else {
-                    StepError::NotFinite { time: self.time }
-                });
+                return Err(StepError::new(self.time, proposed, all_finite));
             }
         }
     }
@@ -302,11 +316,6 @@ impl Dop853 {
     /// Accepted steps, rejected steps and evaluations since [`Dop853::new`].
     pub fn counts(&self) -> Counts {
         self.counts
-    }
-
-    /// Counts on from these.
-    pub(super) fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
     }
 
     /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; none

@@ -80,9 +80,7 @@ impl Spans {
         let open = self.since.filter(|from| *from < time).map(|from| (from, time));
         self.closed.iter().copied().chain(open).map(|(from, until)| Span { start: from, end: until }).collect()
     }
-}
 
-impl Spans {
     fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.list(&mut self.closed, (0.0, 0.0), |archive, (from, until)| {
             archive.number(from);

@@ -11,7 +11,7 @@ use super::machine::{Lane, Machine, Prospect, Setup, SimdTaylor};
 use super::outputs::{Outputs, SplitSignals};
 use super::readings::Readings;
 use super::run::absolute_tolerances;
-use super::{Scenario, Tolerance, taylor};
+use super::{Profile, Scenario, Tolerance, taylor};
 use kardan_math::num::bracket;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_results::Series;
@@ -67,6 +67,8 @@ struct Common {
 
 /// A lane: its run, and its current state.
 struct Own {
+    /// Its number.
+    lane: usize,
     machine: Machine,
     run: Option<usize>,
     /// The number of signals that have series, then those that are read at each row.
@@ -156,25 +158,20 @@ impl<N: Lane> Group<N> {
         }
         let machine = || {
             let mut split_signals = None;
-            let machine = Machine::finding(setup, |motion, found| {
+            let machine = Machine::with(setup, |motion, found| {
                 split_signals = Outputs::new(reduced, scenario).split_signals(motion, reduced, found);
-                split_signals
-                    .as_mut()
-                    .map(|split_signals| std::mem::take(&mut split_signals.direct))
-                    .unwrap_or_default()
+                split_signals.as_mut().map_or_else(Vec::new, |signals| std::mem::take(&mut signals.direct))
             });
-            split_signals
-                .map(|split_signals| (machine, split_signals))
-                .ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute")
+            let signals =
+                split_signals.ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute");
+            signals.map(|signals| (machine, signals))
         };
         let (mut first, split_signals) = machine()?;
         let absolute = absolute_tolerances(reduced, tolerance, first.size());
         let order = (taylor::order(tolerance.relative) + MORE).min(MOST_ORDER);
         let simd_taylor = SimdTaylor::new(&first, (tolerance.relative, &absolute), order)?;
-        let mut breakpoints: Vec<f64> = (0..scenario.sources.len())
-            .flat_map(|k| first.profile(k).breakpoints().collect::<Vec<_>>())
-            .chain([scenario.duration])
-            .collect();
+        let mut breakpoints: Vec<f64> = first.profiles.iter().flat_map(Profile::breakpoints).collect();
+        breakpoints.push(scenario.duration);
         breakpoints.sort_by(f64::total_cmp);
         let common = Common {
             coefficients: varying.to_vec(),
@@ -185,15 +182,14 @@ impl<N: Lane> Group<N> {
             input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             sampled_laws: first.sampled_laws(),
         };
-        let direct_count = simd_taylor.also_places().len();
-        let also = simd_taylor.also_places().to_vec();
-        let own = |(mut machine, split_signals): (Machine, _)| {
-            machine.prepare_resolution(&also);
-            Own::new(machine, split_signals, scenario, direct_count)
+        let also = simd_taylor.also_places();
+        let own = |lane: usize, (mut machine, split_signals): (Machine, _)| {
+            machine.prepare_resolution(also);
+            Own::new(lane, machine, split_signals, scenario, also.len())
         };
-        let mut all = vec![own((first, split_signals))];
-        for _ in 1..N::COUNT {
-            all.push(own(machine()?));
+        let mut all = vec![own(0, (first, split_signals))];
+        for lane in 1..N::COUNT {
+            all.push(own(lane, machine()?));
         }
         Ok(Self { simd_taylor, common, own: all, times: N::all(0.0), rooms: N::all(1.0), nexts: N::all(0.0) })
     }
@@ -270,7 +266,7 @@ impl<N: Lane> Group<N> {
                 continue;
             }
             own.steps += 1;
-            let cut = own.resolve(lane, length, (simd_taylor, common));
+            let cut = own.resolve(length, simd_taylor, common);
             let length = cut.unwrap_or(length);
             let whole = cut.is_none() && length < rooms.lanes()[lane];
             if whole {
@@ -280,7 +276,7 @@ impl<N: Lane> Group<N> {
                 Some(length) => simd_taylor.state(lane, length, &mut own.looked),
                 None => simd_taylor.end(lane, &mut own.looked),
             }
-            let event = if simd_taylor.stays(lane) { None } else { own.event(lane, length, simd_taylor) };
+            let event = if simd_taylor.stays(lane) { None } else { own.event(length, simd_taylor) };
             let end = match event {
                 Some(later) => (own.time + later).min(own.end),
                 None if whole || cut.is_some() => own.time + length,
@@ -290,14 +286,14 @@ impl<N: Lane> Group<N> {
             let mut fits =
                 own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
             if !whole && event.is_none() && cut.is_none() && own.tick > own.end {
-                fits &= own.belongs(lane, length, (simd_taylor, common));
+                fits &= own.belongs(length, simd_taylor, common);
             }
             if !fits {
                 own.run = None;
                 take(number, None);
                 continue;
             }
-            own.observe(lane, end, simd_taylor);
+            own.observe(end, simd_taylor);
             own.arrive(end);
             if event.is_some() {
                 own.happen(common);
@@ -314,14 +310,15 @@ impl<N: Lane> Group<N> {
 }
 
 impl Own {
-    fn new(machine: Machine, split_signals: SplitSignals, scenario: &Scenario, direct_count: usize) -> Self {
+    fn new(lane: usize, machine: Machine, signals: SplitSignals, scenario: &Scenario, direct_count: usize) -> Self {
         let size = machine.size();
         Self {
+            lane,
             machine,
             run: None,
-            series: Series { time: scenario.times.clone(), signals: split_signals.signals },
+            series: Series { time: scenario.times.clone(), signals: signals.signals },
             direct_count,
-            machine_readings: split_signals.machine_readings,
+            machine_readings: signals.machine_readings,
             between: vec![0.0; size],
             parts: std::array::from_fn(|_| vec![0.0; size]),
             steps: 0,
@@ -362,7 +359,7 @@ impl Own {
     fn open(&mut self, common: &Common) {
         let duration = common.scenario.duration;
         let later = common.breakpoints.iter().copied().find(|at| *at > self.time).unwrap_or(duration);
-        self.breakpoint = later.min(duration).min(self.machine.next_piece(self.time));
+        self.breakpoint = later.min(duration).min(self.machine.timed.next(self.time));
         self.tick = self.machine.next_tick();
         // A sample that coincides with a breakpoint except for rounding uses the equations from there on.
         let sooner = self.tick < self.breakpoint * (1.0 - SAME);
@@ -402,7 +399,7 @@ impl Own {
     }
 
     fn is_fit(&self) -> bool {
-        self.machine.contradiction().is_empty()
+        self.machine.contradiction.is_empty()
             && self.zeno_events < MOST_ZENO_EVENTS
             && self.rates.iter().all(|rate| rate.is_finite())
     }
@@ -416,12 +413,8 @@ impl Own {
     }
 
     /// The length of a step without unresolved operations, where it must be shorter.
-    fn resolve<N: Lane>(
-        &mut self,
-        lane: usize,
-        length: f64,
-        (simd_taylor, common): (&SimdTaylor<N>, &Common),
-    ) -> Option<f64> {
+    fn resolve<N: Lane>(&mut self, length: f64, simd_taylor: &SimdTaylor<N>, common: &Common) -> Option<f64> {
+        let lane = self.lane;
         if simd_taylor.resolves(lane, length, &self.machine) {
             return None;
         }
@@ -432,13 +425,13 @@ impl Own {
     }
 
     /// Whether a step up to the end of the equations, which no terms have limited, follows the motion.
-    fn belongs<N: Lane>(&mut self, lane: usize, length: f64, (simd_taylor, common): (&SimdTaylor<N>, &Common)) -> bool {
+    fn belongs<N: Lane>(&mut self, length: f64, simd_taylor: &SimdTaylor<N>, common: &Common) -> bool {
         let (relative, absolute) = &common.tolerances;
         let mut slope = vec![0.0; self.between.len() - 2];
         taylor::INSIDE.iter().all(|part| {
-            simd_taylor.state(lane, part * length, &mut self.between);
+            simd_taylor.state(self.lane, part * length, &mut self.between);
             self.machine.derivative(self.time + part * length, &self.between, &mut self.rates);
-            simd_taylor.slope(lane, part * length, &mut slope);
+            simd_taylor.slope(self.lane, part * length, &mut slope);
             slope.iter().enumerate().all(|(k, slope)| {
                 let size = self.state[k].abs().max(self.looked[k].abs()).max((slope * length).abs());
                 (slope - self.rates[k]).abs() * length <= taylor::SLOPE_DEFECT * (absolute[k] + relative * size)
@@ -467,7 +460,7 @@ impl Own {
     }
 
     /// Records all rows before a time within the step.
-    fn observe<N: Lane>(&mut self, lane: usize, end: f64, simd_taylor: &SimdTaylor<N>) {
+    fn observe<N: Lane>(&mut self, end: f64, simd_taylor: &SimdTaylor<N>) {
         let rows = &self.series.time[self.next_row..];
         let count = rows.iter().take_while(|row| **row < end).count();
         let rows = &rows[..count];
@@ -475,7 +468,7 @@ impl Own {
             return;
         }
         for (number, signal) in self.series.signals[..self.direct_count].iter_mut().enumerate() {
-            simd_taylor.also(lane, number, &mut self.coefficients);
+            simd_taylor.also(self.lane, number, &mut self.coefficients);
             for rows in rows.chunks(SIDE) {
                 let (mut later, mut sums) = ([0.0; SIDE], [0.0; SIDE]);
                 later.iter_mut().zip(rows).for_each(|(later, row)| *later = row - self.time);
@@ -488,7 +481,7 @@ impl Own {
         if let Some(machine_readings) = &mut self.machine_readings {
             let recorded = self.series.signals[self.direct_count].values.len() - self.next_row;
             for row in &rows[recorded..] {
-                simd_taylor.state(lane, row - self.time, &mut self.between);
+                simd_taylor.state(self.lane, row - self.time, &mut self.between);
                 machine_readings.observe(&mut self.machine, *row, &self.between);
                 let signals = self.series.signals[self.direct_count..].iter_mut().enumerate();
                 signals.for_each(|(number, signal)| signal.values.push(machine_readings.value(number)));
@@ -511,39 +504,34 @@ impl Own {
     }
 
     /// When a mode is left within a step, after the current time; [`Self::looked`] is the state at its end.
-    fn event<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
-        let prospect = simd_taylor.prospect(lane, length, &mut self.machine);
+    fn event<N: Lane>(&mut self, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
+        let prospect = simd_taylor.prospect(self.lane, length, &mut self.machine);
         if prospect == Prospect::Stays {
             return None;
         }
         self.machine.measure_step(length, &self.state, &self.looked);
         let found = match prospect {
-            Prospect::Leaves(part) => self.confirm(lane, (part, length), simd_taylor),
+            Prospect::Leaves(part) => self.confirm(part, length, simd_taylor),
             _ => None,
         };
-        let found = found.or_else(|| self.scan_for_event(lane, length, simd_taylor));
+        let found = found.or_else(|| self.scan_for_event(length, simd_taylor));
         if found.is_none() {
-            simd_taylor.state(lane, length, &mut self.looked);
+            simd_taylor.state(self.lane, length, &mut self.looked);
         }
         found
     }
 
-    fn leaves_after<N: Lane>(&mut self, lane: usize, later: f64, simd_taylor: &SimdTaylor<N>) -> bool {
-        simd_taylor.state(lane, later, &mut self.looked);
+    fn leaves_after<N: Lane>(&mut self, later: f64, simd_taylor: &SimdTaylor<N>) -> bool {
+        simd_taylor.state(self.lane, later, &mut self.looked);
         self.leaves(self.time + later)
     }
 
     /// Just after the zero of a series, where a mode is left.
-    fn confirm<N: Lane>(
-        &mut self,
-        lane: usize,
-        (part, length): (f64, f64),
-        simd_taylor: &SimdTaylor<N>,
-    ) -> Option<f64> {
+    fn confirm<N: Lane>(&mut self, part: f64, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut apart = (FIRST * (self.time + length)).max(LEAST * length);
         for _ in 0..CONFIRMATIONS {
             let later = (part * length + apart).min(length);
-            if self.leaves_after(lane, later, simd_taylor) {
+            if self.leaves_after(later, simd_taylor) {
                 return Some(later);
             }
             apart *= WIDER;
@@ -552,11 +540,11 @@ impl Own {
     }
 
     /// The first sample at which a mode is left.
-    fn scan_for_event<N: Lane>(&mut self, lane: usize, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
+    fn scan_for_event<N: Lane>(&mut self, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let mut low = 0.0;
-        for scan_for_event in 1..EVENT_SCAN_POINTS + 1 {
-            let mut high = length * scan_for_event as f64 / EVENT_SCAN_POINTS as f64;
-            if !self.leaves_after(lane, high, simd_taylor) {
+        for point in 1..EVENT_SCAN_POINTS + 1 {
+            let mut high = length * point as f64 / EVENT_SCAN_POINTS as f64;
+            if !self.leaves_after(high, simd_taylor) {
                 low = high;
                 continue;
             }
@@ -564,10 +552,10 @@ impl Own {
             let ends = [(high, self.beyond(true, what)), (low, f64::INFINITY)];
             let tolerance = 0.5 * FIRST * (self.time + length);
             [high, _] = bracket(ends, tolerance, |later| {
-                let leaves = self.leaves_after(lane, later, simd_taylor);
+                let leaves = self.leaves_after(later, simd_taylor);
                 self.beyond(leaves, what)
             });
-            self.leaves_after(lane, high, simd_taylor);
+            self.leaves_after(high, simd_taylor);
             return Some(high);
         }
         None
@@ -578,7 +566,7 @@ impl Own {
     fn beyond(&mut self, leaves: bool, what: Option<usize>) -> f64 {
         let size = match what {
             Some(direction) => self.machine.slip_margin(direction).abs(),
-            None if self.reversed.is_empty() => self.machine.active_reserve_here().abs(),
+            None if self.reversed.is_empty() => self.machine.active_reserve().abs(),
             None => f64::INFINITY,
         };
         if leaves { -size.max(f64::MIN_POSITIVE) } else { size }
@@ -599,7 +587,7 @@ impl Own {
     fn repeat(&mut self, count: usize, places: &[usize]) {
         self.machine.evaluate(self.time, &self.state);
         for (signal, place) in self.series.signals.iter_mut().zip(places) {
-            signal.values.extend(std::iter::repeat_n(self.machine.plan_value(*place), count));
+            signal.values.extend(std::iter::repeat_n(self.machine.work.values()[*place], count));
         }
         if let Some(machine_readings) = self.machine_readings.as_mut().filter(|_| count > 0) {
             machine_readings.observe(&mut self.machine, self.time, &self.state);

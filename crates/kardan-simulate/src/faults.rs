@@ -85,22 +85,29 @@ impl<Kind> Failing<Kind> {
     }
 }
 
-/// Whether none of these is active at the same time as it; else its name.
-fn free<'a, Kind: 'a>(
-    fault: &Failing<Kind>,
-    mut declared: impl Iterator<Item = &'a Failing<Kind>>,
+/// Adds faults of parts; the name of a part for which two of them would be active at the same time, if there is one.
+fn add<Kind: Clone>(
+    declared: &mut Vec<Failing<Kind>>,
+    added: &[Failing<Kind>],
+    is_same: impl Fn(&Failing<Kind>, &Failing<Kind>) -> bool,
 ) -> Result<(), String> {
-    declared.find(|existing| fault.overlaps(existing)).map_or(Ok(()), |existing| Err(existing.name.clone()))
+    for fault in added {
+        if let Some(existing) = declared.iter().find(|existing| is_same(existing, fault) && fault.overlaps(existing)) {
+            return Err(existing.name.clone());
+        }
+        declared.push(fault.clone());
+    }
+    Ok(())
 }
 
-/// Zero, and a number from a time on.
-fn step(name: &str, at: f64, value: f64) -> Option<Arc<OfTime>> {
+/// Zero, and from each of some times on another number.
+pub(super) fn in_steps(name: String, steps: impl IntoIterator<Item = (f64, f64)>) -> Option<OfTime> {
     let mut graph = Graph::default();
     let time = graph.new_symbol("t".into(), Dimension::TIME);
-    let symbol = graph.new_symbol(name.into(), Dimension::NONE);
-    let pieces = Pieces::new([(at, [value, 0.0, 0.0, 0.0])]);
-    let part = Part { name: name.into(), dimension: Dimension::NONE, pieces, reported: false };
-    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE).map(Arc::new)
+    let symbol = graph.new_symbol(name.clone(), Dimension::NONE);
+    let pieces = Pieces::new(steps.into_iter().map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
+    let part = Part { name, dimension: Dimension::NONE, pieces, reported: false };
+    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE)
 }
 
 /// A sensor of sampled controllers that fails.
@@ -160,23 +167,10 @@ impl Faults {
     /// Such a part, by its name.
     pub fn with(&self, added: &Self) -> Result<Self, String> {
         let mut out = self.clone();
-        for fault in &added.sensors {
-            let same = |declared: &&SensorFault| declared.concerns(&fault.name) || fault.concerns(&declared.name);
-            free(fault, out.sensors.iter().filter(same))?;
-            out.sensors.push(fault.clone());
-        }
-        for fault in &added.motors {
-            free(fault, out.motors.iter().filter(|declared| declared.name == fault.name))?;
-            out.motors.push(fault.clone());
-        }
-        for fault in &added.units {
-            free(fault, out.units.iter().filter(|declared| declared.name == fault.name))?;
-            out.units.push(fault.clone());
-        }
-        for fault in &added.mechanics {
-            free(fault, out.mechanics.iter().filter(|declared| declared.name == fault.name))?;
-            out.mechanics.push(fault.clone());
-        }
+        add(&mut out.sensors, &added.sensors, |a, b| a.concerns(&b.name) || b.concerns(&a.name))?;
+        add(&mut out.motors, &added.motors, |a, b| a.name == b.name)?;
+        add(&mut out.units, &added.units, |a, b| a.name == b.name)?;
+        add(&mut out.mechanics, &added.mechanics, |a, b| a.name == b.name)?;
         Ok(out)
     }
 
@@ -188,9 +182,10 @@ impl Faults {
         let mut out = reduced.clone();
         for fault in &self.mechanics {
             let own: &mut Weakened = out.equations.failing.entry(fault.name.clone()).or_default();
+            let step = |what: &str, value: f64| in_steps(format!("{}.{what}", fault.name), [(fault.at, value)]);
             match fault.kind {
-                MechanicalFaultKind::Broken => own.share = step(&format!("{}.share", fault.name), fault.at, -1.0),
-                MechanicalFaultKind::Jump(by) => own.moved = step(&format!("{}.jump", fault.name), fault.at, by),
+                MechanicalFaultKind::Broken => own.share = step("share", -1.0).map(Arc::new),
+                MechanicalFaultKind::Jump(by) => own.moved = step("jump", by).map(Arc::new),
             }
         }
         Some(out)

@@ -21,6 +21,15 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// The mode of a motion that has, or gains, this speed.
+    pub(super) fn of(speed: f64) -> Self {
+        match speed {
+            speed if speed > 0.0 => Mode::Forward,
+            speed if speed < 0.0 => Mode::Backward,
+            _ => Mode::Stick,
+        }
+    }
+
     /// +1 forward, −1 backward, 0 at rest.
     pub fn sign(self) -> f64 {
         match self {

@@ -25,13 +25,13 @@ impl Equations for Machine {
     }
 }
 
-/// Calls the method of the same name.
+/// The same expression of each method's solver.
 macro_rules! each {
-    ($self:ident, $method:ident $(, $argument:expr)*) => {
+    ($self:ident, $solver:ident => $expression:expr) => {
         match $self {
-            Self::Dop853(solver) => solver.$method($($argument),*),
-            Self::Taylor(solver) => solver.$method($($argument),*),
-            Self::Radau(solver) => solver.$method($($argument),*),
+            Self::Dop853($solver) => $expression,
+            Self::Taylor($solver) => $expression,
+            Self::Radau($solver) => $expression,
         }
     };
 }
@@ -51,7 +51,7 @@ impl Integrator {
     ) -> Option<Self> {
         let able = machine.prepare_series(taylor::order(relative), shafts);
         // The values that decide pieces have terms where the states have none.
-        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute).with_all_terms(machine.has_kinks()))))
+        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
     }
 
     /// The method for stiff loops, if the machine has a Jacobian.
@@ -71,7 +71,7 @@ impl Integrator {
     }
 
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        each!(self, archive_state, archive)
+        each!(self, solver => solver.archive_state(archive))
     }
 
     /// Starts at a state, which the machine has then evaluated.
@@ -95,8 +95,8 @@ impl Integrator {
                 Ok(())
             }
             Self::Taylor(solver) => {
-                let time = solver.time();
-                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))?;
+                let time = solver.time;
+                solver.step(until, machine.evaluated, |k, x| machine.expand(time, k, x))?;
                 solver.sample_interior(|t, x, dx| machine.derivative(t, x, dx))?;
                 solver.check_rounding(|t, x, dx| machine.derivative(t, x, dx));
                 Ok(())
@@ -124,7 +124,7 @@ impl Integrator {
     pub(super) fn prospect(&self, machine: &mut Machine) -> Prospect {
         match self {
             Self::Dop853(_) | Self::Radau(_) => Prospect::Unknown,
-            Self::Taylor(solver) => machine.prospect(solver.time() - solver.previous_time(), solver.order()),
+            Self::Taylor(solver) => machine.prospect(solver.time - solver.previous_time, solver.order),
         }
     }
 
@@ -132,9 +132,9 @@ impl Integrator {
     pub(super) fn series(&self, machine: &mut Machine, complete: bool) -> Option<(usize, f64)> {
         let Self::Taylor(solver) = self else { return None };
         if complete {
-            machine.complete_series(solver.order(), solver.coefficients());
+            machine.complete_series(solver.order, &solver.coefficients);
         }
-        Some((solver.order(), solver.previous_time()))
+        Some((solver.order, solver.previous_time))
     }
 
     /// Whether [`shorten`](Self::shorten) has an effect.
@@ -144,63 +144,59 @@ impl Integrator {
 
     /// The state at a time within the last step.
     pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
-        each!(self, interpolate, time, out)
+        each!(self, solver => solver.interpolate(time, out))
     }
 
     pub(super) fn rests(&self) -> bool {
-        each!(self, rests)
+        each!(self, solver => solver.rests())
     }
 
     pub(super) fn rest(&mut self, until: f64) {
-        each!(self, rest, until)
+        each!(self, solver => solver.rest(until))
     }
 
     /// The length that the next step is to have, where the method does not choose it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
         match self {
             Self::Dop853(solver) => solver.set_step(step),
-            Self::Radau(solver) => solver.set_step(step),
+            Self::Radau(solver) => solver.next = step,
             Self::Taylor(_) => {}
         }
     }
 
     pub(super) fn next_step(&self) -> f64 {
-        each!(self, next_step)
+        each!(self, solver => solver.next)
     }
 
     pub(super) fn previous_time(&self) -> f64 {
-        each!(self, previous_time)
+        each!(self, solver => solver.previous_time)
     }
 
     pub(super) fn time(&self) -> f64 {
-        each!(self, time)
+        each!(self, solver => solver.time)
     }
 
     pub(super) fn previous_state(&self) -> &[f64] {
-        each!(self, previous_state)
+        each!(self, solver => &solver.previous)
     }
 
     pub(super) fn state(&self) -> &[f64] {
-        each!(self, state)
+        each!(self, solver => &solver.state)
     }
 
     /// Continues the counts of another one.
     pub(super) fn go_on_counting(&mut self, counts: Counts) {
-        each!(self, set_counts, counts)
+        each!(self, solver => solver.counts = counts)
     }
 
     pub(super) fn counts(&self) -> Counts {
-        each!(self, counts)
+        each!(self, solver => solver.counts)
     }
 
     /// The largest error that rounding alone caused in each component in a measured step, and the largest of all in
     /// tolerances.
     pub(super) fn rounding(&self) -> (&[f64], f64) {
-        let rounding = match self {
-            Self::Dop853(solver) => return (solver.rounding(), solver.rounding_in_tolerances()),
-            Self::Taylor(solver) => solver.rounding(),
-            Self::Radau(solver) => solver.rounding(),
-        };
+        let rounding = each!(self, solver => &solver.rounding);
         (&rounding.largest, rounding.tolerances)
     }
 }

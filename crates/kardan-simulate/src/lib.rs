@@ -16,6 +16,7 @@
 //! ```
 #![deny(clippy::disallowed_methods)]
 
+mod compiled_plan;
 mod counts;
 pub mod dop853;
 mod drive;
@@ -23,6 +24,7 @@ mod ensemble;
 mod failing_sensor;
 mod faults;
 pub mod friction;
+mod halving;
 mod impact;
 mod integrator;
 mod linear;

@@ -83,8 +83,8 @@ impl LinearSegment {
             }
         }
         // Angles and speeds are compared with the others of their kind.
-        let kinds = kinds(states, probe.machine.degrees_of_freedom());
-        let exact = kinds.into_iter().all(|kind| {
+        let r = probe.machine.degrees_of_freedom();
+        let exact = [0..r, r..2 * r, 2 * r..states].into_iter().all(|kind| {
             let most = largest[kind.clone()].iter().copied().fold(0.0, f64::max);
             apart[kind].iter().all(|x| *x <= tolerance * most)
         });
@@ -247,11 +247,6 @@ fn apply(matrix: &Matrix<f64>, x: &[f64], out: &mut [f64]) {
 /// The larger of two numbers; the first if one is none. Takes less time than [`f64::max`].
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
-}
-
-/// Angles, speeds and the other states.
-fn kinds(states: usize, r: usize) -> [std::ops::Range<usize>; 3] {
-    [0..r, r..2 * r, 2 * r..states]
 }
 
 /// Reads the equations from the machine.

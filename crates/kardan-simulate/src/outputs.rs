@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::failing_sensor::FailingSensor;
 use super::machine::{Found, Machine};
 use super::readings::{Read, Readings};
-use super::sampler::{Compliance, Sampler, stiffness};
+use super::sampler::{Compliance, Sampler, numbers_of, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use kardan_expr::expr::Expr;
 use kardan_math::num::{StateArchive, rational_to_f64};
@@ -31,6 +31,16 @@ impl Columns<'_> {
         self.list.push((name, physical, description, read));
     }
 
+    /// A quantity of an element.
+    fn add_of(&mut self, quantity: Quantity, element: &str, description: String, read: Read) {
+        self.add(quantity.of(element), quantity.physical(), description, read);
+    }
+
+    /// The effort in an element: its torque, force or voltage.
+    fn add_effort(&mut self, effort: Quantity, element: &str, read: Read) {
+        self.add_of(effort, element, format!("{} of {element}", effort.physical().word()), read);
+    }
+
     /// Angles and speeds; charges, currents and voltages of branches.
     fn add_shafts(&mut self) {
         let equations = &self.reduced.equations;
@@ -38,19 +48,13 @@ impl Columns<'_> {
             let domain = equations.domain(k);
             if domain != Domain::Charge {
                 for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
-                    let physical = quantity.physical();
-                    let description = format!("{} of {} {shaft}", physical.word(), domain.carrier());
-                    self.add(quantity.of(shaft), physical, description, read);
+                    let description = format!("{} of {} {shaft}", quantity.physical().word(), domain.carrier());
+                    self.add_of(quantity, shaft, description, read);
                 }
                 continue;
             }
-            self.add(Quantity::Charge.of(shaft), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
-            self.add(
-                Quantity::Current.of(shaft),
-                Physical::Current,
-                format!("current through {shaft}"),
-                Read::Speed(k),
-            );
+            self.add_of(Quantity::Charge, shaft, format!("charge through {shaft}"), Read::Angle(k));
+            self.add_of(Quantity::Current, shaft, format!("current through {shaft}"), Read::Speed(k));
             // A source has its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 // A current source counts it as the voltage that supplies power.
@@ -62,8 +66,7 @@ impl Columns<'_> {
                     share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, sign * x))
                 };
                 let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
-                let description = format!("voltage across {shaft}");
-                self.add(Quantity::Voltage.of(shaft), Physical::Voltage, description, Read::Potentials(shares));
+                self.add_of(Quantity::Voltage, shaft, format!("voltage across {shaft}"), Read::Potentials(shares));
             }
         }
     }
@@ -76,7 +79,7 @@ impl Columns<'_> {
             let effort = equations.domain_of(input).effort();
             let (physical, word) = (effort.physical(), effort.physical().word());
             let InputKind::Motor(motor) = &input.value else { continue };
-            self.add(effort.of(name), physical, format!("{word} of {name}"), Read::Torque(k));
+            self.add_effort(effort, name, Read::Torque(k));
             if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
                 let description = format!("commanded {word} of {name}, before limits and lag");
                 self.add(Quantity::Command.of(name), physical, description, Read::Command(k));
@@ -94,7 +97,7 @@ impl Columns<'_> {
         for (k, element) in self.reduced.constraint_elements().into_iter().enumerate() {
             if equations.node(k).is_some() {
                 let description = format!("potential of node {element}");
-                self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
+                self.add_of(Quantity::Voltage, element, description, Read::Multiplier(k));
                 continue;
             }
             // The torques of a transformer are the voltages of its windings, which are listed already.
@@ -105,14 +108,9 @@ impl Columns<'_> {
             if linear.is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
                 continue;
             }
-            let effort = equations
-                .measures
-                .get(element)
-                .copied()
-                .unwrap_or_else(|| linear.map_or(Domain::Rotation, |row| equations.domain_of(row)));
-            let effort = effort.effort();
-            let description = format!("constraint multiplier of {element}");
-            self.add(effort.of(element), effort.physical(), description, Read::Multiplier(k));
+            let own = || linear.map_or(Domain::Rotation, |row| equations.domain_of(row));
+            let effort = equations.measures.get(element).copied().unwrap_or_else(own).effort();
+            self.add_of(effort, element, format!("constraint multiplier of {element}"), Read::Multiplier(k));
             let shafts: Vec<usize> = match linear {
                 Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
                 None => {
@@ -122,8 +120,7 @@ impl Columns<'_> {
             };
             // An angle behind backlash has the name of its element.
             for shaft in shafts.into_iter().filter(|shaft| equations.coordinates[*shaft] != *element) {
-                let what = |physical: Physical| format!("constraint {}", physical.word());
-                self.on_body(element, shaft, what, Read::ConstraintTorque(k, shaft));
+                self.on_body(element, shaft, "constraint ", Read::ConstraintTorque(k, shaft));
             }
         }
     }
@@ -149,9 +146,8 @@ impl Columns<'_> {
             let description = format!("constraint multiplier of {element}");
             self.add(multiplier.of(element), physical, description, Read::MultiplierConstraint(shares.clone()));
             for shaft in equations.shafts_of(&constraint.law) {
-                let what = |physical: Physical| format!("constraint {}", physical.word());
                 let parts: Vec<(usize, f64)> = Vec::clone(&parts);
-                self.on_body(element, shaft, what, Read::MultiplierOn(parts, shares.clone(), shaft));
+                self.on_body(element, shaft, "constraint ", Read::MultiplierOn(parts, shares.clone(), shaft));
             }
         }
     }
@@ -163,9 +159,9 @@ impl Columns<'_> {
             let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
             let effort = reduced.equations.domain_of(compliance).effort();
             let description = format!("{} of {element} in place of a constraint multiplier", effort.physical().word());
-            self.add(effort.of(element), effort.physical(), description, torque(None));
+            self.add_of(effort, element, description, torque(None));
             for (shaft, _) in &compliance.row {
-                self.on_body(element, *shaft, |physical| physical.word().into(), torque(Some(*shaft)));
+                self.on_body(element, *shaft, "", torque(Some(*shaft)));
             }
         }
     }
@@ -190,7 +186,7 @@ impl Columns<'_> {
             let effort = spring.or(damper).unwrap_or_default().effort();
             let read = Read::SpringDamper { springs, dampers };
             let description = format!("spring and damper {} of {element}", effort.physical().word());
-            self.add(effort.of(element), effort.physical(), description, read);
+            self.add_of(effort, element, description, read);
         }
     }
 
@@ -219,13 +215,7 @@ impl Columns<'_> {
                 let shares =
                     own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
                 let effort = equations.domain_of(unilateral).effort();
-                let description = format!("{} of {}", effort.physical().word(), unilateral.element);
-                self.add(
-                    effort.of(&unilateral.element),
-                    effort.physical(),
-                    description,
-                    Read::Unilaterals(shares.collect()),
-                );
+                self.add_effort(effort, &unilateral.element, Read::Unilaterals(shares.collect()));
             }
             let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
             if bent || equations.measures.contains_key(&unilateral.element) || differ() {
@@ -244,12 +234,7 @@ impl Columns<'_> {
                 directional.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x)
             };
             let shares = own.iter().map(|(k, directional)| (first + k, share(directional))).collect();
-            self.on_body(
-                element,
-                body,
-                |physical| format!("constraint {}", physical.word()),
-                Read::Unilaterals(shares),
-            );
+            self.on_body(element, body, "constraint ", Read::Unilaterals(shares));
         }
     }
 
@@ -264,13 +249,8 @@ impl Columns<'_> {
                 self.add(emf, effort.physical(), format!("back-emf of {element}"), Read::Law(k));
                 continue;
             }
-            let description = format!("{} of {element}", effort.physical().word());
-            self.add(effort.of(element), effort.physical(), description, Read::Law(k));
+            self.add_effort(effort, element, Read::Law(k));
         }
-    }
-
-    fn springs_of(&self, element: &str) -> Vec<usize> {
-        numbered(element, &self.reduced.equations.springs)
     }
 
     fn add_sources(&mut self, sources: &[Source]) {
@@ -322,12 +302,12 @@ impl Columns<'_> {
     }
 
     /// The torque of an element on one of its bodies.
-    fn on_body(&mut self, element: &str, body: usize, what: impl Fn(Physical) -> String, read: Read) {
+    fn on_body(&mut self, element: &str, body: usize, kind: &str, read: Read) {
         let equations = &self.reduced.equations;
         let (name, domain) = (&equations.coordinates[body], equations.domain(body));
-        let effort = domain.effort();
-        let description = format!("{} of {element} on {} {name}", what(effort.physical()), domain.carrier());
-        self.add(format!("{element}.{}", effort.of(name)), effort.physical(), description, read);
+        let (effort, physical) = (domain.effort(), domain.effort().physical());
+        let description = format!("{kind}{} of {element} on {} {name}", physical.word(), domain.carrier());
+        self.add(format!("{element}.{}", effort.of(name)), physical, description, read);
     }
 
     /// The quantity that a sensor measures.
@@ -339,7 +319,7 @@ impl Columns<'_> {
             Measured::Angle(s) => return (physical, Read::Angle(shaft(s))),
             Measured::Speed(s) => return (physical, Read::Speed(shaft(s))),
             Measured::SpringTorque(element) => {
-                Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
+                Read::SpringDamper { springs: numbers_of(element, &reduced.equations.springs), dampers: Vec::new() }
             }
             Measured::NetTorque(s) => Read::NetTorque(shaft(s)),
             Measured::ComplianceTorque(element, s) => {
@@ -407,11 +387,6 @@ fn by_element<T>(terms: &[DirectionalTerm<T>]) -> HashMap<&str, Vec<usize>> {
     let mut found: HashMap<&str, Vec<usize>> = HashMap::new();
     terms.iter().enumerate().for_each(|(k, term)| found.entry(&term.element).or_default().push(k));
     found
-}
-
-/// Numbers of the terms of an element.
-fn numbered<T>(element: &str, terms: &[DirectionalTerm<T>]) -> Vec<usize> {
-    terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
 }
 
 /// Signals by their source.
@@ -546,16 +521,6 @@ impl Outputs {
         }
     }
 
-    /// Appends to one signal.
-    pub fn push(&mut self, signal: usize, value: f64) {
-        self.signals[signal].values.push(value);
-    }
-
-    /// Appends several rows to one signal.
-    pub fn extend(&mut self, signal: usize, values: &[f64]) {
-        self.signals[signal].values.extend_from_slice(values);
-    }
-
     /// The state that the next readings of the sensors depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
@@ -567,14 +532,11 @@ impl Outputs {
 
     /// The value of a signal at the point that was observed last.
     pub fn value(&self, signal: usize) -> f64 {
-        match &self.reads[signal] {
-            Read::Sensor(k) => self.samplers[*k].shown,
-            _ => self.reading(signal),
+        match (&self.reads[signal], &self.readings) {
+            (Read::Sensor(k), _) => self.samplers[*k].shown,
+            (_, Some(readings)) => readings.value(signal),
+            (_, None) => f64::NAN,
         }
-    }
-
-    fn reading(&self, reading: usize) -> f64 {
-        self.readings.as_ref().map_or(f64::NAN, |readings| readings.value(reading))
     }
 
     /// The next time at which a sampled sensor reads, s.

@@ -1,14 +1,11 @@
 //! Signals of a run, as expressions of the loop, its accelerations and its friction torques: one plan for all columns
 //! and sensors.
 
-use kardan_native::Native;
-
+use super::compiled_plan::{CompiledPlan, exact, sum, symbols};
 use super::machine::{Found, Machine};
 use super::sampler::Compliance;
 use kardan_expr::expr::{Expr, Symbol};
-use kardan_expr::plan::{Plan, compile};
-use kardan_math::num::{Rational, rational_from_f64};
-use kardan_math::units::Dimension;
+use kardan_math::num::Rational;
 use kardan_mechanics::reduce::{Acting, Motion, Reduced};
 
 /// The quantity of a signal or a sensor.
@@ -41,11 +38,9 @@ pub(super) enum Read {
     Sensor(usize),
 }
 
-/// The plan of all readings, with its memory.
+/// The plan of all readings.
 pub(super) struct Readings {
-    plan: Plan,
-    native: Option<Native<f64>>,
-    memory: Vec<f64>,
+    compiled: CompiledPlan<f64>,
     /// The arguments: the inputs of the loop, accelerations, friction torques.
     counts: [usize; 3],
     /// The indices of the sources among the inputs of the loop, and the terms that depend on time.
@@ -70,23 +65,15 @@ impl Readings {
     /// The plan of readings of a loop; those of sensors are zero in it.
     pub(super) fn new(motion: &mut Motion, reduced: &Reduced, found: &Found, reads: &[&Read]) -> Self {
         let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&found.inputs).copied().collect();
-        let (loop_inputs, sources) = (inputs.len(), motion.symbols.len() + found.sources.start);
-        let timed = motion.symbols.len() + found.timed.start;
-        let motion_inputs: Vec<Symbol> = inputs[..motion.symbols.len()]
-            .iter()
-            .chain(&inputs[sources..motion.symbols.len() + found.sources.end])
-            .chain(&inputs[timed..motion.symbols.len() + found.timed.end])
-            .copied()
-            .collect();
+        let (loop_inputs, first) = (inputs.len(), motion.symbols.len());
+        let (sources, timed) = (first + found.sources.start, first + found.timed.start);
+        let own = [0..first, sources..first + found.sources.end, timed..first + found.timed.end];
+        let motion_inputs: Vec<Symbol> = own.into_iter().flat_map(|places| inputs[places].to_vec()).collect();
         let motion_rows = motion.frictions.len();
-        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
-            let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
-            let new: Vec<Expr> = (0..count).map(new).collect();
-            inputs.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
-            new
-        };
-        let accelerations = symbols("acceleration", reduced.degrees_of_freedom());
-        let frictions = symbols("friction", motion_rows);
+        let accelerations = symbols(&mut motion.graph, "acceleration", reduced.degrees_of_freedom());
+        let frictions = symbols(&mut motion.graph, "friction", motion_rows);
+        let more = accelerations.iter().chain(&frictions);
+        inputs.extend(more.filter_map(|symbol| motion.graph.symbol_of(*symbol)));
         let counts = [loop_inputs, accelerations.len(), frictions.len()];
         let mut shared = Shared { motion, reduced, found, accelerations, frictions, multipliers: None };
         let exprs: Vec<Expr> = reads.iter().map(|read| shared.expression(read)).collect();
@@ -94,8 +81,7 @@ impl Readings {
         let needs_forces = graph.symbols(&exprs).iter().any(|symbol| !motion_inputs.contains(symbol));
         let outputs: Vec<(String, Expr)> =
             exprs.into_iter().enumerate().map(|(k, expr)| (format!("reading.{k}"), expr)).collect();
-        let plan = compile(graph, &inputs, &outputs).expect("readings depend on inputs only");
-        Self { native: Native::new(&plan.block()), memory: plan.memory(), plan, counts, sources, timed, needs_forces }
+        Self { compiled: CompiledPlan::new(graph, &inputs, &outputs), counts, sources, timed, needs_forces }
     }
 
     /// The same as expressions of the loop alone; `None` for those that need accelerations or friction torques, or are
@@ -117,46 +103,33 @@ impl Readings {
 
     /// Evaluates a machine at a point, and all readings there.
     pub(super) fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
-        let accelerations = self.counts[1];
         if self.needs_forces {
-            machine.observe(time, state);
-            return self.take(machine);
-        } else {
-            machine.set_sources(time);
-            self.memory[..2 * accelerations].copy_from_slice(&state[..2 * accelerations]);
-            self.memory[self.sources..][..machine.sources.len()].copy_from_slice(&machine.sources);
-            let timed = machine.timed_at(time);
-            self.memory[self.timed..][..timed.len()].copy_from_slice(timed);
+            machine.evaluate(time, state);
+            return self.observe_here(machine);
         }
-        self.evaluate();
+        let (memory, motion) = (&mut self.compiled.memory, 2 * self.counts[1]);
+        machine.set_sources(time);
+        memory[..motion].copy_from_slice(&state[..motion]);
+        memory[self.sources..][..machine.sources.len()].copy_from_slice(&machine.sources);
+        let timed = machine.timed.at(time);
+        memory[self.timed..][..timed.len()].copy_from_slice(timed);
+        self.compiled.evaluate();
     }
 
     /// The same where the rates were computed last.
     pub(super) fn observe_here(&mut self, machine: &mut Machine) {
-        machine.observe_here();
-        self.take(machine);
-    }
-
-    fn take(&mut self, machine: &Machine) {
+        machine.find_friction_torques();
         let [inputs, accelerations, frictions] = self.counts;
-        let (loop_inputs, later) = self.memory.split_at_mut(inputs);
+        let (loop_inputs, later) = self.compiled.memory.split_at_mut(inputs);
         loop_inputs.copy_from_slice(&machine.work.values()[..inputs]);
         later[..accelerations].copy_from_slice(&machine.acceleration);
         later[accelerations..][..frictions].copy_from_slice(&machine.friction_torques);
-        self.evaluate();
-    }
-
-    fn evaluate(&mut self) {
-        // A value that is not a number is detected where it is used.
-        let _ = match &self.native {
-            Some(native) => native.evaluate(&mut self.memory),
-            None => self.plan.block().evaluate(&mut self.memory),
-        };
+        self.compiled.evaluate();
     }
 
     /// A reading at the point observed last.
     pub(super) fn value(&self, reading: usize) -> f64 {
-        self.memory[self.plan.place(reading)]
+        *self.compiled.output(reading)
     }
 }
 
@@ -185,8 +158,7 @@ impl Shared<'_> {
                 own.map_or(zero, |(_, coefficient)| self.motion.graph.multiply(coefficient, multiplier))
             }
             Read::Potentials(shares) => {
-                let terms: Vec<(Expr, Rational)> =
-                    shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
+                let terms: Vec<_> = shares.iter().map(|(row, x)| (self.multiplier(*row), exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
             Read::SpringDamper { springs, dampers } => self.torques(springs, dampers),
@@ -196,18 +168,15 @@ impl Shared<'_> {
             }
             Read::Friction(k) => self.frictions[*k],
             Read::Unilaterals(shares) => {
-                let terms: Vec<(Expr, Rational)> =
-                    shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
+                let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
                 self.motion.graph.sum(Rational::ZERO, &terms)
             }
             Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
             Read::MultiplierOn(parts, shares, shaft) => {
                 let multiplier = self.enforced_multiplier(shares);
-                let entry = |k: usize| {
-                    self.motion.multiplier_constraints[k].row.iter().find(|(candidate, _)| candidate == shaft)
-                };
-                let entries: Vec<(Expr, Rational)> =
-                    parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
+                let rows = &self.motion.multiplier_constraints;
+                let entry = |k: usize| rows[k].row.iter().find(|(candidate, _)| candidate == shaft);
+                let entries: Vec<_> = parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
                 let entry = self.motion.graph.sum(Rational::ZERO, &entries);
                 self.motion.graph.multiply(entry, multiplier)
             }
@@ -220,16 +189,14 @@ impl Shared<'_> {
     /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
     fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
         let first = self.reduced.equations.set_valued().count();
-        let terms: Vec<(Expr, Rational)> =
-            shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+        let terms: Vec<_> = shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
         self.motion.graph.sum(Rational::ZERO, &terms)
     }
 
     fn torques(&mut self, springs: &[usize], dampers: &[usize]) -> Expr {
         let mut terms: Vec<Expr> = springs.iter().map(|&k| self.motion.spring_torque(self.reduced, k)).collect();
         terms.extend(dampers.iter().map(|&k| self.motion.damper_torque(self.reduced, k)));
-        let terms: Vec<(Expr, Rational)> = terms.into_iter().map(|term| (term, Rational::ONE)).collect();
-        self.motion.graph.sum(Rational::ZERO, &terms)
+        sum(&mut self.motion.graph, terms)
     }
 
     fn multiplier(&mut self, constraint: usize) -> Expr {
@@ -239,8 +206,4 @@ impl Shared<'_> {
         });
         all[constraint]
     }
-}
-
-fn exact(value: f64) -> Rational {
-    rational_from_f64(value).unwrap_or(Rational::ZERO)
 }

@@ -11,7 +11,6 @@ mod segments;
 mod step;
 mod switching;
 mod tolerance;
-mod undefined_value;
 mod unfit;
 
 use super::integrator::Integrator;
@@ -42,7 +41,7 @@ pub(super) struct RunLoop {
     segment: Option<LinearSegment>,
     /// Whether segments may be.
     linear: bool,
-    tolerance: f64,
+    tolerance: Tolerance,
     /// Absolute errors allowed of each state in a step.
     absolute: Vec<f64>,
     /// The number of such segments, and their evaluations.
@@ -94,15 +93,12 @@ pub(super) struct RunLoop {
     /// The work of the inputs when it was last evaluated, and the sum of the sizes of its changes until then, J.
     work: f64,
     exchanged: f64,
-    /// The error that a step may have in it, for any size, J.
-    least_energy: f64,
     /// The gear whose motion was not unique at the last step.
     doubted: Option<usize>,
     /// When gears have jammed, s, and how often in close succession.
     jammed: Option<f64>,
     jams: usize,
     located: usize,
-    most_steps: usize,
     /// Steps since the last progress report.
     steps_since_progress: usize,
     /// The random source of perturbed rounding, if that is requested.
@@ -138,18 +134,16 @@ impl RunLoop {
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         // Faults of springs and dampers are in the equations of the run.
         let weakened = setup.scenario.faults.weakened(setup.reduced);
-        Self::of(Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup }, tolerance)
-    }
-
-    /// The same with equations that include all faults.
-    fn of(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        let setup = Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup };
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
-        let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let multipliers = reduced.equations.multiplier_constraints.iter();
         let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
-        let mut machine = Machine::with(setup, |motion, found| outputs.compile(motion, reduced, found));
+        let mut machine = Machine::with(setup, |motion, found| {
+            outputs.compile(motion, reduced, found);
+            Vec::new()
+        });
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
@@ -159,7 +153,6 @@ impl RunLoop {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             chosen => chosen,
         };
-        let least_energy = absolute[size - 2];
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
         let reference = || Integrator::dop853(tolerance.relative, &absolute);
         RunLoop {
@@ -171,19 +164,19 @@ impl RunLoop {
                 && scenario.duration.is_finite()
                 && size - 2 <= linear::MOST_STATES
                 && machine.is_linear(),
-            tolerance: tolerance.relative,
+            tolerance,
             segments: Effort::default(),
             stepped: false,
             complete: false,
             resting: false,
-            guard: Guard::new(machine.is_blind(), machine.kinks()),
+            guard: Guard::new(machine.is_blind(), machine.kinks.of_state),
             machine,
             outputs,
             event_samples: EventSamples::new(names.len()),
             names,
             multiplier_names,
             prescribing: reduced.equations.moving.keys().cloned().collect(),
-            input_names,
+            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             input_units: input_units(reduced),
             shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
@@ -209,12 +202,10 @@ impl RunLoop {
             initial_energy: 0.0,
             work: 0.0,
             exchanged: 0.0,
-            least_energy,
             doubted: None,
             jammed: None,
             jams: 0,
             located: 0,
-            most_steps: tolerance.most_steps,
             steps_since_progress: 0,
             shaken: None,
             scenario: scenario.clone(),

@@ -55,6 +55,11 @@ struct Source {
 }
 
 impl Source {
+    /// When it reads next, s, by itself; at the begin of a stuck fault even without a sample time.
+    fn next_time(&self) -> Option<f64> {
+        self.sampler.next_time().or_else(|| self.failing.next_stuck())
+    }
+
     /// Reads, with the faults that are active.
     fn read(&mut self, now: f64, model: (&Dynamics, &Work), references: &[f64]) {
         let Self { quantity, sampler, failing, .. } = self;
@@ -200,7 +205,7 @@ impl SampledRuntime {
     /// Records the readings of its counting sensors, of which the first has that number in the whole loop; flips some
     /// readings. Returns the number of the next sensor.
     pub fn note_counts(&mut self, first: usize, flipped: &[FlippedReading]) -> usize {
-        let counting = self.sensors.iter_mut().filter(|source| source.sampler.counts());
+        let counting = self.sensors.iter_mut().filter(|source| source.sampler.resolution.is_some());
         let own = |number| flipped.iter().filter(move |flipped| flipped.sensor == number).copied().collect();
         counting.fold(first, |number, source| {
             source.sampler.notes = Some(Box::new(Notes::new(source.name.clone(), own(number))));
@@ -210,14 +215,14 @@ impl SampledRuntime {
 
     /// The readings of its sensors, where recording was requested.
     pub fn encoder_readings(&mut self) -> impl Iterator<Item = EncoderReading> {
-        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings()))
+        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings))
     }
 
     /// Sensors that measure a torque by the twist of springs compute it with the stiffness of these.
     pub fn take_springs(&mut self, dynamics: &Dynamics) {
         for Source { quantity, sampler, .. } in &mut self.sensors {
             if let Quantity::Springs(springs) = quantity {
-                sampler.take_stiffness(springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum());
+                sampler.stiffness = springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum();
             }
         }
     }
@@ -237,11 +242,7 @@ impl SampledRuntime {
 
     /// The next instant with an action, s.
     pub fn next_time(&self) -> f64 {
-        let sensors = self.sensors.iter().filter_map(|Source { sampler, failing, .. }| match sampler.next_time() {
-            Some(next) => Some(next),
-            // A sensor without a sample time is evaluated at the begin of a stuck fault.
-            None => failing.next_stuck(),
-        });
+        let sensors = self.sensors.iter().filter_map(Source::next_time);
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
@@ -257,8 +258,7 @@ impl SampledRuntime {
     ) {
         let now = time + SAME * self.clock.period;
         for source in &mut self.sensors {
-            let reading_time = source.sampler.next_time().or_else(|| source.failing.next_stuck());
-            if reading_time.is_some_and(|reading_time| reading_time <= now) {
+            if source.next_time().is_some_and(|reading_time| reading_time <= now) {
                 source.read(now, model, references);
             }
         }
@@ -280,8 +280,7 @@ impl SampledRuntime {
             }
             *reading = source.last_reading;
         }
-        let Self { readings, states, .. } = self;
-        let (readings, states) = (std::mem::take(readings), std::mem::take(states));
+        let (readings, states) = (std::mem::take(&mut self.readings), std::mem::take(&mut self.states));
         let observation = Observation {
             time,
             angles: &work.kinematics.angles,
@@ -334,22 +333,14 @@ impl SampledRuntime {
 
     /// Notes on its controller, as sentences.
     pub fn notes(&self, law: &dyn Law) -> Vec<String> {
-        let controller = law.describe().controller;
-        match law.keeps() {
-            Frozen::Estimate => self
-                .health_counts
-                .notes(&format!("Control {controller}"), "the estimate overflowed and stayed unchanged"),
-            frozen => {
-                let who = if frozen == Frozen::Command {
-                    format!("Control {controller}")
-                } else {
-                    format!("The {controller}")
-                };
-                let what = "an output or a state was not a number (a lost reading, a division by zero, an overflow) \
-                            and stayed unchanged";
-                self.health_counts.notes(&who, what)
-            }
-        }
+        let (controller, frozen) = (law.describe().controller, law.keeps());
+        let kind = if frozen == Frozen::Outputs { "The" } else { "Control" };
+        let what = if frozen == Frozen::Estimate {
+            "the estimate overflowed and stayed unchanged"
+        } else {
+            "an output or a state was not a number (a lost reading, a division by zero, an overflow) and stayed unchanged"
+        };
+        self.health_counts.notes(&format!("{kind} {controller}"), what)
     }
 
     fn apply(&mut self, now: f64) {

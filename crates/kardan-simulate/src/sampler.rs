@@ -3,6 +3,7 @@
 use super::counts::Notes;
 use kardan_math::num::{Random, Rational, StateArchive, rational_to_f64};
 use kardan_math::units::Exact;
+use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::{Measured, Sensor};
 use kardan_mechanics::reduce::{Dynamics, Reduced, Work};
 
@@ -43,8 +44,8 @@ impl Period {
 pub(super) struct Sampler {
     /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
     /// 1.
-    resolution: Option<f64>,
-    stiffness: f64,
+    pub resolution: Option<f64>,
+    pub stiffness: f64,
     /// The position of the sensor's zero within a step, 0 to 1.
     phase: f64,
     period: Option<Period>,
@@ -100,16 +101,6 @@ impl Sampler {
     /// Whether it has no resolution, noise or delay.
     pub fn is_ideal(&self) -> bool {
         self.resolution.is_none() && self.period.is_none() && self.noise.is_none()
-    }
-
-    /// Whether it rounds to counts.
-    pub fn counts(&self) -> bool {
-        self.resolution.is_some()
-    }
-
-    /// Uses another stiffness of its springs from now on.
-    pub fn take_stiffness(&mut self, stiffness: f64) {
-        self.stiffness = stiffness;
     }
 
     /// Whether a speed is the difference of rounded angles.
@@ -176,22 +167,19 @@ impl Compliance {
     /// The torque on a shaft, or the multiplier; `None` if the element is not compliant or does not act there.
     pub fn new(reduced: &Reduced, element: &str, shaft: Option<usize>) -> Option<Self> {
         let equations = &reduced.equations;
-        let numbers = |elements: Vec<&str>| -> Vec<usize> {
-            elements.iter().enumerate().filter(|(_, name)| **name == element).map(|(k, _)| k).collect()
-        };
         let compliance = equations.compliances.iter().find(|compliance| compliance.element == element)?;
         let share = match shaft {
             Some(shaft) => compliance.row_f64().into_iter().find(|(k, _)| *k == shaft)?.1,
             None => 1.0,
         };
         Some(Self {
-            springs: numbers(equations.springs.iter().map(|spring| spring.element.as_str()).collect()),
-            dampers: numbers(equations.dampers.iter().map(|damper| damper.element.as_str()).collect()),
+            springs: numbers_of(element, &equations.springs),
+            dampers: numbers_of(element, &equations.dampers),
             factor: share / compliance.value.to_f64(),
         })
     }
 
-    pub fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+    fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
         let springs: f64 = self.springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum();
         let dampers: f64 = self.dampers.iter().map(|&k| dynamics.damper_torque(k, work)).sum();
         self.factor * (springs + dampers)
@@ -202,14 +190,10 @@ impl Quantity {
     /// The source of the reading of a sensor of a mechanism; `None` for torques that depend on accelerations.
     pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
         let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
-        let springs = |name: &String| {
-            let all = reduced.equations.springs.iter().enumerate();
-            all.filter(|(_, spring)| spring.element == *name).map(|(k, _)| k).collect()
-        };
         match measured {
             Measured::Speed(name) if !differentiates => Some(Self::Speed(shaft(name))),
             Measured::Angle(name) | Measured::Speed(name) => Some(Self::Angle(shaft(name))),
-            Measured::SpringTorque(element) => Some(Self::Springs(springs(element))),
+            Measured::SpringTorque(element) => Some(Self::Springs(numbers_of(element, &reduced.equations.springs))),
             Measured::ComplianceTorque(element, name) => {
                 Compliance::new(reduced, element, Some(shaft(name))).map(Self::Compliance)
             }
@@ -227,6 +211,11 @@ impl Quantity {
             Self::Compliance(compliance) => compliance.read(dynamics, work),
         }
     }
+}
+
+/// Numbers of the terms of an element.
+pub(super) fn numbers_of<T>(element: &str, terms: &[DirectionalTerm<T>]) -> Vec<usize> {
+    terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
 }
 
 /// Torque per twist of the springs of an element, N m/rad.

@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::run::RunLoop;
 use super::{Scenario, Setup, SourceTarget, Tolerance};
 use kardan_math::names::unknown_name;
-use kardan_math::num::StateArchive;
+use kardan_math::num::{Random, StateArchive};
 use kardan_results::{Event, Outcome, Physical};
 
 /// A closed loop that is stepped from outside, in steps of any size.
@@ -158,9 +158,7 @@ struct Fnv(u64);
 
 impl Hasher for Fnv {
     fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
+        self.0 = Random::fnv(self.0, bytes);
     }
 
     fn finish(&self) -> u64 {
@@ -304,7 +302,7 @@ impl Simulation {
     /// For each set-valued direction of the model (`Equations::set_valued`) the sign of its sliding speed at the time
     /// reached, zero where it sticks; `None` where no torque acts in it.
     pub fn modes(&self) -> Vec<Option<f64>> {
-        (0..self.run_loop.machine.set_valued()).map(|k| self.run_loop.machine.sign_of(k)).collect()
+        (0..self.run_loop.machine.modes.len()).map(|k| self.run_loop.machine.sign_of(k)).collect()
     }
 
     /// The events since the last call, before the time reached.

@@ -32,7 +32,7 @@ pub(super) fn is_stiff(machine: &mut Machine, scenario: &Scenario, state: &[f64]
     let Some(poles) = eigenvalues(&slopes) else { return false };
     // Each breakpoint and each sample is a start.
     let begins = scenario.events.iter().map(|event| if event.over > 0.0 { 2.0 } else { 1.0 }).sum::<f64>() + 1.0;
-    let begins = begins + machine.timed_breakpoints(scenario.duration) as f64;
+    let begins = begins + machine.timed.breakpoints(scenario.duration) as f64;
     let mut length = machine.shortest_period().min(scenario.duration / begins);
     if !length.is_finite() {
         length = 1.0;
@@ -130,11 +130,9 @@ impl<'a> Product<'a> {
         let moved = || direction.iter().zip(&*units).map(|(d, unit)| d * unit);
         let change = *scale / moved().fold(0.0f64, |most, x| most.max(x.abs()));
         for (sign, rates) in [1.0, -1.0].into_iter().zip(rates.iter_mut()) {
-            perturbed
-                .iter_mut()
-                .zip(*state)
-                .zip(moved())
-                .for_each(|((perturbed, x), d)| *perturbed = x + sign * change * d);
+            for ((perturbed, x), d) in perturbed.iter_mut().zip(*state).zip(moved()) {
+                *perturbed = x + sign * change * d;
+            }
             machine.derivative(0.0, perturbed, rates);
         }
         for (((out, plus), minus), unit) in out.iter_mut().zip(&rates[0]).zip(&rates[1]).zip(&*units) {

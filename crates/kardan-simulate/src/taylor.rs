@@ -11,7 +11,7 @@
 
 use kardan_rt::functions::{exp, ln};
 
-use super::dop853::{Counts, StepError};
+use super::dop853::{Counts, StepError, least_step};
 use super::rounding::Rounding;
 use kardan_math::num::StateArchive;
 
@@ -49,28 +49,30 @@ pub(super) struct Taylor {
     absolute: Vec<f64>,
     /// The highest order that the memory allows.
     most: usize,
-    previous_time: f64,
-    time: f64,
-    previous: Vec<f64>,
-    state: Vec<f64>,
+    pub(super) previous_time: f64,
+    pub(super) time: f64,
+    pub(super) previous: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// Coefficients at the begin of the last step, those of an order one after the other.
-    coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
     /// The highest order used in the last step.
-    order: usize,
+    pub(super) order: usize,
     /// Whether all terms are computed where the states need fewer: other values are checked too.
     all_terms: bool,
     /// Evaluations of the machine when the first coefficients at the state were computed: while there are no more, they
     /// and its factors are valid.
     begun: Option<u64>,
-    next: f64,
+    /// The length that the next step is expected to have.
+    pub(super) next: f64,
     /// Whether the end of the last step must be checked.
     doubtful: bool,
     /// Memory for rates and for a state inside.
     rates: Vec<f64>,
     inside: Vec<f64>,
     slopes: Vec<f64>,
-    counts: Counts,
-    rounding: Rounding,
+    pub(super) counts: Counts,
+    /// The rounding errors of steps, as far as they were measured.
+    pub(super) rounding: Rounding,
 }
 
 /// The order for a relative tolerance; some orders more or less have little effect on the time of a run.
@@ -86,7 +88,7 @@ fn is_sudden([first, second]: [f64; 2], last: f64) -> bool {
 }
 
 impl Taylor {
-    pub(super) fn new(relative: f64, absolute: &[f64]) -> Self {
+    pub(super) fn new(relative: f64, absolute: &[f64], all_terms: bool) -> Self {
         let (zero, most) = (vec![0.0; absolute.len()], order(relative));
         Self {
             relative,
@@ -98,7 +100,7 @@ impl Taylor {
             coefficients: vec![0.0; zero.len() * (most + 1)],
             state: zero,
             order: 0,
-            all_terms: false,
+            all_terms,
             begun: None,
             next: 0.0,
             doubtful: false,
@@ -108,11 +110,6 @@ impl Taylor {
             counts: Counts::default(),
             rounding: Rounding::new(absolute.len()),
         }
-    }
-
-    /// Finds all terms.
-    pub(super) fn with_all_terms(self, all_terms: bool) -> Self {
-        Self { all_terms, ..self }
     }
 
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
@@ -125,8 +122,7 @@ impl Taylor {
         archive.count(&mut self.order);
         self.begun = None;
         self.order = self.order.min(self.most);
-        let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
     }
 
@@ -187,16 +183,14 @@ impl Taylor {
         if !length.is_finite() || length == 0.0 && self.coefficients.iter().any(|x| !x.is_finite()) {
             return Err(StepError::NotFinite { time: self.time });
         }
-        if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
+        if length < least_step(self.time) {
             return Err(StepError::StepTooSmall { time: self.time, step: length });
         }
         self.next = if small { self.next.max(room) } else { length };
         let end = if room <= 1.01 * length { until } else { self.time + length };
         (self.previous_time, self.time) = (self.time, end);
         std::mem::swap(&mut self.previous, &mut self.state);
-        let mut state = std::mem::take(&mut self.state);
-        self.interpolate(end, &mut state);
-        self.state = state;
+        self.end_at(end);
         if self.state.iter().any(|x| !x.is_finite()) {
             self.time = self.previous_time;
             self.state.copy_from_slice(&self.previous);
@@ -211,12 +205,8 @@ impl Taylor {
         // Logarithms of the terms, the last one first.
         let (long, accuracy) = (ln(length), -ln(self.relative));
         let terms = self.largest_of_last(order, length);
-        let terms: [f64; BEFORE + 2] =
-            std::array::from_fn(
-                |k| {
-                    if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY }
-                },
-            );
+        let term = |k: usize| if order > k { ln(terms[k]) + (order - k) as f64 * long } else { f64::NEG_INFINITY };
+        let terms: [f64; BEFORE + 2] = std::array::from_fn(term);
         let last = terms[0].max(terms[1]);
         // With an even decay the whole, 1/relative tolerances, falls to one.
         let too_large = |k: usize| terms[k] > ln(ABOVE) + accuracy * k as f64 / order as f64;
@@ -252,7 +242,7 @@ impl Taylor {
         let mut before = f64::INFINITY;
         let found = loop {
             let length = self.time - self.previous_time;
-            if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
+            if length < least_step(self.time) {
                 break Err(StepError::StepTooSmall { time: self.previous_time, step: length });
             }
             let places = if brief { &INSIDE[1..] } else { &INSIDE };
@@ -302,10 +292,8 @@ impl Taylor {
     /// Ends the last step earlier, at a part of it.
     pub(super) fn end_earlier(&mut self, part: f64) {
         let length = part * (self.time - self.previous_time);
-        self.time = self.previous_time + length;
-        let mut state = std::mem::take(&mut self.state);
-        self.interpolate(self.time, &mut state);
-        (self.state, self.next) = (state, length);
+        self.end_at(self.previous_time + length);
+        self.next = length;
         self.counts.rejected += 1;
     }
 
@@ -330,11 +318,6 @@ impl Taylor {
         });
         let sizes = absolute.iter().zip(&*previous).map(|(absolute, x)| absolute + *relative * x.abs());
         rounding.in_step(*time - *previous_time, sizes);
-    }
-
-    /// The rounding errors of steps, as far as they were measured.
-    pub(super) fn rounding(&self) -> &Rounding {
-        &self.rounding
     }
 
     /// The largest coefficient of an order, in tolerances of components that move for this time.
@@ -386,44 +369,5 @@ impl Taylor {
         for order in (0..=self.order).rev() {
             out.iter_mut().zip(self.of(order)).for_each(|(out, coefficient)| *out = *out * t + coefficient);
         }
-    }
-
-    /// Coefficients at the begin of the last step, those of an order one after the other.
-    pub(super) fn coefficients(&self) -> &[f64] {
-        &self.coefficients
-    }
-
-    /// The highest order used in the last step.
-    pub(super) fn order(&self) -> usize {
-        self.order
-    }
-
-    pub(super) fn next_step(&self) -> f64 {
-        self.next
-    }
-
-    pub(super) fn previous_time(&self) -> f64 {
-        self.previous_time
-    }
-
-    pub(super) fn time(&self) -> f64 {
-        self.time
-    }
-
-    pub(super) fn previous_state(&self) -> &[f64] {
-        &self.previous
-    }
-
-    pub(super) fn state(&self) -> &[f64] {
-        &self.state
-    }
-
-    pub(super) fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// Counts on from these.
-    pub(super) fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
     }
 }

@@ -52,13 +52,6 @@ impl ConnectedLaw {
             Computer::Linear(_) | Computer::Inlined(_) | Computer::Continuous(_) => None,
         }
     }
-
-    pub fn sampled_runtime_mut(&mut self) -> Option<&mut SampledRuntime> {
-        match &mut self.computer {
-            Computer::SampledRuntime(sampled_runtime) => Some(sampled_runtime),
-            Computer::Linear(_) | Computer::Inlined(_) | Computer::Continuous(_) => None,
-        }
-    }
 }
 
 /// The inputs of a law: the true angles and speeds, no disturbances.

@@ -58,17 +58,11 @@ fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool 
         (0..count).map(|k| 0.1 * ((k * 7 + turn * 5) % 11) as f64 - 0.45).collect()
     };
     let (shafts, states) = (part.on_angles.columns(), part.states.columns());
-    let (angles, speeds) = (numbers(shafts, 1), numbers(shafts, 2));
-    let (references, own, torques) = (numbers(references, 3), numbers(states, 4), numbers(part.torques.columns(), 5));
-    let observation = Observation {
-        time: 0.0,
-        angles: &angles,
-        speeds: &speeds,
-        disturbances: &[],
-        references: &references,
-        readings: &[],
-        states: &own,
-    };
+    let (angles, speeds) = (&numbers(shafts, 1)[..], &numbers(shafts, 2)[..]);
+    let (references, own) = (&numbers(references, 3)[..], &numbers(states, 4)[..]);
+    let torques = &numbers(part.torques.columns(), 5)[..];
+    let observation =
+        Observation { time: 0.0, angles, speeds, disturbances: &[], references, readings: &[], states: own };
     let agrees = |parts: &[(&Matrix<f64>, &[f64])], found: &[f64]| {
         found.iter().enumerate().all(|(i, found)| {
             let terms = || parts.iter().flat_map(|(matrix, x)| matrix.row(i).iter().zip(*x).map(|(m, x)| m * x));
@@ -78,22 +72,21 @@ fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool 
     };
     let (mut commands, mut rates) = (vec![0.0; part.on_angles.rows()], vec![0.0; states]);
     law.command(observation, &mut commands);
-    law.rates(observation, &torques, &mut rates);
+    law.rates(observation, torques, &mut rates);
     let on_commands = [
-        (&part.on_states, &own),
-        (&part.on_angles, &angles),
-        (&part.on_speeds, &speeds),
-        (&part.on_references, &references),
+        (&part.on_states, own),
+        (&part.on_angles, angles),
+        (&part.on_speeds, speeds),
+        (&part.on_references, references),
     ];
     let on_rates = [
-        (&part.states, &own),
-        (&part.angles, &angles),
-        (&part.speeds, &speeds),
-        (&part.torques, &torques),
-        (&part.references, &references),
+        (&part.states, own),
+        (&part.angles, angles),
+        (&part.speeds, speeds),
+        (&part.torques, torques),
+        (&part.references, references),
     ];
-    agrees(&on_commands.map(|(matrix, x)| (matrix, x.as_slice())), &commands)
-        && agrees(&on_rates.map(|(matrix, x)| (matrix, x.as_slice())), &rates)
+    agrees(&on_commands, &commands) && agrees(&on_rates, &rates)
 }
 
 /// The number of the source that a law reads or outputs by that name; that of its signal for a sensor of one.
@@ -241,19 +234,11 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
-        Self::with(setup, |_, _| ())
-    }
-
-    /// The same, with further data made of the same expressions.
-    pub(crate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found)) -> Self {
-        Self::finding(setup, |motion, found| {
-            also(motion, found);
-            Vec::new()
-        })
+        Self::with(setup, |_, _| Vec::new())
     }
 
     /// The same, with further outputs to compute at each evaluation.
-    pub(crate) fn finding(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
+    pub(crate) fn with(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();

@@ -31,38 +31,36 @@ impl Machine {
         [first, first + 1].map(|place| self.work.more(&self.dynamics, place))
     }
 
+    /// Whether the formula of a unilateral constraint is undefined at the point last evaluated, or below minus `least`.
+    fn invalid_formula(&self, unilateral: usize, least: f64) -> Option<InvalidBound> {
+        match (self.unilaterals.kinds[unilateral], self.mode_inputs(unilateral)[0]) {
+            (Kind::Friction { .. }, torque) if !torque.is_finite() => Some(InvalidBound::Undefined),
+            (Kind::Friction { .. }, torque) if torque < -least => Some(InvalidBound::Negative),
+            (Kind::Lock, engaged) if engaged.is_nan() => Some(InvalidBound::Undefined),
+            _ => None,
+        }
+    }
+
     /// A direction whose formula is undefined at the point last evaluated, or below minus `least`.
     pub(crate) fn invalid_bound(&self, least: f64) -> Option<(usize, InvalidBound)> {
-        let of_unilateral =
-            |unilateral: usize| match (self.unilaterals.kinds[unilateral], self.mode_inputs(unilateral)[0]) {
-                (Kind::Friction { .. }, torque) if !torque.is_finite() => Some(InvalidBound::Undefined),
-                (Kind::Friction { .. }, torque) if torque < -least => Some(InvalidBound::Negative),
-                (Kind::Lock, engaged) if engaged.is_nan() => Some(InvalidBound::Undefined),
-                _ => None,
-            };
         let mut unilaterals = 0..self.unilaterals.kinds.len();
         unilaterals
-            .find_map(|unilateral| Some((self.unilaterals.first + unilateral, of_unilateral(unilateral)?)))
+            .find_map(|k| Some((self.unilaterals.first + k, self.invalid_formula(k, least)?)))
             .or_else(|| self.gear_losses.invalid_bound(least))
     }
 
     /// Whether frictions, gear losses or locks have formulas.
     pub(crate) fn has_formulas(&self) -> bool {
-        self.unilaterals.changes || self.unilaterals.has_locks || self.has_gear_losses()
+        self.unilaterals.changes || self.unilaterals.has_locks || !self.gear_losses.is_empty()
     }
 
     /// The formula of a unilateral constraint that is not finite at the point last evaluated, as text.
     pub(super) fn unilateral_not_finite(&self, names: &[String]) -> Option<String> {
-        (0..self.unilaterals.kinds.len()).find_map(|unilateral| {
-            let name = &names[self.unilaterals.first + unilateral];
-            match (self.unilaterals.kinds[unilateral], self.mode_inputs(unilateral)[0]) {
-                (Kind::Friction { .. }, torque) if !torque.is_finite() => {
-                    Some(format!("the torque of `{name}` is {torque}"))
-                }
-                (Kind::Lock, engaged) if engaged.is_nan() => Some(format!("`engaged` of `{name}` is {engaged}")),
-                _ => None,
-            }
-        })
+        let mut unilaterals = 0..self.unilaterals.kinds.len();
+        let unilateral = unilaterals.find(|k| self.invalid_formula(*k, f64::INFINITY).is_some())?;
+        let what = if self.unilaterals.kinds[unilateral] == Kind::Lock { "`engaged`" } else { "the torque" };
+        let (name, value) = (&names[self.unilaterals.first + unilateral], self.mode_inputs(unilateral)[0]);
+        Some(format!("{what} of `{name}` is {value}"))
     }
 
     /// Whether a direction is a gear loss.
@@ -101,7 +99,7 @@ impl Machine {
         if self.has_moving_bounds(direction) {
             return (forward - torque).min(backward + torque);
         }
-        if forward == backward && forward > 0.0 && forward.is_finite() {
+        if self.is_even(direction) {
             return 1.0 - torque.abs() / forward;
         }
         let room = |most: f64, torque: f64| match most {
@@ -114,9 +112,9 @@ impl Machine {
 
     /// Whether a formula gives the largest torque of a friction.
     fn has_moving_bounds(&self, direction: usize) -> bool {
-        let unilateral =
-            direction.checked_sub(self.unilaterals.first).and_then(|unilateral| self.unilaterals.kinds.get(unilateral));
-        matches!(unilateral, Some(Kind::Friction { .. }))
+        let unilateral = direction.checked_sub(self.unilaterals.first);
+        let kind = unilateral.and_then(|unilateral| self.unilaterals.kinds.get(unilateral));
+        matches!(kind, Some(Kind::Friction { .. }))
     }
 
     /// The rounding error of the margin of a direction at the point last evaluated: where that is a torque itself, the
@@ -126,17 +124,24 @@ impl Machine {
         if !one_way || !self.holding.contains(&direction) {
             return 0.0;
         }
+        self.torque_noise()
+    }
+
+    /// The rounding error of the torques of active constraints.
+    pub(super) fn torque_noise(&self) -> f64 {
         let torques = self.active_torque[..self.holding.len()].iter().chain(&self.force);
         ROUNDING * torques.fold(0.0f64, |most, torque| most.max(torque.abs()))
     }
 
-    /// Whether the bounds of sticking directions are the same both ways, and neither zero nor infinite.
+    /// Whether the bounds of a direction are the same both ways, and neither zero nor infinite.
+    fn is_even(&self, direction: usize) -> bool {
+        let forward = self.bounds[0][direction];
+        forward == self.bounds[1][direction] && forward > 0.0 && forward.is_finite()
+    }
+
+    /// Whether those of all sticking directions are.
     pub(crate) fn shares_by_size(&self) -> bool {
-        let mut sticking = self.holding.iter().chain(&self.following);
-        sticking.all(|&k| {
-            let [forward, backward] = [self.bounds[0][k], self.bounds[1][k]];
-            forward == backward && forward > 0.0 && forward.is_finite()
-        })
+        self.holding.iter().chain(&self.following).all(|&k| self.is_even(k))
     }
 
     /// Gap and speed of a stop or soft stop from angles and speeds alone.
@@ -209,14 +214,16 @@ impl Machine {
         }
     }
 
-    /// The distance of locks from switching at the point last evaluated.
+    /// The distance of a lock from switching at the point last evaluated.
+    fn lock_margin(&self, unilateral: usize) -> f64 {
+        let above = self.mode_inputs(unilateral)[0] - 0.5;
+        if self.unilaterals.engaged[unilateral] { above } else { -above }
+    }
+
+    /// The same of all locks.
     pub(super) fn lock_margins(&self) -> impl Iterator<Item = (usize, f64)> {
-        let locks =
-            (0..self.unilaterals.kinds.len()).filter(|&unilateral| self.unilaterals.kinds[unilateral] == Kind::Lock);
-        locks.map(|unilateral| {
-            let above = self.mode_inputs(unilateral)[0] - 0.5;
-            (self.unilaterals.first + unilateral, if self.unilaterals.engaged[unilateral] { above } else { -above })
-        })
+        let locks = self.unilaterals.kinds.iter().enumerate().filter(|(_, kind)| **kind == Kind::Lock);
+        locks.map(|(unilateral, _)| (self.unilaterals.first + unilateral, self.lock_margin(unilateral)))
     }
 
     /// Whether a lock switches at the point last evaluated.
@@ -231,10 +238,8 @@ impl Machine {
             let before = (self.modes[direction], self.unilaterals.engaged[unilateral]);
             match self.unilaterals.kinds[unilateral] {
                 Kind::Lock => {
-                    let above = self.mode_inputs(unilateral)[0] - 0.5;
-                    let margin = if self.unilaterals.engaged[unilateral] { above } else { -above };
-                    if margin < 0.0 || everything {
-                        self.unilaterals.engaged[unilateral] = above > 0.0;
+                    if self.lock_margin(unilateral) < 0.0 || everything {
+                        self.unilaterals.engaged[unilateral] = self.mode_inputs(unilateral)[0] > 0.5;
                     }
                     if !self.unilaterals.engaged[unilateral] {
                         self.modes[direction] = Mode::Forward;
@@ -369,7 +374,7 @@ impl Machine {
         }
         // Multiplier constraints are included, though no contact closes there.
         let parts: Vec<usize> = self.multiplier_constraints.clone().chain(rigid.iter().copied()).collect();
-        let ImpactOutcome { impulses, mut last, mut rebounds, lost, weighted } = self.solve_impact(&parts);
+        let (Impact { impulses, mut last, mut rebounds, .. }, lost, weighted) = self.solve_impact(&parts);
         if !self.contradiction.is_empty() {
             return None;
         }
@@ -431,29 +436,24 @@ impl Machine {
         rigid.iter().map(least).collect()
     }
 
-    /// The largest impulse of a rigid direction against motion in a sense: of gears that jam any.
-    fn impulse_bound(&self, sense: usize, direction: usize) -> f64 {
-        if self.unilateral_of(direction) == Some(Kind::GearLoss) {
-            f64::INFINITY
-        } else {
-            self.bounds[sense][direction]
-        }
-    }
-
     /// The kind of a direction that is not a multiplier constraint.
     fn unilateral_of(&self, direction: usize) -> Option<Kind> {
         (!self.multiplier_constraints.contains(&direction)).then(|| self.unilaterals.kind(direction))
     }
 
     /// The impulses of multiplier constraints and rigid directions at the point last evaluated, so that no contact
-    /// still closes and no energy is gained.
-    fn solve_impact(&mut self, rigid: &[usize]) -> ImpactOutcome {
+    /// still closes and no energy is gained; with the energy lost, J, and H⁻¹ of each direction.
+    fn solve_impact(&mut self, rigid: &[usize]) -> (Impact, f64, Vec<f64>) {
         let speed = |&k: &usize| {
             if self.multiplier_constraints.contains(&k) { 0.0 } else { self.dynamics.friction_speed(k, &self.work) }
         };
         let before: Vec<f64> = rigid.iter().map(speed).collect();
         let least = self.least_rebounds(rigid);
-        let mut restitution: Vec<f64> = rigid.iter().map(|&k| self.restitution(k)).collect();
+        let restitution_of = |&k: &usize| match self.unilateral_of(k) {
+            Some(Kind::Stop { restitution, .. }) => restitution,
+            _ => 0.0,
+        };
+        let mut restitution: Vec<f64> = rigid.iter().map(restitution_of).collect();
         let struck = |a: &usize| -restitution[*a] * before[*a] > least[*a];
         let mut dulled: Vec<usize> = Vec::new();
         if !self.unilaterals.rebounds {
@@ -461,8 +461,10 @@ impl Machine {
             restitution.fill(0.0);
         }
         let (weighted, w) = self.compliance(rigid);
-        let [mut forward, backward]: [Vec<f64>; 2] =
-            [0, 1].map(|sense| rigid.iter().map(|&k| self.impulse_bound(sense, k)).collect());
+        // Gears that jam have any impulse.
+        let jams = |k: usize| self.unilateral_of(k) == Some(Kind::GearLoss);
+        let most = |bounds: &Vec<f64>| rigid.iter().map(|&k| if jams(k) { f64::INFINITY } else { bounds[k] }).collect();
+        let [mut forward, backward]: [Vec<f64>; 2] = self.bounds.each_ref().map(most);
         loop {
             let bounds = Bounds { forward: &forward, backward: &backward };
             let contacts = Contacts { w: &w, restitution: &restitution, least: &least, bounds };
@@ -487,17 +489,11 @@ impl Machine {
                     self.unilaterals.shared.extend(impact.shared.iter().map(|a| rigid[*a]));
                 }
                 self.unilaterals.dulled.extend(dulled);
-                let Impact { impulses, last, rebounds, .. } = impact;
-                return ImpactOutcome { impulses, last, rebounds, lost: lost.max(0.0), weighted };
+                return (impact, lost.max(0.0), weighted);
             };
             forward[a] = f64::INFINITY;
             restitution[a] = 0.0;
         }
-    }
-
-    /// The coefficient of restitution of a direction.
-    fn restitution(&self, direction: usize) -> f64 {
-        if let Some(Kind::Stop { restitution, .. }) = self.unilateral_of(direction) { restitution } else { 0.0 }
     }
 
     /// Stops that are no longer at rest open.
@@ -527,11 +523,6 @@ impl Machine {
         self.unilaterals.units[direction - self.unilaterals.first].trim_end_matches("/s")
     }
 
-    /// Independent active directions.
-    pub(crate) fn holding(&self) -> &[usize] {
-        &self.holding
-    }
-
     /// Whether a direction is a friction, and not a clutch, a stop or a lock.
     pub(crate) fn is_friction(&self, direction: usize) -> bool {
         direction < self.unilaterals.first
@@ -540,22 +531,6 @@ impl Machine {
     /// Whether controllers act.
     pub(crate) fn has_laws(&self) -> bool {
         !self.laws.is_empty()
-    }
-
-    /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier
-    /// constraints the number behind all others.
-    pub(crate) fn contradiction(&self) -> &[usize] {
-        &self.contradiction
-    }
-
-    /// Whether contacts rebound, as their restitution says.
-    pub(crate) fn let_rebound(&mut self, rebounds: bool) {
-        self.unilaterals.rebounds = rebounds;
-    }
-
-    /// Gears that an impact has passed since the last call.
-    pub(crate) fn take_passed(&mut self) -> Vec<usize> {
-        std::mem::take(&mut self.unilaterals.passed)
     }
 
     /// Contacts that shared an impulse with restitution, and those whose restitution was left out, since the last call.
@@ -567,19 +542,4 @@ impl Machine {
             list
         })
     }
-
-    /// Whether speeds have jumped at the last event.
-    pub(crate) fn was_struck(&self) -> bool {
-        self.unilaterals.struck
-    }
-}
-
-/// An impact: impulses of rigid directions against their motion, those of its last round with the coefficient of
-/// restitution of each in it, the energy lost (J), and H⁻¹ of each direction.
-struct ImpactOutcome {
-    impulses: Vec<f64>,
-    last: Vec<f64>,
-    rebounds: Vec<f64>,
-    lost: f64,
-    weighted: Vec<f64>,
 }

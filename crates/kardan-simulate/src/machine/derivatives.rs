@@ -4,10 +4,10 @@
 use super::Machine;
 use super::expressions::{Parts, extend};
 use super::jacobian::Jacobian;
+use crate::compiled_plan::symbols;
 use crate::radau::Descriptor;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::num::Rational;
-use kardan_math::units::Dimension;
 use kardan_mechanics::reduce::{Motion, Reduced};
 
 impl Machine {
@@ -24,14 +24,10 @@ impl Machine {
         let mut inputs: Vec<Symbol> = motion.symbols.iter().chain(&extension.inputs).copied().collect();
         let more = places.states.clone().map(|state| extension.inputs[state]);
         let by: Vec<Symbol> = motion.symbols.iter().copied().chain(more).collect();
-        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
-            let new = |k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
-            let new: Vec<Expr> = (0..count).map(new).collect();
-            inputs.extend(new.iter().filter_map(|symbol| motion.graph.symbol_of(*symbol)));
-            new
-        };
-        let (accelerations, torques) =
-            (symbols("acceleration", r), symbols("holding", self.multiplier_constraints.end));
+        let accelerations = symbols(&mut motion.graph, "acceleration", r);
+        let torques = symbols(&mut motion.graph, "holding", self.multiplier_constraints.end);
+        let more = accelerations.iter().chain(&torques);
+        inputs.extend(more.filter_map(|symbol| motion.graph.symbol_of(*symbol)));
         let minus = Rational::from(-1);
         let output = |place: usize| (extension.outputs[place].1, Rational::ONE);
         let mut forces: Vec<_> = places.forces.clone().map(|place| vec![output(place)]).collect();
@@ -71,18 +67,14 @@ impl Machine {
         let (r, states) = (self.degrees_of_freedom, self.size - 2);
         self.forces(time, state);
         self.accelerate();
-        let Jacobian { plan, native, memory, inputs, columns } = &mut *jacobian;
-        let motion = *inputs - r - self.multiplier_constraints.end;
+        let Jacobian { compiled, inputs, columns } = &mut *jacobian;
+        let (memory, motion) = (&mut compiled.memory, *inputs - r - self.multiplier_constraints.end);
         memory[..motion].copy_from_slice(&self.work.values()[..motion]);
         memory[motion..motion + r].copy_from_slice(&self.acceleration);
         let torques = &mut memory[motion + r..*inputs];
         torques.fill(0.0);
         self.holding.iter().zip(&self.active_torque).for_each(|(direction, torque)| torques[*direction] = *torque);
-        // A value that is not a number is detected where it is used.
-        let _ = match native {
-            Some(native) => native.evaluate(memory),
-            None => plan.block().evaluate(memory),
-        };
+        compiled.evaluate();
         let nonzero = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
         let active_rows: Vec<Vec<(usize, f64)>> =
             self.holding.iter().map(|k| nonzero(&self.work.friction_rows[k * r..(k + 1) * r])).collect();
@@ -105,12 +97,12 @@ impl Machine {
         }
         let mut place = vec![None; self.multiplier_constraints.end];
         self.holding.iter().enumerate().for_each(|(a, direction)| place[*direction] = Some(a));
-        for (k, column) in columns.iter().enumerate() {
-            column.rates.iter().for_each(|(row, value)| out.rate(2 * r + row, k, memory[*value]));
-            column.forces.iter().for_each(|(row, value)| out.rate(r + row, k, memory[*value]));
-            for (direction, value) in &column.bias {
+        for (k, [forces, bias, rates]) in columns.iter().enumerate() {
+            rates.iter().for_each(|(row, output)| out.rate(2 * r + row, k, *compiled.output(*output)));
+            forces.iter().for_each(|(row, output)| out.rate(r + row, k, *compiled.output(*output)));
+            for (direction, output) in bias {
                 if let Some(a) = place[*direction] {
-                    out.rate(states + a, k, -memory[*value]);
+                    out.rate(states + a, k, -compiled.output(*output));
                 }
             }
         }

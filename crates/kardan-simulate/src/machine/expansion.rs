@@ -21,11 +21,7 @@ pub(super) struct Expansion {
     pub(super) torques: Vec<f64>,
     /// The number of both per order.
     pub(super) counts: [usize; 2],
-    /// Position-dependent entries of each friction direction, with their indices in the plan's memory; and its bias.
-    pub(super) rows: Vec<Vec<(usize, usize)>>,
-    pub(super) bias: Vec<Option<usize>>,
-    /// Position-dependent entries of the inertia: row, column, index.
-    pub(super) inertia: Vec<(usize, usize, usize)>,
+    pub(super) by_position: ByPosition,
     /// The outputs: forces, rates, powers, speeds in friction directions, commands.
     pub(super) forces: Vec<usize>,
     pub(super) rates: Vec<usize>,
@@ -44,6 +40,14 @@ pub(super) struct Expansion {
     pub(super) rows_follow: bool,
     /// The bias at the point of expansion.
     pub(super) friction_bias: Vec<f64>,
+}
+
+/// The indices of position-dependent values in the memory of the plan: entries of the inertia (row, column, index) and
+/// of each direction (column, index), biases of directions.
+pub(super) struct ByPosition {
+    pub inertia: Vec<(usize, usize, usize)>,
+    pub rows: Vec<Vec<(usize, usize)>>,
+    pub bias: Vec<Option<usize>>,
 }
 
 /// The active directions, and the acceleration bias in all directions.
@@ -188,14 +192,9 @@ impl Expansion {
             terms(scratch, kink_free, x, sign, more);
             // An undefined value belongs to no piece that is taken.
             let is_nothing = scratch.iter().all(|term| *term == 0.0) || scratch.iter().any(|term| !term.is_finite());
-            if is_nothing { found } else { found.and(first_zero_up_to_end(scratch, 0.0, true)) }
+            if is_nothing { found } else { found.and(first_zero(scratch, 0.0, true)) }
         });
         (found, kink_free)
-    }
-
-    /// Whether an operation has kinks.
-    pub(super) fn has_kinks(&self) -> bool {
-        self.series.margins().next().is_some()
     }
 
     /// The difference of values of a plan's memory and constraint torques from their series, at a time after the point
@@ -294,16 +293,16 @@ impl Expansion {
 
     /// Writes the forces of order k, minus the contributions of lower orders, and the bias in the active directions.
     pub(super) fn forces(&self, k: usize, holding: Holding<'_>, force: &mut [f64]) {
-        let Self { series, accelerations, torques, counts: [r, m], .. } = self;
+        let Self { series, accelerations, torques, counts: [r, m], by_position, .. } = self;
         for (force, place) in force.iter_mut().zip(&self.forces) {
             *force = series.value(*place, k);
         }
-        for &(row, column, place) in &self.inertia {
+        for &(row, column, place) in &by_position.inertia {
             force[row] -= series.convolution(place, k, |order| accelerations[order * r + column]);
         }
         for (a, &direction) in holding.directions.iter().enumerate() {
-            let mut bias = self.bias[direction].map_or(0.0, |place| series.value(place, k));
-            for &(i, place) in &self.rows[direction] {
+            let mut bias = by_position.bias[direction].map_or(0.0, |place| series.value(place, k));
+            for &(i, place) in &by_position.rows[direction] {
                 force[i] -= series.convolution(place, k, |order| torques[order * m + a]);
                 bias += series.convolution(place, k, |order| accelerations[order * r + i]);
             }
@@ -371,19 +370,15 @@ pub(super) fn margin(
     limit: f64,
 ) -> Prospect {
     terms(scratch, length, coefficients, sign, limit);
-    first_zero(scratch, CLEAR * limit.abs())
+    first_zero(scratch, CLEAR * limit.abs(), false)
 }
 
 /// Where `Σ c_k s^k` becomes negative first for 0 < s ≤ 1, if it is not certainly positive, with a margin above its
-/// last term and `clear` where it is not at its begin.
+/// last term and `clear` where it is not at its begin. `open`: where it is not negative at the end, a value near zero
+/// there is accepted.
 ///
 /// Method: Bernstein coefficients bound the polynomial; where they do not decide, the interval is halved (de Casteljau).
-fn first_zero(c: &[f64], clear: f64) -> Prospect {
-    first_zero_up_to_end(c, clear, false)
-}
-
-/// The same; `open`: where it is not negative at the end, a value near zero there is accepted.
-fn first_zero_up_to_end(c: &[f64], clear: f64, open: bool) -> Prospect {
+fn first_zero(c: &[f64], clear: f64, open: bool) -> Prospect {
     let Some((first, rest)) = c.split_first() else { return Prospect::Unknown };
     let last = rest.last().map_or(0.0, |last| last.abs());
     let spare = last + clear;

@@ -2,21 +2,20 @@
 //! with the motion.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::connected_law::{Computer, ConnectedLaw};
 use super::contact_expressions::UnilateralTerms;
 use super::flow::{Flow, task_outputs};
 use super::gear_loss_terms::GearLossTerms;
+use crate::compiled_plan::{exact, sum};
 use crate::drive::Drive;
-use crate::faults::{MotorFault, MotorFaultKind};
+use crate::faults::{MotorFault, MotorFaultKind, in_steps};
 use crate::scenario::{SourceSignal, SourceTarget};
-use kardan_expr::expr::{Expr, Function, Graph, OfTime, Part, Pieces, Symbol};
+use kardan_expr::expr::{Expr, Function, Graph, OfTime, Symbol};
 use kardan_math::num::{Matrix, Rational, rational_from_f64};
 use kardan_math::units::Dimension;
-use kardan_mechanics::assemble::{DirectionalTerm, Equations, FrictionLaw};
-use kardan_mechanics::equations::InputKind;
-use kardan_mechanics::reduce::{Dynamics, Extension, MasslessDynamics, Motion, MultiplierTerms, Reduced, Work};
+use kardan_mechanics::assemble::FrictionLaw;
+use kardan_mechanics::reduce::{Dynamics, Extension, MasslessDynamics, Motion, Reduced, Work};
 
 /// The indices of the loop's inputs and outputs among those of the [`Extension`].
 #[derive(Debug, Clone, Default)]
@@ -116,8 +115,15 @@ impl Found {
 /// The loop in the making.
 struct Loop<'a> {
     motion: &'a mut Motion,
+    reduced: &'a Reduced,
+    drives: &'a [Drive],
+    laws: &'a [ConnectedLaw],
     inputs: Vec<Symbol>,
     outputs: Vec<(String, Expr)>,
+    places: Places,
+    /// The states behind angles and speeds, and the place of the first one in the state.
+    states: Vec<Expr>,
+    first_state: usize,
 }
 
 impl Loop<'_> {
@@ -133,9 +139,9 @@ impl Loop<'_> {
     }
 
     /// The time-dependent inputs of the expressions are behind all others.
-    fn give_time(&mut self, places: &mut Places) {
+    fn give_time(&mut self) {
         self.inputs.extend(self.motion.timed.symbols(&self.motion.graph));
-        places.timed.end = self.inputs.len();
+        self.places.timed.end = self.inputs.len();
     }
 
     fn found(&mut self, name: &str, exprs: Vec<Expr>) -> Range<usize> {
@@ -145,13 +151,11 @@ impl Loop<'_> {
     }
 
     fn sum(&mut self, terms: &[Expr]) -> Expr {
-        let terms: Vec<(Expr, Rational)> = terms.iter().map(|term| (*term, Rational::ONE)).collect();
-        self.motion.graph.sum(Rational::ZERO, &terms)
+        sum(&mut self.motion.graph, terms.iter().copied())
     }
 
     fn float(&mut self, value: f64) -> Expr {
-        let value = rational_from_f64(value).unwrap_or(Rational::ZERO);
-        self.motion.graph.number(value)
+        self.motion.graph.number(exact(value))
     }
 }
 
@@ -179,80 +183,90 @@ pub(super) fn extend(
     more_states: Range<usize>,
 ) -> (Extension, Places, Vec<Expr>, Vec<Expr>) {
     let equations = &reduced.equations;
-    let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
-    let mut places = Places::default();
-    let (states, sources, zoh_output, limits, follows, limiter_rates, senses, couplings);
+    let mut all = Loop {
+        motion,
+        reduced,
+        drives,
+        laws,
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        places: Places::default(),
+        states: Vec::new(),
+        first_state: more_states.start,
+    };
+    let (sources, zoh_output, limits, follows, limiter_rates, senses, couplings, stuck);
     let of_inputs = |what: &'static str| equations.inputs.iter().map(move |input| format!("{}.{what}", input.element));
     let of_source = |(k, target): (usize, &SourceTarget)| match target {
         SourceTarget::Input(input) => equations.inputs[*input].element.clone(),
         SourceTarget::Reference | SourceTarget::Block => format!("reference.{k}"),
     };
     let limits_of = |name: String| [format!("{name}_factor"), name];
-    (places.states, states) = all.run_parameters(more_states.clone().map(|k| format!("state.{k}")));
-    (places.sources, sources) = all.run_parameters(targets.iter().enumerate().map(of_source));
-    (places.zoh_output, zoh_output) = all.run_parameters(of_inputs("held"));
-    (places.limits, limits) = all.run_parameters(of_inputs("limit").flat_map(limits_of));
-    (places.follows, follows) = all.run_parameters(of_inputs("follows"));
-    (places.limiter_rates, limiter_rates) = all.run_parameters(of_inputs("limiter_rate"));
-    (places.senses, senses) =
+    (all.places.states, all.states) = all.run_parameters(more_states.clone().map(|k| format!("state.{k}")));
+    (all.places.sources, sources) = all.run_parameters(targets.iter().enumerate().map(of_source));
+    (all.places.zoh_output, zoh_output) = all.run_parameters(of_inputs("held"));
+    (all.places.limits, limits) = all.run_parameters(of_inputs("limit").flat_map(limits_of));
+    (all.places.follows, follows) = all.run_parameters(of_inputs("follows"));
+    (all.places.limiter_rates, limiter_rates) = all.run_parameters(of_inputs("limiter_rate"));
+    (all.places.senses, senses) =
         all.run_parameters(equations.set_valued().enumerate().map(|(k, (element, _))| format!("{element}.sense.{k}")));
     let coupled = reduced.massless.iter().flat_map(MasslessDynamics::coupled_slips);
-    (places.couplings, couplings) = all.run_parameters(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
+    (all.places.couplings, couplings) = all.run_parameters(coupled.map(|(i, j)| format!("coupling.{i}.{j}")));
     let sticking = equations.inputs.iter().zip(drives).filter(|(_, drive)| drive.sticks());
-    let (places_of_stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
-    places.stuck = places_of_stuck;
-    places.run_parameters = all.inputs.len()..all.inputs.len() + all.motion.run_parameters.len();
+    (all.places.stuck, stuck) = all.run_parameters(sticking.map(|(input, _)| format!("{}.stuck", input.element)));
+    all.places.run_parameters = all.inputs.len()..all.inputs.len() + all.motion.run_parameters.len();
     let run_parameters = all.motion.run_parameters.iter().filter_map(|(_, symbol)| all.motion.graph.symbol_of(*symbol));
     all.inputs.extend(run_parameters);
-    let mut sources = with_signals(&mut all, &mut places, sources, signals);
+    let mut sources = with_signals(&mut all, sources, signals);
     let zero = all.motion.graph.integer(0);
     let mut rates = vec![zero; more_states.len()];
     if let Some(flow) = flow {
-        let own = flow.states.start - more_states.start..flow.states.end - more_states.start;
-        let found = flow.write_into(all.motion, reduced, &mut sources, &states[own.clone()]);
+        let own = flow.states.start - all.first_state..flow.states.end - all.first_state;
+        let found = flow.write_into(all.motion, reduced, &mut sources, &all.states[own.clone()]);
         rates[own].copy_from_slice(&found);
     }
-    let commands = commands(&mut all, reduced, laws, targets, (&sources, &zoh_output, &states, more_states.start));
+    let commands = commands(&mut all, targets, &sources, &zoh_output);
     let run_parameters = (&commands[..], &limits[..], &follows[..], &limiter_rates[..]);
-    let drive_efforts = driven(&mut all, drives, run_parameters, (&states, more_states.start, &mut rates));
-    law_rates(&mut all, laws, (&drive_efforts, &sources, &states, more_states.start), &mut rates);
-    let torques = failing(&mut all, equations, drives, (&drive_efforts, &stuck));
-    let applied = rippled(&mut all, equations, drives, &torques);
-    let SetValued { torques: friction, mut speeds, unilaterals } = set_valued(&mut all, reduced, &senses);
+    let drive_efforts = driven(&mut all, run_parameters, &mut rates);
+    law_rates(&mut all, &drive_efforts, &sources, &mut rates);
+    let torques = failing(&mut all, &drive_efforts, &stuck);
+    let applied = rippled(&mut all, &torques);
+    let (friction, mut speeds, unilaterals) = set_valued(&mut all, &senses);
     let mut forces = forces(&mut all, &applied, &friction);
-    let jenkins = massless_rates(&mut all, &mut places, reduced, &mut forces, (&senses, &couplings), &mut speeds);
+    let jenkins = massless_rates(&mut all, &mut forces, (&senses, &couplings), &mut speeds);
     let gear_losses = GearLossTerms::new(all.motion, reduced, &applied, &friction);
-    let mut powers = powers(&mut all, reduced, &applied, (&friction, &speeds, &unilaterals));
-    let sliding = sliding_frictions(&mut all, reduced, (&friction, &senses), &jenkins);
-    find_multipliers(&mut all, &mut places, (reduced, &applied, &sliding), &mut powers[0]);
+    let mut powers = powers(&mut all, &applied, (&friction, &speeds, &unilaterals));
+    let sliding = sliding_frictions(&mut all, &friction, &senses, &jenkins);
+    find_multipliers(&mut all, &applied, &sliding, &mut powers[0]);
     if laws.iter().any(ConnectedLaw::is_own) {
-        places.read_sources = all.found("source", sources.clone());
+        all.places.read_sources = all.found("source", sources.clone());
     }
-    places.commands = all.found("command", commands);
-    places.torques = all.found("torque", torques);
-    places.applied = all.found("applied", applied);
-    places.forces = all.found("force", forces);
-    places.rates = all.found("rate", rates);
-    places.friction_speeds = all.found("friction_speed", speeds);
-    find_unilaterals(&mut all, &mut places, &unilaterals);
-    add_gear_loads(&mut all, &mut places, gear_losses);
-    places.powers = all.found("power", powers.to_vec());
-    let discontinuities = add_kinks(&mut all, &mut places);
-    all.give_time(&mut places);
-    (Extension { inputs: all.inputs, outputs: all.outputs }, places, sources, discontinuities)
+    all.places.commands = all.found("command", commands);
+    all.places.torques = all.found("torque", torques);
+    all.places.applied = all.found("applied", applied);
+    all.places.forces = all.found("force", forces);
+    all.places.rates = all.found("rate", rates);
+    all.places.friction_speeds = all.found("friction_speed", speeds);
+    all.places.unilateral_torques = all.found("hold", unilaterals.iter().map(|terms| terms.torque).collect());
+    all.places.unilaterals = all.found("told", unilaterals.iter().flat_map(|terms| terms.mode_inputs).collect());
+    all.places.gear_loads = all.found("carried", gear_losses.now);
+    all.places.gear_load_by_acceleration = all.found("carried_by_acceleration", gear_losses.by_acceleration);
+    all.places.gear_load_by_torque = all.found("carried_by_torque", gear_losses.by_torque);
+    all.places.powers = all.found("power", powers.to_vec());
+    let discontinuities = add_kinks(&mut all);
+    all.give_time();
+    (Extension { inputs: all.inputs, outputs: all.outputs }, all.places, sources, discontinuities)
 }
 
 /// Torques of the inputs from their commands, with the rates of their states.
 fn driven(
     all: &mut Loop<'_>,
-    drives: &[Drive],
     (commands, limits, follows, limiter_rates): (&[Expr], &[Expr], &[Expr], &[Expr]),
-    (states, first, rates): (&[Expr], usize, &mut [Expr]),
+    rates: &mut [Expr],
 ) -> Vec<Expr> {
-    let state = |place: usize| states[place - first];
+    let Loop { motion, drives, states, first_state, .. } = all;
+    let (graph, state) = (&mut motion.graph, |place: usize| states[place - *first_state]);
     let mut torques = Vec::new();
     for (k, drive) in drives.iter().enumerate() {
-        let graph = &mut all.motion.graph;
         let mut torque = commands[k];
         if drive.limit.is_some() {
             let free = graph.multiply(limits[2 * k], torque);
@@ -264,13 +278,13 @@ fn driven(
             let bound = graph.sum(Rational::ONE, &[(follows, Rational::from(-1))]);
             let bound = graph.multiply(bound, state(place));
             torque = graph.add(free, bound);
-            rates[place - first] = limiter_rates[k];
+            rates[place - *first_state] = limiter_rates[k];
         }
         if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
             let late = graph.subtract(torque, state(place));
             let late = graph.group(late);
-            let lag = all.float(lag);
-            rates[place - first] = all.motion.graph.divide(late, lag);
+            let lag = graph.number(exact(lag));
+            rates[place - *first_state] = graph.divide(late, lag);
             torque = state(place);
         }
         torques.push(torque);
@@ -279,15 +293,10 @@ fn driven(
 }
 
 /// The torques of motors with faults.
-fn failing(
-    all: &mut Loop<'_>,
-    equations: &Equations,
-    drives: &[Drive],
-    (torques, stuck): (&[Expr], &[Expr]),
-) -> Vec<Expr> {
+fn failing(all: &mut Loop<'_>, torques: &[Expr], stuck: &[Expr]) -> Vec<Expr> {
     let mut out = torques.to_vec();
     let mut stuck = stuck.iter();
-    for ((torque, input), drive) in out.iter_mut().zip(&equations.inputs).zip(drives) {
+    for ((torque, input), drive) in out.iter_mut().zip(&all.reduced.equations.inputs).zip(all.drives) {
         let faults = &drive.faults;
         let scaled = fault_part(faults, "share", &|kind| match kind {
             MotorFaultKind::Scaled(part) => part - 1.0,
@@ -322,53 +331,38 @@ fn fault_part(faults: &[MotorFault], what: &str, of: &dyn Fn(MotorFaultKind) -> 
     let mut windows: Vec<[f64; 3]> = faults.iter().map(|fault| [fault.at, fault.until, of(fault.kind)]).collect();
     windows.retain(|[.., value]| *value != 0.0);
     windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    // Where one ends when the next begins, the latter counts.
-    let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
-    let pieces = Pieces::new(ends.filter(|(at, _)| at.is_finite()).map(|(at, value)| (at, [value, 0.0, 0.0, 0.0])));
-    let mut graph = Graph::default();
-    let time = graph.new_symbol("t".into(), Dimension::TIME);
-    let name = format!("{}.{what}", faults.first()?.name);
-    let symbol = graph.new_symbol(name.clone(), Dimension::NONE);
-    let part = Part { name, dimension: Dimension::NONE, pieces, reported: false };
     if windows.is_empty() {
         return None;
     }
-    OfTime::new(graph, time, vec![(symbol, Arc::new(part))], symbol, Dimension::NONE)
+    // Where one ends when the next begins, the latter counts.
+    let ends = windows.iter().flat_map(|[at, until, value]| [(*at, *value), (*until, 0.0)]);
+    let steps = ends.filter(|(at, _)| at.is_finite());
+    in_steps(format!("{}.{what}", faults.first()?.name), steps)
 }
 
 /// Torques with their ripples.
-fn rippled(all: &mut Loop<'_>, equations: &Equations, drives: &[Drive], torques: &[Expr]) -> Vec<Expr> {
-    let with = |((drive, torque), input): ((&Drive, &Expr), &DirectionalTerm<InputKind>)| match drive.ripple {
-        Some(ripple) => rippling(all, &input.row, *torque, ripple),
-        None => *torque,
-    };
-    drives.iter().zip(torques).zip(&equations.inputs).map(with).collect()
-}
-
-/// A torque with its ripple, of a size and an order, in the row of its input.
-fn rippling(all: &mut Loop<'_>, row: &[(usize, Rational)], torque: Expr, (size, order): (f64, f64)) -> Expr {
-    let angle = all.motion.sum(row, |motion, shaft| motion.angles[shaft]);
-    let angle = all.motion.graph.group(angle);
-    let (size, order) = (all.float(size), all.float(order));
-    let graph = &mut all.motion.graph;
-    let argument = graph.multiply(order, angle);
-    let wave = graph.apply(Function::Sin, argument);
-    let ripple = graph.multiply(size, wave);
-    let both = graph.add(torque, ripple);
-    graph.group(both)
+fn rippled(all: &mut Loop<'_>, torques: &[Expr]) -> Vec<Expr> {
+    let mut out = torques.to_vec();
+    for ((torque, input), drive) in out.iter_mut().zip(&all.reduced.equations.inputs).zip(all.drives) {
+        let Some((size, order)) = drive.ripple else { continue };
+        let angle = all.motion.sum(&input.row, |motion, shaft| motion.angles[shaft]);
+        let angle = all.motion.graph.group(angle);
+        let (size, order) = (all.float(size), all.float(order));
+        let graph = &mut all.motion.graph;
+        let argument = graph.multiply(order, angle);
+        let wave = graph.apply(Function::Sin, argument);
+        let ripple = graph.multiply(size, wave);
+        let both = graph.add(*torque, ripple);
+        *torque = graph.group(both);
+    }
+    out
 }
 
 /// The sources with the functions of time that are added to them.
-fn with_signals(
-    all: &mut Loop<'_>,
-    places: &mut Places,
-    mut sources: Vec<Expr>,
-    signals: &[SourceSignal],
-) -> Vec<Expr> {
-    let follows;
-    (places.follows_signal, follows) =
-        all.run_parameters(signals.iter().map(|signal| format!("follows.{}", signal.source)));
-    places.timed = places.follows_signal.clone();
+fn with_signals(all: &mut Loop<'_>, mut sources: Vec<Expr>, signals: &[SourceSignal]) -> Vec<Expr> {
+    let names = signals.iter().map(|signal| format!("follows.{}", signal.source));
+    let (places, follows) = all.run_parameters(names);
+    (all.places.timed, all.places.follows_signal) = (places.clone(), places);
     for (signal, follows) in signals.iter().zip(follows) {
         let value = all.motion.of_time(&signal.function);
         let value = all.motion.graph.multiply(follows, value);
@@ -379,45 +373,38 @@ fn with_signals(
 }
 
 /// Sources, linear laws, and the commands of other laws, added up for each input.
-fn commands(
-    all: &mut Loop<'_>,
-    reduced: &Reduced,
-    laws: &[ConnectedLaw],
-    targets: &[SourceTarget],
-    (sources, zoh_output, states, first): (&[Expr], &[Expr], &[Expr], usize),
-) -> Vec<Expr> {
+fn commands(all: &mut Loop<'_>, targets: &[SourceTarget], sources: &[Expr], zoh_output: &[Expr]) -> Vec<Expr> {
+    let first = all.first_state;
     let mut commands: Vec<Vec<Expr>> = vec![Vec::new(); zoh_output.len()];
     for (target, source) in targets.iter().zip(sources) {
         if let SourceTarget::Input(input) = target {
             commands[*input].push(*source);
         }
     }
-    for connected_law in laws {
-        let law = match &connected_law.computer {
-            Computer::Linear(law) => law,
+    for ConnectedLaw { computer, inputs, references, states, .. } in all.laws {
+        match computer {
+            Computer::Linear(law) => {
+                let own = &all.states[states.start - first..states.end - first];
+                let references: Vec<Expr> = references.iter().map(|&source| sources[source]).collect();
+                for (i, &input) in inputs.iter().enumerate() {
+                    let mut terms = row(&law.on_states, i, own);
+                    terms.extend(row(&law.on_angles, i, &all.motion.angles));
+                    terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
+                    terms.extend(row(&law.on_references, i, &references));
+                    commands[input].push(all.motion.graph.sum(Rational::ZERO, &terms));
+                }
+            }
             Computer::Inlined(task) => {
-                let (outputs, _) = task_outputs(task, &connected_law.references, all.motion, reduced, (sources, &[]));
-                connected_law.inputs.iter().zip(outputs).for_each(|(&input, output)| commands[input].push(output));
-                continue;
+                let (outputs, _) = task_outputs(task, references, all.motion, all.reduced, (sources, &[]));
+                inputs.iter().zip(outputs).for_each(|(&input, output)| commands[input].push(output));
             }
             Computer::Continuous(_) | Computer::SampledRuntime(_) => {
-                connected_law.inputs.iter().for_each(|&input| {
+                for &input in inputs {
                     if !commands[input].contains(&zoh_output[input]) {
                         commands[input].push(zoh_output[input]);
                     }
-                });
-                continue;
+                }
             }
-        };
-        let own = &states[connected_law.states.start - first..connected_law.states.end - first];
-        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
-        for (i, &input) in connected_law.inputs.iter().enumerate() {
-            let mut terms = row(&law.on_states, i, own);
-            terms.extend(row(&law.on_angles, i, &all.motion.angles));
-            terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
-            terms.extend(row(&law.on_references, i, &references));
-            let command = all.motion.graph.sum(Rational::ZERO, &terms);
-            commands[input].push(command);
         }
     }
     let total = |terms: Vec<Expr>| {
@@ -428,19 +415,14 @@ fn commands(
 }
 
 /// Rates of the states of linear laws.
-fn law_rates(
-    all: &mut Loop<'_>,
-    laws: &[ConnectedLaw],
-    (torques, sources, states, first): (&[Expr], &[Expr], &[Expr], usize),
-    rates: &mut [Expr],
-) {
-    for connected_law in laws {
-        let Computer::Linear(law) = &connected_law.computer else { continue };
-        let own = connected_law.states.start - first..connected_law.states.end - first;
-        let references: Vec<Expr> = connected_law.references.iter().map(|&source| sources[source]).collect();
-        let torques: Vec<Expr> = connected_law.inputs.iter().map(|&input| torques[input]).collect();
+fn law_rates(all: &mut Loop<'_>, torques: &[Expr], sources: &[Expr], rates: &mut [Expr]) {
+    for ConnectedLaw { computer, inputs, references, states, .. } in all.laws {
+        let Computer::Linear(law) = computer else { continue };
+        let own = states.start - all.first_state..states.end - all.first_state;
+        let references: Vec<Expr> = references.iter().map(|&source| sources[source]).collect();
+        let torques: Vec<Expr> = inputs.iter().map(|&input| torques[input]).collect();
         for (i, rate) in rates[own.clone()].iter_mut().enumerate() {
-            let mut terms = row(&law.states, i, &states[own.clone()]);
+            let mut terms = row(&law.states, i, &all.states[own.clone()]);
             terms.extend(row(&law.angles, i, &all.motion.angles));
             terms.extend(row(&law.speeds, i, &all.motion.speeds));
             terms.extend(row(&law.torques, i, &torques));
@@ -450,29 +432,17 @@ fn law_rates(
     }
 }
 
-/// Sticking, slipping, engaged and compressed elements: torques where they do not stick, against the motion, and
-/// speeds.
-struct SetValued {
-    torques: Vec<Expr>,
-    speeds: Vec<Expr>,
-    unilaterals: Vec<UnilateralTerms>,
-}
-
-/// Frictions, then unilateral constraints.
-fn set_valued(all: &mut Loop<'_>, reduced: &Reduced, senses: &[Expr]) -> SetValued {
-    let equations = &reduced.equations;
-    let (mut torques, mut speeds) = sliding(all, equations, senses);
-    let unilaterals = equations.unilaterals.iter().zip(&senses[torques.len()..]);
+/// Frictions, then unilateral constraints: their torques where they do not stick, against the motion, and their speeds;
+/// and the latter themselves.
+fn set_valued(all: &mut Loop<'_>, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>, Vec<UnilateralTerms>) {
+    let (mut torques, mut speeds) = sliding(all, senses);
+    let reduced = all.reduced;
+    let unilaterals = reduced.equations.unilaterals.iter().zip(&senses[torques.len()..]);
     let unilaterals: Vec<UnilateralTerms> =
         unilaterals.map(|(unilateral, sense)| UnilateralTerms::new(all.motion, reduced, unilateral, *sense)).collect();
     torques.extend(unilaterals.iter().map(|unilateral| unilateral.torque));
     speeds.extend(unilaterals.iter().map(|unilateral| unilateral.speed));
-    SetValued { torques, speeds, unilaterals }
-}
-
-fn find_unilaterals(all: &mut Loop<'_>, places: &mut Places, unilaterals: &[UnilateralTerms]) {
-    places.unilateral_torques = all.found("hold", unilaterals.iter().map(|unilateral| unilateral.torque).collect());
-    places.unilaterals = all.found("told", unilaterals.iter().flat_map(|unilateral| unilateral.mode_inputs).collect());
+    (torques, speeds, unilaterals)
 }
 
 /// Expressions of some outputs whose zeros are points where they have a jump or kink: those of the time alone, and
@@ -492,22 +462,16 @@ fn split_kinks(graph: &mut Graph, outputs: &[Expr], run_parameters: &[Symbol]) -
 
 /// The numbers that vanish where forces, rates, or active constraints have a jump or kink; returns those of the time
 /// alone.
-fn add_kinks(all: &mut Loop<'_>, places: &mut Places) -> Vec<Expr> {
-    let Places { forces, rates, commands, unilateral_torques, unilaterals, .. } = &*places;
+fn add_kinks(all: &mut Loop<'_>) -> Vec<Expr> {
+    let Places { forces, rates, commands, unilateral_torques, unilaterals, .. } = &all.places;
     let outputs = [forces, rates, commands, unilateral_torques, unilaterals].into_iter().cloned().flatten();
     let outputs: Vec<Expr> = outputs.map(|output| all.outputs[output].1).collect();
-    let mut time_symbols = all.inputs[places.sources.clone()].to_vec();
-    time_symbols.extend_from_slice(&all.inputs[places.follows_signal.clone()]);
+    let mut time_symbols = all.inputs[all.places.sources.clone()].to_vec();
+    time_symbols.extend_from_slice(&all.inputs[all.places.follows_signal.clone()]);
     time_symbols.extend(all.motion.timed.symbols(&all.motion.graph));
     let [of_time, of_state] = split_kinks(&mut all.motion.graph, &outputs, &time_symbols);
-    places.kinks = all.found("bend", of_state);
+    all.places.kinks = all.found("bend", of_state);
     of_time
-}
-
-fn add_gear_loads(all: &mut Loop<'_>, places: &mut Places, gear_losses: GearLossTerms) {
-    places.gear_loads = all.found("carried", gear_losses.now);
-    places.gear_load_by_acceleration = all.found("carried_by_acceleration", gear_losses.by_acceleration);
-    places.gear_load_by_torque = all.found("carried_by_torque", gear_losses.by_torque);
 }
 
 fn row_speed(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
@@ -516,9 +480,9 @@ fn row_speed(all: &mut Loop<'_>, row: &[(usize, Rational)]) -> Expr {
 }
 
 /// Torques of slipping directions, in the sense of their directions' motion, and speeds in all of them.
-fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
+fn sliding(all: &mut Loop<'_>, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
     let (mut torques, mut speeds) = (Vec::new(), Vec::new());
-    for (term, sense) in equations.frictions.iter().zip(senses) {
+    for (term, sense) in all.reduced.equations.frictions.iter().zip(senses) {
         let speed = row_speed(all, &term.row);
         let FrictionLaw { torque, stribeck } = &term.value;
         let mut size = all.motion.exact(torque);
@@ -552,11 +516,10 @@ fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> 
 /// Power of the inputs and of the torques that expressions give; loss in dampers and in slipping directions.
 fn powers(
     all: &mut Loop<'_>,
-    reduced: &Reduced,
     applied: &[Expr],
     (friction, speeds, unilaterals): (&[Expr], &[Expr], &[UnilateralTerms]),
 ) -> [Expr; 2] {
-    let (equations, mut work, mut loss) = (&reduced.equations, Vec::new(), Vec::new());
+    let (equations, mut work, mut loss) = (&all.reduced.equations, Vec::new(), Vec::new());
     for (input, torque) in equations.inputs.iter().zip(applied) {
         let speed = row_speed(all, &input.row);
         work.push(all.motion.graph.multiply(*torque, speed));
@@ -566,10 +529,9 @@ fn powers(
         work.push(all.motion.graph.multiply(torque, speed));
     }
     for damper in &equations.dampers {
-        let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);
-        let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
+        let (speed, coefficient) = (row_speed(all, &damper.row), all.motion.exact(&damper.value));
         let lost = all.motion.graph.product(&[(coefficient, 1), (speed, 2)]);
-        loss.push(all.motion.scaled_by_fault(reduced, &damper.element, lost));
+        loss.push(all.motion.scaled_by_fault(all.reduced, &damper.element, lost));
     }
     for (torque, speed) in friction.iter().zip(speeds).take(friction.len() - unilaterals.len()) {
         loss.push(all.motion.graph.multiply(*torque, *speed));
@@ -582,31 +544,25 @@ fn powers(
 /// sliders.
 fn massless_rates(
     all: &mut Loop<'_>,
-    places: &mut Places,
-    reduced: &Reduced,
     forces: &mut [Expr],
     slipping: (&[Expr], &[Expr]),
     speeds: &mut [Expr],
 ) -> Vec<Expr> {
+    let reduced = all.reduced;
     all.motion.massless_rates(reduced, forces, slipping);
     for slip in reduced.massless.iter().flat_map(|massless| &massless.slips) {
         speeds[slip.friction] = row_speed(all, &reduced.equations.frictions[slip.friction].row);
     }
     let [torques, slip_speeds] = all.motion.jenkins(reduced);
-    places.jenkins_torques = all.found("slider", torques.clone());
-    places.jenkins_speeds = all.found("slip", slip_speeds);
+    all.places.jenkins_torques = all.found("slider", torques.clone());
+    all.places.jenkins_speeds = all.found("slip", slip_speeds);
     torques
 }
 
 /// Torques of frictions where they slip, and those of sliders also where they stick.
-fn sliding_frictions(
-    all: &mut Loop<'_>,
-    reduced: &Reduced,
-    (friction, senses): (&[Expr], &[Expr]),
-    jenkins_torques: &[Expr],
-) -> Vec<Expr> {
+fn sliding_frictions(all: &mut Loop<'_>, friction: &[Expr], senses: &[Expr], jenkins_torques: &[Expr]) -> Vec<Expr> {
     let mut sliding = friction.to_vec();
-    let slips = reduced.massless.iter().flat_map(|massless| &massless.slips);
+    let slips = all.reduced.massless.iter().flat_map(|massless| &massless.slips);
     for (slip, torque) in slips.zip(jenkins_torques) {
         let graph = &mut all.motion.graph;
         let slides = graph.product(&[(senses[slip.friction], 2)]);
@@ -619,31 +575,26 @@ fn sliding_frictions(
 
 /// The outputs of constraints that prescribe speeds, and of multiplier constraints; adds the power of the former to
 /// that of the inputs.
-fn find_multipliers(
-    all: &mut Loop<'_>,
-    places: &mut Places,
-    (reduced, applied, friction): (&Reduced, &[Expr], &[Expr]),
-    power: &mut Expr,
-) {
-    if reduced.equations.prescribes() {
-        let [now, accelerations, holding] = prescribed_power(all, reduced, applied, friction);
+fn find_multipliers(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr], power: &mut Expr) {
+    if all.reduced.equations.prescribes() {
+        let [now, accelerations, holding] = prescribed_power(all, applied, friction);
         *power = all.sum(&[&[*power], now.as_slice()].concat());
-        places.power_of_accelerations = all.found("power_of_acceleration", accelerations);
-        places.power_of_holding = all.found("power_of_holding", holding);
+        all.places.power_of_accelerations = all.found("power_of_acceleration", accelerations);
+        all.places.power_of_holding = all.found("power_of_holding", holding);
     }
     let zero = all.motion.graph.integer(0);
-    let terms_of = |all: &Loop<'_>, of: &dyn Fn(&MultiplierTerms) -> Option<Expr>| -> Vec<Expr> {
-        all.motion.multiplier_constraints.iter().map(|row| of(row).unwrap_or(zero)).collect()
-    };
-    let (positions, speeds) = (terms_of(all, &|row| row.position), terms_of(all, &|row| row.speed));
-    places.multiplier_positions = all.found("kept_position", positions);
-    places.multiplier_speeds = all.found("kept_speed", speeds);
+    let rows = &all.motion.multiplier_constraints;
+    let positions = rows.iter().map(|row| row.position.unwrap_or(zero)).collect();
+    let speeds = rows.iter().map(|row| row.speed.unwrap_or(zero)).collect();
+    all.places.multiplier_positions = all.found("kept_position", positions);
+    all.places.multiplier_speeds = all.found("kept_speed", speeds);
 }
 
 /// The power of constraints that prescribe speeds, `uᵀτ_c` with
 /// `τ_c = H (K q̈_r + k) + D q̇ + S q + friction − laws − F τ`: its part without accelerations and without sticking
 /// friction, then its coefficient for each of these.
-fn prescribed_power(all: &mut Loop<'_>, reduced: &Reduced, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
+fn prescribed_power(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> [Vec<Expr>; 3] {
+    let reduced = all.reduced;
     let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
     let (mut now, mut accelerations) = (Vec::new(), vec![Vec::new(); r]);
     let product = |all: &mut Loop<'_>, factors: &[Expr]| {

@@ -3,9 +3,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::compiled_plan::sum;
+use crate::sampler::numbers_of;
 use crate::scenario::Scenario;
 use kardan_expr::expr::{Expr, Symbol};
-use kardan_math::num::Rational;
 use kardan_mechanics::equations::Measured;
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Motion, Reduced};
@@ -99,10 +100,9 @@ fn measured(motion: &mut Motion, reduced: &Reduced, name: &str) -> Expr {
         Measured::Angle(body) => motion.angles[coordinate(body)],
         Measured::Speed(body) => motion.speeds[coordinate(body)],
         Measured::SpringTorque(element) => {
-            let springs = reduced.equations.springs.iter().enumerate().filter(|(_, spring)| spring.element == *element);
-            let terms: Vec<(Expr, Rational)> =
-                springs.map(|(k, _)| (motion.spring_torque(reduced, k), Rational::ONE)).collect();
-            motion.graph.sum(Rational::ZERO, &terms)
+            let springs = numbers_of(element, &reduced.equations.springs);
+            let torques = springs.into_iter().map(|k| motion.spring_torque(reduced, k)).collect::<Vec<_>>();
+            sum(&mut motion.graph, torques)
         }
         other => unreachable!("no block reads {other:?} at every instant"),
     }

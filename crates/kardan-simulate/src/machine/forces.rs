@@ -1,7 +1,7 @@
 //! Forces and accelerations in one set of modes.
 
 use super::Machine;
-use super::connected_law::{Computer, observation};
+use super::connected_law::{Computer, ConnectedLaw, observation};
 use super::expressions::read;
 use crate::drive::Drive;
 use crate::friction::Mode;
@@ -49,30 +49,21 @@ impl Machine {
             self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
         // Blocks have no commands.
-        for connected_law in self.laws.iter_mut().filter(|connected_law| !connected_law.inputs.is_empty()) {
-            match &mut connected_law.computer {
+        for connected in self.laws.iter_mut().filter(|connected| !connected.inputs.is_empty()) {
+            let ConnectedLaw { computer, inputs, references, reference_values, commands, states, .. } = connected;
+            match computer {
                 Computer::Linear(_) | Computer::Inlined(_) => continue,
-                Computer::SampledRuntime(sampled_runtime) => {
-                    connected_law.commands.copy_from_slice(&sampled_runtime.zoh_output)
-                }
+                Computer::SampledRuntime(sampled) => commands.copy_from_slice(&sampled.zoh_output),
                 Computer::Continuous(law) => {
-                    for (value, &source) in connected_law.reference_values.iter_mut().zip(&connected_law.references) {
+                    for (value, &source) in reference_values.iter_mut().zip(&*references) {
                         *value = self.timed.values[source];
                     }
-                    let observation = observation(
-                        time,
-                        &self.work.kinematics,
-                        &connected_law.reference_values,
-                        &state[connected_law.states.clone()],
-                    );
-                    law.command(observation, &mut connected_law.commands);
+                    let kinematics = &self.work.kinematics;
+                    let observation = observation(time, kinematics, reference_values, &state[states.clone()]);
+                    law.command(observation, commands);
                 }
             }
-            connected_law
-                .inputs
-                .iter()
-                .zip(&connected_law.commands)
-                .for_each(|(&input, command)| self.zoh_output[input] += command);
+            inputs.iter().zip(commands).for_each(|(&input, command)| self.zoh_output[input] += *command);
         }
         self.give(time, state);
     }
@@ -245,21 +236,14 @@ impl Machine {
         }
         out[r..2 * r].copy_from_slice(&self.acceleration);
         read(&self.dynamics, &self.work, &self.places.rates, &mut out[2 * r..self.size - 2]);
-        for connected_law in
-            self.laws.iter_mut().filter(|connected_law| connected_law.is_own() && !connected_law.states.is_empty())
-        {
-            for (torque, &input) in connected_law.torques.iter_mut().zip(&connected_law.inputs) {
+        for connected in self.laws.iter_mut().filter(|connected| !connected.states.is_empty()) {
+            let ConnectedLaw { computer, inputs, reference_values, torques, states, .. } = connected;
+            let Computer::Continuous(law) = computer else { continue };
+            for (torque, &input) in torques.iter_mut().zip(&*inputs) {
                 *torque = self.torques[input];
             }
-            let observation = observation(
-                time,
-                &self.work.kinematics,
-                &connected_law.reference_values,
-                &state[connected_law.states.clone()],
-            );
-            if let Computer::Continuous(law) = &mut connected_law.computer {
-                law.rates(observation, &connected_law.torques, &mut out[connected_law.states.clone()]);
-            }
+            let observation = observation(time, &self.work.kinematics, reference_values, &state[states.clone()]);
+            law.rates(observation, torques, &mut out[states.clone()]);
         }
         read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
         for (k, torque) in self.gear_losses.losses() {
@@ -273,15 +257,9 @@ impl Machine {
             out.fill(f64::NAN);
         }
         if !self.places.power_of_holding.is_empty() || !self.places.power_of_accelerations.is_empty() {
-            out[self.size - 2] += self.prescribed_power();
+            let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
+            out[self.size - 2] += self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()));
         }
-    }
-
-    /// The contribution of the accelerations and of sticking friction to the power of constraints that prescribe
-    /// speeds, W.
-    fn prescribed_power(&self) -> f64 {
-        let holding = self.holding.iter().copied().zip(self.active_torque.iter().copied());
-        self.prescribed_work(&self.acceleration, holding.chain(self.gear_losses.losses()))
     }
 
     /// The work of constraints that prescribe speeds for changes of speeds and impulses in directions, J; for
@@ -297,15 +275,8 @@ impl Machine {
         accelerations + impulses.map(|(k, impulse)| of(first + k) * impulse).sum::<f64>()
     }
 
-    /// All sources of outputs: accelerations, motor torques, friction torques, at one point.
-    pub fn observe(&mut self, time: f64, state: &[f64]) {
-        self.forces(time, state);
-        self.accelerate();
-        self.observe_here();
-    }
-
-    /// The same at the point whose rates were computed last.
-    pub fn observe_here(&mut self) {
+    /// The friction torques at the point that was evaluated last.
+    pub fn find_friction_torques(&mut self) {
         for (k, mode) in self.modes.iter().enumerate() {
             self.friction_torques[k] = match k.checked_sub(self.unilaterals.first) {
                 Some(unilateral) => self.work.more(&self.dynamics, self.places.unilateral_torques.start + unilateral),

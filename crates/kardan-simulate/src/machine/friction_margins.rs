@@ -15,11 +15,6 @@ impl Machine {
         }
     }
 
-    /// Whether there is friction at all.
-    pub fn has_friction(&self) -> bool {
-        !self.modes.is_empty()
-    }
-
     /// The distance of each direction from leaving its mode at the point last evaluated: the remaining part of the
     /// breakaway torque for sticking directions, the speed (rad/s) of slipping ones; infinite for dependent ones.
     pub fn margins_here(&mut self, out: &mut [f64]) {
@@ -60,15 +55,10 @@ impl Machine {
         self.slip_margin(direction)
     }
 
-    /// The distance of the sticking directions from their limits at a state, as a part of those: negative beyond. Where
-    /// they share torques, with the torques of least norm, which is less than the largest possible margin.
-    pub fn active_reserve(&mut self, time: f64, state: &[f64]) -> f64 {
-        self.evaluate(time, state);
-        self.active_reserve_here()
-    }
-
-    /// [`Self::active_reserve`] at the point last evaluated.
-    pub fn active_reserve_here(&mut self) -> f64 {
+    /// The distance of the sticking directions from their limits at the point last evaluated, as a part of those:
+    /// negative beyond. Where they share torques, with the torques of least norm, which is less than the largest
+    /// possible margin.
+    pub fn active_reserve(&mut self) -> f64 {
         if !self.following.is_empty() {
             self.share_active(1.0);
         }
@@ -99,7 +89,8 @@ impl Machine {
     pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.degrees_of_freedom;
-        let turns = self.may_turn();
+        // Multiplier constraints may rotate away from directions that depend on them alone.
+        let turns = !self.turning.is_empty();
         if self.unilaterals.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
@@ -122,21 +113,9 @@ impl Machine {
             if self.multiplier_constraints.is_empty() { own } else { own.max(self.noise_of_rows(k)) }
         };
         out.retain(|&k| against(self, k) > noise(k) || self.contact_changes(k));
-        if turns {
-            out.extend(self.carried_along());
-        }
-    }
-
-    /// Whether multiplier constraints may rotate away from directions that depend on them alone.
-    pub(super) fn may_turn(&self) -> bool {
-        !self.turning.is_empty()
-    }
-
-    /// Directions that depended on multiplier constraints alone until these rotated, and that now have a speed beyond
-    /// rounding at the point last evaluated.
-    fn carried_along(&self) -> Vec<usize> {
+        // Those that these have carried along have a speed beyond rounding.
         let moves = |k: &usize| self.dynamics.friction_speed(*k, &self.work).abs() > self.noise_of_rows(*k);
-        self.turning.iter().copied().filter(moves).collect()
+        out.extend(self.turning.iter().copied().filter(moves));
     }
 
     /// The rounding error of the speed in a direction where multiplier constraints couple it to others: in the metric

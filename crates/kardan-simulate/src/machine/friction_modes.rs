@@ -25,14 +25,8 @@ impl Machine {
     /// The same with the present bounds.
     pub(super) fn decide_with_bounds(&mut self, resting: &[usize]) -> Vec<Mode> {
         let (accelerations, _) = self.solve_box(&self.with_multipliers(resting));
-        let mut modes: Vec<Mode> = accelerations[self.multiplier_constraints.len()..]
-            .iter()
-            .map(|acceleration| match acceleration {
-                a if *a > 0.0 => Mode::Forward,
-                a if *a < 0.0 => Mode::Backward,
-                _ => Mode::Stick,
-            })
-            .collect();
+        let accelerations = &accelerations[self.multiplier_constraints.len()..];
+        let mut modes: Vec<Mode> = accelerations.iter().copied().map(Mode::of).collect();
         // Where none depends on the others, every accelerating direction slips.
         let dependent = self.multiplier_constraints.len() + resting.len() > self.holding.len();
         if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
@@ -54,14 +48,14 @@ impl Machine {
     ///
     /// Needs `force` with the friction of all other directions.
     pub(super) fn solve_box(&mut self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
-        let (r, m) = (self.degrees_of_freedom, directions.len());
+        let m = directions.len();
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
         let (_, w) = self.compliance(directions);
-        let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
-        let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
+        let without_torques = |&k: &usize| dot(self.friction_row(k), &free) + self.work.friction_bias[k];
+        let right: Vec<f64> = directions.iter().map(without_torques).collect();
         let cancels = |k: usize| {
-            let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
+            let terms = self.friction_row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
             terms + self.work.friction_bias[k].abs()
         };
         let cancels: Vec<f64> = directions.iter().map(|&k| cancels(k)).collect();
@@ -94,14 +88,15 @@ impl Machine {
     /// `H⁻¹ Gᵀ` row by row, and `W = G H⁻¹ Gᵀ`, over the directions given.
     pub(super) fn compliance(&self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
         let (r, m) = (self.degrees_of_freedom, directions.len());
-        let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
         let mut weighted = vec![0.0; m * r];
         for (a, &k) in directions.iter().enumerate() {
-            weighted[a * r..(a + 1) * r].copy_from_slice(row(k));
+            weighted[a * r..(a + 1) * r].copy_from_slice(self.friction_row(k));
             self.work.factor.solve(&mut weighted[a * r..(a + 1) * r]);
         }
         // Directions have few entries.
-        let entries = |&k: &usize| row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
+        let entries = |&k: &usize| {
+            self.friction_row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>()
+        };
         let sparse: Vec<Vec<(usize, f64)>> = directions.iter().map(entries).collect();
         let row_dot = |weighted: &[f64], row: &[(usize, f64)]| row.iter().map(|(i, x)| weighted[*i] * x).sum::<f64>();
         let w = (0..m * m).map(|i| row_dot(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
@@ -162,9 +157,8 @@ impl Machine {
 
     /// Whether a prescribed speed moves a direction that depends on the active ones.
     fn moves_on(&self) -> bool {
-        let r = self.degrees_of_freedom;
         self.following.iter().any(|&k| {
-            let (bias, row) = (self.work.friction_bias[k], &self.work.friction_rows[k * r..(k + 1) * r]);
+            let (bias, row) = (self.work.friction_bias[k], self.friction_row(k));
             let terms = || row.iter().zip(&self.acceleration).map(|(g, a)| g * a);
             let size = bias.abs() + terms().map(f64::abs).sum::<f64>();
             (bias + terms().sum::<f64>()).abs() > MOVED * size
@@ -364,8 +358,7 @@ impl Machine {
         if !self.dynamics.friction_varies(k) {
             return false;
         }
-        let r = self.degrees_of_freedom;
-        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let row = self.friction_row(k);
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
         let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);

@@ -10,7 +10,10 @@ impl Machine {
     /// the limits of gears at rest. Needs the factors of the active directions.
     pub(super) fn load_gears(&mut self) {
         let mut gear_losses = std::mem::take(&mut self.gear_losses);
-        self.unload(&mut gear_losses);
+        // Without the losses.
+        for (&k, torque) in gear_losses.directions.iter().zip(&mut gear_losses.torques) {
+            self.act(k, std::mem::take(torque));
+        }
         self.accelerate_constrained();
         self.read_loads(&mut gear_losses);
         gear_losses.give(self.work.values());
@@ -35,13 +38,6 @@ impl Machine {
         }
         self.bound_gear_losses(&mut gear_losses);
         self.gear_losses = gear_losses;
-    }
-
-    /// Removes the gear losses from the force.
-    fn unload(&mut self, gear_losses: &mut GearLosses) {
-        for (&k, torque) in gear_losses.directions.iter().zip(&mut gear_losses.torques) {
-            self.act(k, std::mem::take(torque));
-        }
     }
 
     /// Adds a torque in a direction to the force.
@@ -147,23 +143,8 @@ impl Machine {
         found
     }
 
-    /// Whether there are gear losses.
-    pub(crate) fn has_gear_losses(&self) -> bool {
-        !self.gear_losses.is_empty()
-    }
-
     /// The direction of a gear whose motion from the point last evaluated is not unique.
     pub(crate) fn ambiguous_gear(&self) -> Option<usize> {
         self.gear_losses.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::Two).map(|(direction, _)| direction)
-    }
-
-    /// The direction of a gear without a consistent motion at a requested rate, since that was reset.
-    pub(crate) fn jammed_gear(&self) -> Option<usize> {
-        self.gear_losses.lost
-    }
-
-    /// Forgets it.
-    pub(crate) fn clear_jammed_gear(&mut self) {
-        self.gear_losses.lost = None;
     }
 }

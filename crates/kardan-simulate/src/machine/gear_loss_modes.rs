@@ -3,14 +3,12 @@
 use super::Machine;
 use super::gear_losses::GearLosses;
 use crate::friction::Mode;
-use kardan_math::num::{bracket, dot};
+use kardan_math::num::bracket;
 
 /// Most iterations of torques and modes until they agree.
 const MOST_ROUNDS: usize = 40;
 /// Change of shared torques between two iterations, relative to the largest, that counts as none.
 const SETTLED: f64 = 1e-11;
-/// The rounding error of constraint torques, relative to the largest.
-const NOISE: f64 = 1e-12;
 /// The rounding error of an acceleration, relative to its terms.
 const ROUNDING: f64 = 1e-9;
 
@@ -48,13 +46,13 @@ impl Machine {
             }
             tried.push(at);
             // The torques of other sliding gears are fixed here; those of these gears are part of the decision.
-            let mut gear_losses = std::mem::take(&mut self.gear_losses);
-            for (&k, torque) in
-                gear_losses.directions.iter().zip(&mut gear_losses.torques).filter(|(k, _)| resting.contains(k))
-            {
-                self.act(k, std::mem::take(torque));
+            for gear in 0..self.gear_losses.directions.len() {
+                let direction = self.gear_losses.directions[gear];
+                if resting.contains(&direction) {
+                    let torque = std::mem::take(&mut self.gear_losses.torques[gear]);
+                    self.act(direction, torque);
+                }
             }
-            self.gear_losses = gear_losses;
             self.set_modes(resting, &at_rest);
         }
         self.set_modes(resting, &at_rest);
@@ -78,8 +76,7 @@ impl Machine {
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let groups = self.groups(&sticking);
         // A torque of rounding size does not load a unilateral constraint.
-        let torques = self.active_torque[..self.holding.len()].iter().chain(&self.force);
-        let noise = NOISE * torques.fold(0.0f64, |most, torque| most.max(torque.abs()));
+        let noise = self.torque_noise();
         let shared = groups.and_then(|groups| self.share_in_groups((&groups, noise), &sticking));
         // Far beyond the limit the value is not needed.
         shared.map_or(f64::INFINITY, |(_, part)| (1.0 - part).max(-1.0))
@@ -139,12 +136,10 @@ impl Machine {
     /// The sticking directions that are multiples of each independent one, as indices among them with their factors;
     /// `None` where one depends on several.
     fn groups(&self, sticking: &[usize]) -> Option<Vec<Vec<(usize, f64)>>> {
-        let (r, count) = (self.degrees_of_freedom, self.holding.len());
+        let count = self.holding.len();
         let mut groups: Vec<Vec<(usize, f64)>> = (0..count).map(|a| vec![(a, 1.0)]).collect();
         for place in count..sticking.len() {
-            let row = &self.work.friction_rows[sticking[place] * r..(sticking[place] + 1) * r];
-            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
-            self.active_factor.solve(&mut shares);
+            let shares = self.shares_of_holding(sticking[place]);
             let largest = shares.iter().fold(0.0f64, |most, x| most.max(x.abs()));
             let mut own = (0..count).filter(|&a| shares[a].abs() > ROUNDING * largest);
             match (own.next(), own.next()) {
@@ -252,9 +247,7 @@ impl Machine {
 
     /// Whether a direction moves in the sense of its mode, in the modes last evaluated.
     fn goes(&self, k: usize) -> bool {
-        let r = self.degrees_of_freedom;
-        let row = &self.work.friction_rows[k * r..(k + 1) * r];
-        let terms = || row.iter().zip(&self.acceleration).map(|(x, a)| x * a);
+        let terms = || self.friction_row(k).iter().zip(&self.acceleration).map(|(x, a)| x * a);
         let size: f64 = terms().map(f64::abs).sum::<f64>() + self.work.friction_bias[k].abs();
         let sense = self.modes[k].sign();
         sense == 0.0 || sense * (terms().sum::<f64>() + self.work.friction_bias[k]) >= -ROUNDING * size

@@ -1,8 +1,8 @@
 //! Gear loads in the expressions of the loop.
 
+use crate::compiled_plan::symbols;
 use kardan_expr::expr::Expr;
 use kardan_math::num::{Rational, Scalar};
-use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::{GearLoss, UnilateralConstraint};
 use kardan_mechanics::reduce::{Acting, Motion, Reduced};
@@ -47,10 +47,8 @@ impl GearLossTerms {
         let zeros = vec![motion.graph.integer(0); r];
         let acting = Acting { accelerations: &zeros, inputs: applied, frictions: friction };
         let now = motion.multipliers(reduced, acting);
-        let mut symbols = |name: &str, count: usize| -> Vec<Expr> {
-            (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
-        };
-        let (accelerations, torques) = (symbols("unit_acceleration", r), symbols("unit_torque", holding));
+        let accelerations = symbols(&mut motion.graph, "unit_acceleration", r);
+        let torques = symbols(&mut motion.graph, "unit_torque", holding);
         let acting = Acting { accelerations: &accelerations, inputs: applied, frictions: &torques };
         let moved = motion.multipliers(reduced, acting);
         for (_, unilateral, _) in gear_losses(reduced) {

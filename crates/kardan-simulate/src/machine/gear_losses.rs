@@ -10,14 +10,11 @@
 //! would self-lock against the inertia of that load, this fails (Painlevé): there are two motions or none. kardan
 //! reports both cases.
 
-use kardan_native::Native;
-
 use super::gear_loss_terms::gear_losses;
 use super::unilateral_kinds::InvalidBound;
+use crate::compiled_plan::{CompiledPlan, symbols};
 use kardan_expr::expr::{Expr, Symbol};
-use kardan_expr::plan::{Plan, compile};
 use kardan_math::num::Lu;
-use kardan_math::units::Dimension;
 use kardan_mechanics::reduce::{Motion, Reduced};
 
 /// Steps of Newton's method; for losses proportional to the torque it takes two, and one for each sign that changes.
@@ -27,11 +24,9 @@ const SOLVED: f64 = 1e-14;
 /// Signs that are tried as a start where the first one fails: for this many gears all.
 const MOST_PATTERNS: usize = 10;
 
-/// The losses over the torques as a plan, with its memory: for each gear the loss and its slope.
+/// The losses over the torques as a plan: for each gear the loss and its slope.
 struct Laws {
-    plan: Plan,
-    native: Option<Native<f64>>,
-    memory: Vec<f64>,
+    compiled: CompiledPlan<f64>,
     /// The inputs before the sizes of the torques, and behind them whether the first bodies drive.
     arguments: usize,
 }
@@ -39,10 +34,7 @@ struct Laws {
 impl Laws {
     fn new(motion: &mut Motion, reduced: &Reduced, inputs: &[Symbol]) -> Self {
         let count = gear_losses(reduced).count();
-        let mut symbols = |name: &str| -> Vec<Expr> {
-            (0..count).map(|k| motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE)).collect()
-        };
-        let (loads, forth) = (symbols("load"), symbols("forth"));
+        let [loads, forth] = ["load", "forth"].map(|name| symbols(&mut motion.graph, name, count));
         let mut losses = Vec::new();
         for (k, (_, unilateral, gear)) in gear_losses(reduced).enumerate() {
             let speed = motion.sum(&unilateral.row, |motion, shaft| motion.speeds[shaft]);
@@ -68,9 +60,8 @@ impl Laws {
         let outputs: Vec<(String, Expr)> = outputs.collect();
         let own = loads.iter().chain(&forth).filter_map(|symbol| motion.graph.symbol_of(*symbol));
         let arguments: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().chain(own).collect();
-        let plan = compile(&motion.graph, &arguments, &outputs).expect("losses depend on inputs only");
-        let native = Native::new(&plan.block());
-        Self { native, memory: plan.memory(), plan, arguments: arguments.len() - 2 * count }
+        let compiled = CompiledPlan::new(&motion.graph, &arguments, &outputs);
+        Self { compiled, arguments: arguments.len() - 2 * count }
     }
 }
 
@@ -85,7 +76,7 @@ pub(super) enum Ambiguity {
 
 /// The gear losses of a machine.
 #[derive(Default)]
-pub(super) struct GearLosses {
+pub(crate) struct GearLosses {
     /// Their directions.
     pub(super) directions: Vec<usize>,
     laws: Option<Laws>,
@@ -109,8 +100,8 @@ pub(super) struct GearLosses {
     pub(super) starting_friction: Vec<(usize, f64)>,
     /// The gear whose motion is not unique, at the point last evaluated.
     pub(super) ambiguity: Option<(usize, Ambiguity)>,
-    /// The gear without a consistent motion at a requested rate.
-    pub(super) lost: Option<usize>,
+    /// The gear without a consistent motion at a requested rate, since that was reset.
+    pub(crate) lost: Option<usize>,
     /// The most negative loss there.
     pub(super) negative: Option<(usize, f64)>,
     /// The gear whose loss is undefined there.
@@ -152,7 +143,7 @@ impl GearLosses {
         }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.directions.is_empty()
     }
 
@@ -182,7 +173,7 @@ impl GearLosses {
         for drives in [true, false] {
             self.evaluate(|_, _| drives);
             if !self.losses[gear].is_finite() {
-                let from = self.laws.as_ref().and_then(|laws| laws.plan.not_finite(&laws.memory));
+                let from = self.laws.as_ref().and_then(|laws| laws.compiled.plan.not_finite(&laws.compiled.memory));
                 return Some((direction, from));
             }
         }
@@ -191,26 +182,22 @@ impl GearLosses {
 
     pub(super) fn give(&mut self, values: &[f64]) {
         if let Some(laws) = &mut self.laws {
-            laws.memory[..laws.arguments].copy_from_slice(&values[..laws.arguments]);
+            laws.compiled.memory[..laws.arguments].copy_from_slice(&values[..laws.arguments]);
         }
     }
 
     /// Losses and slopes at the loads, where the first bodies drive or are driven.
     pub(super) fn evaluate(&mut self, drives: impl Fn(usize, f64) -> bool) {
         let count = self.directions.len();
-        let Some(laws) = &mut self.laws else { return };
+        let Some(Laws { compiled, arguments }) = &mut self.laws else { return };
         for (k, load) in self.loads.iter().enumerate() {
-            laws.memory[laws.arguments + k] = load.abs();
-            laws.memory[laws.arguments + count + k] = f64::from(u8::from(drives(k, *load)));
+            compiled.memory[*arguments + k] = load.abs();
+            compiled.memory[*arguments + count + k] = f64::from(u8::from(drives(k, *load)));
         }
-        // A value that is not a number is detected where it is used.
-        let _ = match &laws.native {
-            Some(native) => native.evaluate(&mut laws.memory),
-            None => laws.plan.block().evaluate(&mut laws.memory),
-        };
+        compiled.evaluate();
         for k in 0..count {
-            self.losses[k] = laws.memory[laws.plan.place(k)];
-            self.slopes[k] = laws.memory[laws.plan.place(count + k)];
+            self.losses[k] = *compiled.output(k);
+            self.slopes[k] = *compiled.output(count + k);
         }
     }
 
@@ -269,7 +256,7 @@ impl GearLosses {
             self.factor.solve(&mut self.right);
             self.torques.copy_from_slice(&self.right);
             for &(gear, _) in &self.sliding {
-                self.loads[gear] = self.base[gear] + self.added(gear);
+                self.loads[gear] = self.base[gear] + self.parts(gear).sum::<f64>();
             }
             self.evaluate_sliding();
             let solved = |&(gear, s): &(usize, f64)| {
@@ -286,11 +273,7 @@ impl GearLosses {
         false
     }
 
-    /// The contribution of the losses of sliding gears to a gear load.
-    fn added(&self, gear: usize) -> f64 {
-        self.parts(gear).sum()
-    }
-
+    /// The contributions of the losses of sliding gears to a gear load.
     fn parts(&self, gear: usize) -> impl Iterator<Item = f64> {
         let influence = &self.influence[gear * self.directions.len()..];
         self.sliding.iter().map(|(sliding_mesh, _)| influence[*sliding_mesh] * self.torques[*sliding_mesh])

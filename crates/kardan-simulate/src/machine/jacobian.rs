@@ -4,41 +4,30 @@
 //! from the same factors as the accelerations: `H a′ = ∂(f − H a − Gᵀλ)/∂x − Gᵀλ′` and `G a′ + ∂(b + G a)/∂x = 0`,
 //! where a and λ are constant in the derivatives on the right.
 
-use kardan_native::Native;
-
+use crate::compiled_plan::CompiledPlan;
 use kardan_expr::expr::{Expr, Symbol};
-use kardan_expr::plan::{Plan, compile};
 use kardan_mechanics::reduce::Motion;
 
 /// Derivatives as a plan.
 pub(super) struct Jacobian {
-    pub(super) plan: Plan,
-    pub(super) native: Option<Native<f64>>,
-    pub(super) memory: Vec<f64>,
+    pub(super) compiled: CompiledPlan<f64>,
     /// Inputs of the plan: those of the rates, accelerations, torques of friction directions.
     pub(super) inputs: usize,
     pub(super) columns: Vec<Column>,
 }
 
 /// The dependents of one state: numbers of coordinates, friction directions and states behind the speeds, each with the
-/// index of its derivative in the memory.
-#[derive(Default)]
-pub(super) struct Column {
-    pub(super) forces: Vec<(usize, usize)>,
-    pub(super) bias: Vec<(usize, usize)>,
-    pub(super) rates: Vec<(usize, usize)>,
-}
+/// index of its derivative among the outputs.
+pub(super) type Column = [Vec<(usize, usize)>; 3];
 
 impl Jacobian {
     /// Derivatives of the expressions of a loop. The residuals are those of forces, of the directions of friction, and the rates.
     pub(super) fn new(motion: &mut Motion, inputs: &[Symbol], states: &[Symbol], residuals: [Vec<Expr>; 3]) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let mut columns: Vec<Column> = states.iter().map(|_| Column::default()).collect();
-        let [forces, bias, rates] = &residuals;
-        let kinds = [("force", forces), ("bias", bias), ("rate", rates)];
         // For each state its dependents: else the work would grow with the square of the size.
         let mut entries: Vec<Vec<(usize, usize)>> = vec![Vec::new(); states.len()];
-        for (kind, (_, exprs)) in kinds.iter().enumerate() {
+        for (kind, exprs) in residuals.iter().enumerate() {
             for (k, expr) in exprs.iter().enumerate() {
                 for symbol in motion.graph.symbols(&[*expr]) {
                     if let Some(state) = states.iter().position(|state| *state == symbol) {
@@ -48,23 +37,17 @@ impl Jacobian {
             }
         }
         for ((state, entries), column) in states.iter().zip(entries).zip(&mut columns) {
-            let exprs: Vec<Expr> = entries.iter().map(|(kind, k)| kinds[*kind].1[*k]).collect();
+            let exprs: Vec<Expr> = entries.iter().map(|(kind, k)| residuals[*kind][*k]).collect();
             for ((kind, k), slope) in entries.into_iter().zip(motion.graph.derivatives(&exprs, *state)) {
                 if motion.graph.is_zero(slope) {
                     continue;
                 }
-                let lists = [&mut column.forces, &mut column.bias, &mut column.rates];
-                lists[kind].push((k, outputs.len()));
-                outputs.push((format!("{}.{k}.{}", kinds[kind].0, motion.graph.name(*state).0), slope));
+                column[kind].push((k, outputs.len()));
+                let name = ["force", "bias", "rate"][kind];
+                outputs.push((format!("{name}.{k}.{}", motion.graph.name(*state).0), slope));
             }
         }
-        let plan = compile(&motion.graph, inputs, &outputs).expect("all arguments of the residuals are inputs");
-        for column in &mut columns {
-            for list in [&mut column.forces, &mut column.bias, &mut column.rates] {
-                list.iter_mut().for_each(|(_, output)| *output = plan.place(*output));
-            }
-        }
-        let native = Native::new(&plan.block());
-        Self { memory: plan.memory(), native, plan, inputs: inputs.len(), columns }
+        let compiled = CompiledPlan::new(&motion.graph, inputs, &outputs);
+        Self { compiled, inputs: inputs.len(), columns }
     }
 }

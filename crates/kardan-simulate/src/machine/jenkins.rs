@@ -24,11 +24,6 @@ impl Machine {
         self.work.more(&self.dynamics, self.places.jenkins_torques.start + element)
     }
 
-    /// The speed that a slider would slip with if no other one did, at the point last evaluated, rad/s.
-    fn uncoupled_slip_speed(&self, element: usize) -> f64 {
-        self.work.more(&self.dynamics, self.places.jenkins_speeds.start + element)
-    }
-
     /// The rate of the torque of its springs at the point last evaluated, N m/s; zero where it may be only rounding.
     fn growth(&self, element: usize) -> f64 {
         let terms = self.jenkins.rows[element].iter().map(|(shaft, x)| x * self.work.kinematics.speeds[*shaft]);
@@ -106,7 +101,8 @@ impl Machine {
         let senses: Vec<f64> = (0..count).map(may_slip).collect();
         // A growth of rounding size causes no slip.
         let right = |element: usize| {
-            let right = self.jenkins.stiffness(element) * self.uncoupled_slip_speed(element);
+            let uncoupled_speed = self.work.more(&self.dynamics, self.places.jenkins_speeds.start + element);
+            let right = self.jenkins.stiffness(element) * uncoupled_speed;
             if right.abs() <= self.growth_noise(element) { 0.0 } else { right }
         };
         let right: Vec<f64> = (0..count).map(right).collect();
@@ -118,11 +114,7 @@ impl Machine {
         self.box_problem.solve(&self.jenkins.stiffness, &right, bounds, &mut speeds);
         let mut changed = false;
         for (speed, &direction) in speeds.iter().zip(&self.jenkins.directions) {
-            let mode = match speed {
-                speed if *speed > 0.0 => Mode::Forward,
-                speed if *speed < 0.0 => Mode::Backward,
-                _ => Mode::Stick,
-            };
+            let mode = Mode::of(*speed);
             changed |= self.modes[direction] != mode;
             self.modes[direction] = mode;
         }

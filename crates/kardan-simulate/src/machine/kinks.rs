@@ -1,11 +1,10 @@
 //! Expressions whose zeros are points where a loop has a jump or kink.
 
-use kardan_native::Native;
 use kardan_rt::Operator;
 
 use super::expressions::Places;
+use crate::compiled_plan::CompiledPlan;
 use kardan_expr::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lower};
-use kardan_expr::plan::{Plan, compile};
 use kardan_mechanics::reduce::{Extension, Motion};
 
 /// The time-dependent inputs at an instant.
@@ -17,21 +16,19 @@ enum TimeInput {
 
 /// Expressions whose zeros are points where the loop has a jump or kink.
 #[derive(Debug, Default)]
-pub(super) struct Kinks {
+pub(crate) struct Kinks {
     /// Those of the time alone, in a graph of their own, with the meaning of its symbols.
     graph: Graph,
     pub of_time: Vec<Expr>,
     time_inputs: Vec<(Symbol, TimeInput)>,
     /// The number of the others; a separate plan evaluates them faster than the whole loop.
     pub of_state: usize,
-    plan: Plan,
-    native: Option<Native<f64>>,
-    memory: Vec<f64>,
+    compiled: Option<CompiledPlan<f64>>,
 }
 
 impl Kinks {
     /// From expressions of the time alone of a motion, and a loop that was written into it.
-    pub fn new(motion: &Motion, of_time: &[Expr], (extension, places): (&Extension, &Places)) -> Self {
+    pub(super) fn new(motion: &Motion, of_time: &[Expr], (extension, places): (&Extension, &Places)) -> Self {
         let (graph, inputs) = (&motion.graph, &extension.inputs);
         let mut own = Graph::default();
         let (mut time_inputs, mut pairs) = (Vec::new(), Vec::new());
@@ -48,32 +45,25 @@ impl Kinks {
         }
         let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
         let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
-        let plan =
-            compile(graph, &all, &extension.outputs[places.kinks.clone()]).expect("a loop declares all its inputs");
-        let native = if places.kinks.is_empty() { None } else { Native::new(&plan.block()) };
-        let memory = plan.memory();
-        Self { graph: own, of_time, time_inputs, of_state: places.kinks.len(), plan, native, memory }
+        let outputs = &extension.outputs[places.kinks.clone()];
+        let compiled = (!outputs.is_empty()).then(|| CompiledPlan::new(graph, &all, outputs));
+        Self { graph: own, of_time, time_inputs, of_state: outputs.len(), compiled }
     }
 
     /// The numbers that depend on states, for the given motion and inputs.
     pub fn find(&mut self, motion: &[f64], time_inputs: &[f64], out: &mut [f64]) {
-        let Self { plan, native, memory, .. } = self;
-        let later = motion.len()..plan.inputs.len();
-        memory[..later.start].copy_from_slice(motion);
-        memory[later.clone()].copy_from_slice(&time_inputs[..later.len()]);
+        let Some(compiled) = &mut self.compiled else { return };
+        let later = motion.len()..compiled.plan.inputs.len();
+        compiled.memory[..later.start].copy_from_slice(motion);
+        compiled.memory[later.clone()].copy_from_slice(&time_inputs[..later.len()]);
         // A value that is not a number is on no side.
-        let _ = match native {
-            Some(native) => native.evaluate(memory),
-            None => plan.block().evaluate(memory),
-        };
-        out.iter_mut().enumerate().for_each(|(k, out)| *out = memory[plan.place(k)]);
+        compiled.evaluate();
+        out.iter_mut().enumerate().for_each(|(k, out)| *out = *compiled.output(k));
     }
 
     fn of(&self, symbol: Symbol) -> TimeInput {
-        self.time_inputs
-            .iter()
-            .find(|(own, _)| *own == symbol)
-            .map_or(TimeInput::Source(0), |(_, time_inputs)| *time_inputs)
+        let found = self.time_inputs.iter().find(|(own, _)| *own == symbol);
+        found.map_or(TimeInput::Source(0), |(_, input)| *input)
     }
 
     /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.

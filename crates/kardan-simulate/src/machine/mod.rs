@@ -83,7 +83,7 @@ pub struct Machine {
     /// The indices of the loop's inputs and outputs.
     places: Places,
     drives: Vec<Drive>,
-    profiles: Vec<Profile>,
+    pub(super) profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
     /// Blocks that compute at every instant.
     flow: Option<Flow>,
@@ -92,18 +92,18 @@ pub struct Machine {
     /// `(value, slope, start)` of each source in the current segment.
     lines: Vec<(f64, f64, f64)>,
     /// Further time-dependent inputs.
-    timed: Timed,
+    pub(super) timed: Timed,
     /// Its jumps and kinks.
-    kinks: Kinks,
+    pub(super) kinks: Kinks,
     pub(super) modes: Vec<Mode>,
     /// Unilateral and switched constraints, and the largest torques against motion forward and backward of all
     /// directions, N m.
-    unilaterals: Unilaterals,
+    pub(super) unilaterals: Unilaterals,
     /// The gear losses.
-    gear_losses: GearLosses,
+    pub(super) gear_losses: GearLosses,
     bounds: [Vec<f64>; 2],
     /// Independent directions among those that stick.
-    holding: Vec<usize>,
+    pub(super) holding: Vec<usize>,
     /// Directions that stick but depend on the active ones.
     following: Vec<usize>,
     /// Those among them that depend on multiplier constraints alone at this position.
@@ -142,8 +142,9 @@ pub struct Machine {
     torque_distribution_unique: bool,
     torque_distribution: TorqueDistribution,
     box_problem: BoxProblem,
-    /// Directions that contradicted each other in the last mode selection.
-    contradiction: Vec<usize>,
+    /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier constraints
+    /// the number behind all others.
+    pub(super) contradiction: Vec<usize>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
     response: Option<Response>,
@@ -154,7 +155,7 @@ pub struct Machine {
     /// Derivatives of the rates, where they are requested.
     jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
-    evaluated: u64,
+    pub(super) evaluated: u64,
     /// Numbers of the multiplier constraints among the directions: behind the frictions.
     pub(super) multiplier_constraints: Range<usize>,
     /// Their values that are monitored from step to step.
@@ -189,14 +190,12 @@ impl Machine {
         self.timed.archive_state(archive);
         self.drives.iter_mut().for_each(|drive| drive.archive_state(archive));
         self.find_what_rests();
-        for connected_law in &mut self.laws {
-            for list in [&mut connected_law.reference_values, &mut connected_law.commands, &mut connected_law.torques] {
-                archive.numbers(list);
-            }
-            match &mut connected_law.computer {
+        for ConnectedLaw { computer, reference_values, commands, torques, .. } in &mut self.laws {
+            [reference_values, commands, torques].into_iter().for_each(|list| archive.numbers(list));
+            match computer {
                 Computer::Linear(_) | Computer::Inlined(_) => {}
                 Computer::Continuous(law) => law.archive_state(archive),
-                Computer::SampledRuntime(sampled_runtime) => sampled_runtime.archive_state(archive),
+                Computer::SampledRuntime(sampled) => sampled.archive_state(archive),
             }
         }
     }
@@ -204,11 +203,6 @@ impl Machine {
     /// Number of state variables.
     pub fn size(&self) -> usize {
         self.size
-    }
-
-    /// Number of set-valued directions of the model.
-    pub(crate) fn set_valued(&self) -> usize {
-        self.multiplier_constraints.start
     }
 
     /// Degrees of freedom.

@@ -3,7 +3,7 @@
 use super::Machine;
 use super::connected_law::ConnectedLaw;
 use crate::drive::{Drive, Limit, Rate};
-use crate::faults::MotorFaultKind;
+use crate::faults::{MotorFault, MotorFaultKind};
 use crate::scenario::SourceTarget;
 use kardan_results::MotorLoad;
 
@@ -14,12 +14,9 @@ impl Machine {
     /// Motors with a stuck torque from this time on keep the torque that they have reached; the lines and functions of
     /// time are still those before it.
     pub fn stick_motors(&mut self, time: f64, state: &[f64]) {
-        let begins = |drive: &Drive| {
-            drive
-                .faults
-                .iter()
-                .any(|fault| fault.kind == MotorFaultKind::Stuck && fault.is_active(time) && fault.at == time)
-        };
+        let sticks =
+            |fault: &MotorFault| fault.kind == MotorFaultKind::Stuck && fault.is_active(time) && fault.at == time;
+        let begins = |drive: &Drive| drive.faults.iter().any(sticks);
         if !self.drives.iter().any(begins) {
             return;
         }
@@ -96,25 +93,24 @@ impl Machine {
 
     /// Whether commands of motors with a torque limit only have steps, throughout the run.
     pub(super) fn limits_meet_steps(&self) -> bool {
-        let steps = |input: usize| {
-            let mut own = self.targets.iter().zip(&self.profiles).enumerate();
-            self.laws.iter().all(|connected_law| {
-                connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input)
-            }) && own.all(|(source, (target, profile))| {
-                *target != SourceTarget::Input(input) || profile.is_level() && !self.timed.follows(source)
-            })
-        };
-        self.drives.iter().enumerate().all(|(input, drive)| drive.limit.is_none() || steps(input))
+        let is_level = |source: usize| self.profiles[source].is_level();
+        let mut drives = self.drives.iter().enumerate();
+        drives.all(|(input, drive)| drive.limit.is_none() || self.commands_are(input, is_level))
     }
 
     /// Whether the command of one motor is constant until the next sample or breakpoint.
     pub(super) fn command_rests(&self, input: usize) -> bool {
-        let sources = self.targets.iter().zip(&self.lines).enumerate();
-        let mut own = sources.filter(|(_, (target, _))| **target == SourceTarget::Input(input));
-        self.laws
-            .iter()
-            .all(|connected_law| connected_law.sampled_runtime().is_some() || !connected_law.inputs.contains(&input))
-            && own.all(|(source, (_, line))| line.1 == 0.0 && !self.timed.follows(source))
+        self.commands_are(input, |source| self.lines[source].1 == 0.0)
+    }
+
+    /// Whether only laws with a clock, and sources of a kind that follow no function of time, command a motor.
+    fn commands_are(&self, input: usize, kind: impl Fn(usize) -> bool) -> bool {
+        let is_sampled = |connected: &ConnectedLaw| connected.sampled_runtime().is_some();
+        let mut targets = self.targets.iter().enumerate();
+        self.laws.iter().all(|connected| is_sampled(connected) || !connected.inputs.contains(&input))
+            && targets.all(|(source, target)| {
+                *target != SourceTarget::Input(input) || kind(source) && !self.timed.follows(source)
+            })
     }
 
     /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field.
@@ -144,15 +140,11 @@ impl Machine {
     ) -> Vec<MotorLoad> {
         let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
         let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
-            let commands = |connected_law: &&ConnectedLaw| connected_law.inputs.contains(&k);
+            let commands = |connected: &&ConnectedLaw| connected.inputs.contains(&k);
             MotorLoad {
                 motor: name.clone(),
                 unit: units[k],
-                controller: self
-                    .laws
-                    .iter()
-                    .find(commands)
-                    .map(|connected_law| connected_law.law.describe().controller),
+                controller: self.laws.iter().find(commands).map(|connected| connected.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,
                 demand: demand(name),
@@ -192,14 +184,11 @@ impl Machine {
                 // A gap that the limiter closes within the resolution of the time counts as zero.
                 let instant = SAME_INSTANT * time.abs();
                 let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
-                let mode = if gap > small {
-                    Rate::Rise
-                } else if gap < -small {
-                    Rate::Fall
-                } else {
-                    Rate::Follow
+                drive.rate_mode = match gap {
+                    gap if gap > small => Rate::Rise,
+                    gap if gap < -small => Rate::Fall,
+                    _ => Rate::Follow,
                 };
-                drive.rate_mode = mode;
             }
         }
         if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {

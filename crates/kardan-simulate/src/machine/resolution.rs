@@ -2,6 +2,7 @@
 //! operations that it does not resolve.
 
 use super::Machine;
+use super::expressions::Places;
 use super::kinks::line_range;
 use super::resolved::Resolved;
 use kardan_expr::expr::Interval;
@@ -27,23 +28,18 @@ enum Hidden {
 impl Machine {
     /// Prepares the assessment of steps; `also`: further values that are read from the plan's memory.
     pub(crate) fn prepare_resolution(&mut self, also: &[usize]) {
-        let MotionPlan { plan, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
-        let of = |places: &std::ops::Range<usize>| places.clone().map(|k| plan.place(more.start + k));
-        let places = &self.places;
-        let forces: Vec<usize> = of(&places.forces).collect();
-        let rates: Vec<usize> = of(&places.rates).chain(of(&places.powers)).collect();
-        let outputs = [
-            &places.friction_speeds,
-            &places.commands,
-            &places.jenkins_torques,
-            &places.unilaterals,
-            &places.read_sources,
-        ];
-        let gear_losses = [&places.gear_loads, &places.gear_load_by_acceleration, &places.gear_load_by_torque];
-        let motion =
-            [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| plan.place(*output));
-        let outputs: Vec<usize> =
-            outputs.into_iter().chain(gear_losses).flat_map(of).chain(motion).chain(also.iter().copied()).collect();
+        let MotionPlan { plan, inertia, friction_rows, friction_bias, .. } = self.dynamics.plan();
+        let found = |outputs: &std::ops::Range<usize>| self.memory_places(outputs);
+        let Places { friction_speeds, commands, jenkins_torques, unilaterals, read_sources, .. } = &self.places;
+        let Places { gear_loads, gear_load_by_acceleration, gear_load_by_torque, .. } = &self.places;
+        let forces = found(&self.places.forces);
+        let rates = [&self.places.rates, &self.places.powers].map(found).concat();
+        let outputs = [friction_speeds, commands, jenkins_torques, unilaterals, read_sources];
+        let gear_losses = [gear_loads, gear_load_by_acceleration, gear_load_by_torque];
+        let outputs = outputs.into_iter().chain(gear_losses).flat_map(found);
+        let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
+        let motion = motion.map(|(_, output)| plan.place(*output));
+        let outputs: Vec<usize> = outputs.chain(motion).chain(also.iter().copied()).collect();
         let resolved: Vec<usize> = [&forces, &rates, &outputs].into_iter().flatten().copied().collect();
         let resolution = Resolution::new(plan, &resolved, |input| self.is_steady_input(input));
         let arguments: Vec<usize> = resolution.arguments().collect();
@@ -198,16 +194,15 @@ impl Machine {
             let size = states.iter().fold(0.0f64, |most, state| most.max(state[k].abs()));
             PART * (absolute[k] + relative * size)
         };
-        let moving = (0..r).filter(|i| !self.still.contains(i));
-        let fits = moving.into_iter().all(|i| {
+        let fits = |i: usize| {
+            if self.still.contains(&i) {
+                return effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs());
+            }
             let speed = accelerations[i] * length;
             speed <= allowed(r + i) && speed * length <= allowed(i)
-        });
-        let still_rows = (0..r).filter(|i| self.still.contains(i));
+        };
         let mut rest = rates.iter().enumerate();
-        let still_fits =
-            still_rows.into_iter().all(|i| effect(forces[i]) <= relative * (1.0 + values[forces[i]].abs()));
-        fits && still_fits
+        (0..r).all(fits)
             && rest.all(|(k, place)| effect(*place) * length <= allowed(2 * r + k))
             && outputs.iter().all(|place| effect(*place) <= PART * relative * (1.0 + values[*place].abs()))
     }

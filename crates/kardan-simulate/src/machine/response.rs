@@ -58,10 +58,9 @@ impl Response {
         self.right_side[..r].copy_from_slice(force);
         self.right_side[r..n].iter_mut().zip(bias).for_each(|(right_side, bias)| *right_side = bias);
         let right_side = &self.right_side[..n];
-        self.found
-            .iter_mut()
-            .zip(self.matrix.chunks_exact(n.max(1)))
-            .for_each(|(found, row)| *found = dot(row, right_side));
+        for (found, row) in self.found.iter_mut().zip(self.matrix.chunks_exact(n.max(1))) {
+            *found = dot(row, right_side);
+        }
         let (accelerations, torques) = self.found[..n].split_at(r);
         [accelerations, torques]
     }

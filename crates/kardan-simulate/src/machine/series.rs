@@ -3,21 +3,13 @@
 use std::ops::Range;
 
 use super::Machine;
-use super::expansion::{Expansion, Holding, Prospect, Watch};
+use super::expansion::{ByPosition, Expansion, Holding, Prospect, Watch};
 use super::expressions::Places;
 use super::torque_distribution;
 use super::unilateral_kinds::Kind;
 use crate::friction::NOISE;
 use kardan_expr::plan::PiecedSeries;
 use kardan_mechanics::reduce::MotionPlan;
-
-/// The indices of position-dependent values in the memory of the plan: entries of the inertia (row, column, index) and
-/// of each direction (column, index), biases of directions.
-pub(super) struct ByPosition {
-    pub inertia: Vec<(usize, usize, usize)>,
-    pub rows: Vec<Vec<(usize, usize)>>,
-    pub bias: Vec<Option<usize>>,
-}
 
 /// The limit of a direction without one, as a multiple of the largest torque of all.
 const MORE: f64 = 10.0;
@@ -35,69 +27,58 @@ impl Machine {
         ByPosition { inertia, rows, bias }
     }
 
+    /// The indices of outputs of the loop in the memory of the plan.
+    pub(super) fn memory_places(&self, outputs: &Range<usize>) -> Vec<usize> {
+        let MotionPlan { plan, more, .. } = self.dynamics.plan();
+        outputs.clone().map(|output| plan.place(more.start + output)).collect()
+    }
+
     /// Whether an input of the plan is constant within a step.
     pub(super) fn is_steady_input(&self, input: usize) -> bool {
-        let Places {
-            zoh_output,
-            limits,
-            follows,
-            limiter_rates,
-            senses,
-            couplings,
-            run_parameters,
-            follows_signal,
-            ..
-        } = &self.places;
+        let Places { zoh_output, couplings, run_parameters, follows_signal, .. } = &self.places;
         let own = input.wrapping_sub(2 * self.degrees_of_freedom);
-        [zoh_output, limits, follows, limiter_rates, senses, couplings, run_parameters, follows_signal]
-            .into_iter()
-            .any(|places| places.contains(&own))
+        // Behind the commands are limits, modes and senses.
+        let of_modes = zoh_output.start..couplings.end;
+        [&of_modes, run_parameters, follows_signal].into_iter().any(|places| places.contains(&own))
     }
 
     /// Prepares series up to an order, also of the angles and of the speeds of some shafts; false where a law computes
     /// by itself at every instant, or gears have losses.
     pub fn prepare_series(&mut self, order: usize, shafts: &[Vec<usize>; 2]) -> bool {
         let (r, m) = (self.degrees_of_freedom, self.multiplier_constraints.end);
-        let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
+        let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, .. } = self.dynamics.plan();
         let steady = |input: usize| self.is_steady_input(input);
         let Places { forces, rates, powers, friction_speeds, commands, jenkins_torques, unilaterals, .. } =
             &self.places;
         let Places { power_of_accelerations, power_of_holding, .. } = &self.places;
         let prescribed = [power_of_accelerations, power_of_holding];
         let extended = [forces, rates, powers, friction_speeds, commands, jenkins_torques, unilaterals];
-        let extended = extended.into_iter().chain(prescribed).cloned().flatten();
-        let motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
+        let found = |outputs: &Range<usize>| self.memory_places(outputs);
+        let place = |(_, output): &(usize, usize)| plan.place(*output);
+        let motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(place);
         let rows = [angles, speeds].into_iter().zip(shafts);
         let rows = rows.flat_map(|(list, shafts)| list.iter().filter(|(shaft, _)| shafts.contains(shaft)));
-        let outputs =
-            extended.map(|output| more.start + output).chain(motion.chain(rows.clone()).map(|(_, output)| *output));
-        let rows_follow = rows.clone().next().is_some();
-        let outputs: Vec<usize> = outputs.map(|output| plan.place(output)).collect();
-        let read: Vec<usize> = rows.map(|(_, output)| plan.place(*output)).collect();
+        let read: Vec<usize> = rows.map(place).collect();
+        let outputs = extended.into_iter().chain(prescribed).flat_map(found).chain(motion);
+        let outputs: Vec<usize> = outputs.chain(read.iter().copied()).collect();
         let able = !self.own_laws && self.gear_losses.is_empty();
         let series = able.then(|| PiecedSeries::new(plan, order, &outputs, steady));
-        let found = |places: &Range<usize>| -> Vec<usize> {
-            places.clone().map(|output| plan.place(more.start + output)).collect()
-        };
-        let ByPosition { inertia, rows, bias } = self.by_position();
         let row_length = order + 1;
         let expansion = series.map(|series| Expansion {
             series,
             accelerations: vec![0.0; r * row_length],
             torques: vec![0.0; m * row_length],
             counts: [r, m],
-            rows,
-            bias,
-            inertia,
-            forces: found(&self.places.forces),
-            rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
-            friction_speeds: found(&self.places.friction_speeds),
-            commands: found(&self.places.commands),
-            unilaterals: found(&self.places.unilaterals),
+            by_position: self.by_position(),
+            forces: found(forces),
+            rates: [rates, powers].map(found).concat(),
+            friction_speeds: found(friction_speeds),
+            commands: found(commands),
+            unilaterals: found(unilaterals),
             power: prescribed.map(found),
-            jenkins: self.jenkins.directions.iter().copied().zip(found(&self.places.jenkins_torques)).collect(),
+            jenkins: self.jenkins.directions.iter().copied().zip(found(jenkins_torques)).collect(),
             scratch: vec![0.0; row_length],
-            rows_follow,
+            rows_follow: !read.is_empty(),
             friction_bias: vec![0.0; m],
         });
         self.expansion = expansion.map(Box::new);
@@ -117,16 +98,11 @@ impl Machine {
         self.evaluated
     }
 
-    /// A number that grows with each evaluation of the equations.
-    pub fn evaluated(&self) -> u64 {
-        self.evaluated
-    }
-
     /// Whether within a step of that length from the last expansion, whose highest order was `order`, a direction
     /// leaves its mode or a motor reaches or leaves a limit: decided by the Bernstein coefficients of the series, with
     /// a margin above the truncation error of the series.
     pub fn prospect(&mut self, length: f64, order: usize) -> Prospect {
-        if self.may_turn() {
+        if !self.turning.is_empty() {
             return Prospect::Unknown;
         }
         let Some(mut expansion) = self.expansion.take() else { return Prospect::Unknown };
@@ -156,9 +132,9 @@ impl Machine {
         else {
             return false;
         };
-        let Expansion { series, rows, torques, counts, .. } = &**expansion;
+        let Expansion { series, by_position, torques, counts, .. } = &**expansion;
         let keeps = |place: usize| series.of(place).take(order).skip(1).all(|x| x == 0.0);
-        let turns = |k: &usize| rows[*k].iter().any(|(_, place)| !keeps(*place));
+        let turns = |k: &usize| by_position.rows[*k].iter().any(|(_, place)| !keeps(*place));
         let uneven = |k: &usize| bounds[0][*k] != bounds[1][*k];
         if self.moves
             || !self.gear_losses.is_empty()
@@ -200,7 +176,7 @@ impl Machine {
 
     /// Whether an operation in its series has kinks.
     pub fn has_kinks(&self) -> bool {
-        self.expansion.as_ref().is_some_and(|expansion| expansion.has_kinks())
+        self.expansion.as_ref().is_some_and(|expansion| expansion.series.margins().next().is_some())
     }
 
     /// The difference of the values that the modes depend on, at the point last evaluated, from their series at this

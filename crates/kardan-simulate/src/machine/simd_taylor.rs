@@ -11,9 +11,10 @@ use std::sync::Arc;
 use kardan_native::{Aligned, Native};
 
 use super::Machine;
-use super::connected_law::ConnectedLaw;
+use super::connected_law::{Computer, ConnectedLaw};
 use super::expansion::{Prospect, margin};
 use super::timed::shifted;
+use crate::compiled_plan::{CompiledPlan, evaluate};
 use crate::drive::Drive;
 use crate::friction::{Mode, NOISE};
 use kardan_expr::plan::Series;
@@ -21,7 +22,6 @@ use kardan_math::num::StateArchive;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::MotionPlan;
 pub use lanes::Lane;
-use lanes::{Numbers, evaluate};
 use response::{Places, Response};
 use step_selection::StepSelection;
 
@@ -72,24 +72,20 @@ impl<N: Lane> SimdTaylor<N> {
         }
         let own = &machine.places;
         let plan = Arc::clone(machine.dynamics.shared_plan());
-        let MotionPlan { plan: code, inertia, friction_rows, friction_bias, more, .. } = &*plan;
-        let place = |output: usize| code.place(output);
-        let found = |places: &std::ops::Range<usize>| places.clone().map(|k| place(more.start + k)).collect::<Vec<_>>();
-        let by_position = machine.by_position();
+        let MotionPlan { plan: code, inertia, friction_rows, friction_bias, .. } = &*plan;
         let places = Places {
             inputs: code.inputs.len(),
             sources: 2 * r + own.sources.start,
             timed: 2 * r + own.timed.start,
-            forces: found(&own.forces),
-            rates: found(&own.rates),
-            friction_speeds: found(&own.friction_speeds),
-            also: found(&own.also),
-            inertia: by_position.inertia,
-            rows: by_position.rows,
-            bias: by_position.bias,
+            forces: machine.memory_places(&own.forces),
+            rates: machine.memory_places(&own.rates),
+            friction_speeds: machine.memory_places(&own.friction_speeds),
+            also: machine.memory_places(&own.also),
+            by_position: machine.by_position(),
         };
         let steady = |input: usize| machine.is_steady_input(input);
-        let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten().map(|(_, output)| place(*output));
+        let of_motion = [inertia, friction_rows, friction_bias].into_iter().flatten();
+        let of_motion = of_motion.map(|(_, output)| code.place(*output));
         let lists = [&places.forces, &places.rates, &places.friction_speeds, &places.also];
         let outputs: Vec<usize> = lists.into_iter().flatten().copied().chain(of_motion).collect();
         let response = Response::new(machine, &places);
@@ -110,7 +106,7 @@ impl<N: Lane> SimdTaylor<N> {
                 (size, m),
                 order,
                 tolerances,
-                machine.timed.has_time().then_some(places.also.len()),
+                machine.timed.time.then_some(places.also.len()),
             ),
             series,
             order,
@@ -166,7 +162,7 @@ impl<N: Lane> SimdTaylor<N> {
 
     /// Continues a lane from the end of its last step.
     pub(crate) fn go_on(&mut self, lane: usize) {
-        let Numbers { plan, memory, .. } = &mut self.step_selection.numbers;
+        let CompiledPlan { plan, memory, .. } = &mut self.step_selection.numbers;
         let first = 1 + self.counts[1];
         for i in 0..self.size {
             let end = memory[plan.place(first + i)].lanes()[lane];
@@ -348,6 +344,7 @@ impl Machine {
     /// Why lanes do not support it: they need a loop that is all in the plan between samples, with frictions as its
     /// only set-valued directions.
     fn why_alone(&self) -> Option<&'static str> {
+        let has_outputs = |connected: &ConnectedLaw| !(connected.exported.is_empty() && connected.outputs.is_empty());
         let reasons = [
             (self.degrees_of_freedom.max(self.modes.len()) > MOST, "there are many coordinates or frictions"),
             (self.drives.iter().any(|drive| drive.rate.is_some()), "a motor has a rate limit"),
@@ -362,12 +359,7 @@ impl Machine {
             (!self.jenkins.directions.is_empty() || self.relaxes, "there are massless motions"),
             (self.own_laws, "a law without sample time, a program or blocks compute with their own code"),
             (self.moves, "speeds are prescribed"),
-            (
-                self.laws
-                    .iter()
-                    .any(|connected_law| !(connected_law.exported.is_empty() && connected_law.outputs.is_empty())),
-                "there are programs or blocks",
-            ),
+            (self.laws.iter().any(has_outputs), "there are programs or blocks"),
             (
                 !(self.timed.is_polynomial() && self.kinks.of_time.is_empty()),
                 "a function of time has a kink or jump at times not listed in advance",
@@ -377,18 +369,10 @@ impl Machine {
         reasons.into_iter().find(|(is_so, _)| *is_so).map(|(_, why)| why)
     }
 
-    /// The next breakpoint of a function of time after a time, s; infinite if there is none.
-    pub(crate) fn next_piece(&self, time: f64) -> f64 {
-        self.timed.next(time)
-    }
-
     /// The states of laws with a clock before a run.
     pub(crate) fn sampled_laws(&mut self) -> Vec<u64> {
         let mut archive = StateArchive::taking();
-        self.laws
-            .iter_mut()
-            .filter_map(ConnectedLaw::sampled_runtime_mut)
-            .for_each(|sampled_runtime| sampled_runtime.archive_state(&mut archive));
+        self.sampled_runtimes().for_each(|sampled| sampled.archive_state(&mut archive));
         archive.data()
     }
 
@@ -422,15 +406,12 @@ impl Machine {
         self.contradiction.clear();
         self.drives.iter_mut().for_each(Drive::begin_anew);
         let mut archive = StateArchive::putting(sampled_laws);
-        for sampled_runtime in self.laws.iter_mut().filter_map(ConnectedLaw::sampled_runtime_mut) {
-            sampled_runtime.archive_state(&mut archive);
-            sampled_runtime.take_springs(&self.dynamics);
-            sampled_runtime.draw_anew(seed);
+        for ConnectedLaw { computer, .. } in &mut self.laws {
+            if let Computer::SampledRuntime(sampled) = computer {
+                sampled.archive_state(&mut archive);
+                sampled.take_springs(&self.dynamics);
+                sampled.draw_anew(seed);
+            }
         }
-    }
-
-    /// A value of the plan's memory at the point last evaluated.
-    pub(crate) fn plan_value(&self, place: usize) -> f64 {
-        self.work.values()[place]
     }
 }

@@ -30,10 +30,15 @@ impl Machine {
             && self.span(&self.with_multipliers(&[])).rejected(self.metric_row(k)) <= VANISHED
     }
 
+    /// A direction over the reduced coordinates at the point last evaluated.
+    pub(super) fn friction_row(&self, k: usize) -> &[f64] {
+        let r = self.degrees_of_freedom;
+        &self.work.friction_rows[k * r..(k + 1) * r]
+    }
+
     /// A friction direction in the metric of the inverse inertia.
     pub(super) fn metric_row(&self, k: usize) -> Vec<f64> {
-        let r = self.degrees_of_freedom;
-        let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
+        let mut row = self.friction_row(k).to_vec();
         self.work.factor.half_solve(&mut row);
         row
     }
@@ -41,8 +46,7 @@ impl Machine {
     /// Whether a direction is certainly no combination of the active ones, whose factor is known: in the metric of the
     /// inverse inertia more than half of its square is outside of their span.
     pub(super) fn is_outside(&self, k: usize) -> bool {
-        let r = self.degrees_of_freedom;
-        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let row = self.friction_row(k);
         let mut weighted = row.to_vec();
         self.work.factor.solve(&mut weighted);
         let own = dot(row, &weighted);
@@ -146,7 +150,7 @@ impl Machine {
         let component = |&k: &usize| match k.checked_sub(self.multiplier_constraints.start) {
             Some(row) => self.work.more(&self.dynamics, self.places.multiplier_speeds.start + row),
             None if self.moving[k] => self.dynamics.friction_speed(k, &self.work),
-            None => dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]),
+            None => dot(self.friction_row(k), &state[r..2 * r]),
         };
         let mut lambda: Vec<f64> = self.holding.iter().map(component).collect();
         self.active_factor.solve(&mut lambda);

@@ -6,6 +6,7 @@
 use super::Machine;
 use super::kinks::Kinks;
 use super::timed::Timed;
+use crate::halving::halved;
 use kardan_expr::expr::{Expr, Interval};
 use kardan_mechanics::reduce::MotionPlan;
 
@@ -28,19 +29,12 @@ impl Machine {
         if self.kinks.of_time.is_empty() || !(from < until && until.is_finite()) {
             return None;
         }
-        let (kinks, lines) = (std::mem::take(&mut self.kinks), std::mem::take(&mut self.lines));
         let mut first: Option<Discontinuity> = None;
-        for kink in &kinks.of_time {
+        for kink in &self.kinks.of_time {
             let until = first.map_or(until, |(low, _)| low);
-            first = first_change(&mut self.timed, (&kinks, *kink), &lines, (from, until)).or(first);
+            first = first_change(&mut self.timed, (&self.kinks, *kink), &self.lines, (from, until)).or(first);
         }
-        (self.kinks, self.lines) = (kinks, lines);
         first
-    }
-
-    /// Whether the state may bring the loop to a jump or kink.
-    pub(crate) fn kinks(&self) -> usize {
-        self.kinks.of_state
     }
 
     /// A description of such a number, as text, at the point last evaluated.
@@ -54,17 +48,6 @@ impl Machine {
         self.give_loop(time, state);
         let moving = 2 * self.degrees_of_freedom;
         self.kinks.find(&state[..moving], &self.work.values()[moving..], out);
-    }
-}
-
-/// Two neighbouring numbers of which only the later one is beyond.
-fn halved(mut low: f64, mut high: f64, mut beyond: impl FnMut(f64) -> bool) -> Discontinuity {
-    loop {
-        let middle = 0.5 * (low + high);
-        if !(low < middle && middle < high) {
-            return (low, high);
-        }
-        if beyond(middle) { high = middle } else { low = middle }
     }
 }
 
@@ -96,7 +79,7 @@ fn first_change(
                 return Some((low, low.next_up()));
             }
             if begin * at(timed, high) < 0.0 {
-                let found = halved(low, high, |time| at(timed, time) * begin < 0.0);
+                let found = halved(low, high, 0.0, |time| at(timed, time) * begin < 0.0);
                 if found.0 > from {
                     return Some(found);
                 }

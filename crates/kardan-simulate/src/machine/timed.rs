@@ -24,12 +24,12 @@ pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
 
 /// The time-dependent inputs in a run.
 #[derive(Default)]
-pub(super) struct Timed {
+pub(crate) struct Timed {
     parts: Vec<Arc<Part>>,
     /// For each part its present piece: start and coefficients.
     now: Vec<(f64, [f64; 4])>,
     /// Whether the time itself is an input.
-    time: bool,
+    pub time: bool,
     /// Block outputs: their sources, and the present values.
     blocks: Vec<(usize, f64)>,
     /// Sources whose lines are not level, and whether no motor reaches or leaves its limit before the next sample.
@@ -52,7 +52,7 @@ pub(super) struct Timed {
 
 impl Timed {
     /// For a loop that was written into a motion; `values` are the sources.
-    pub fn new(
+    pub(super) fn new(
         motion: &Motion,
         scenario: &Scenario,
         (extension, places): (&Extension, &Places),
@@ -190,29 +190,23 @@ impl Timed {
 
     /// The series of all inputs, from a time of the segment on: coefficients of the orders 1 to 3.
     pub fn series(&self, time: f64) -> impl Iterator<Item = [f64; 3]> {
-        let of_part = move |(start, coefficients): &(f64, [f64; 4])| {
-            let [_, later @ ..] = shifted(coefficients, time - start);
+        self.polynomials().map(move |(start, coefficients)| {
+            let [_, later @ ..] = shifted(&coefficients, time - start);
             later
-        };
-        let follows = self.follows.iter().map(|_| [0.0; 3]);
-        let blocks = self.blocks.iter().map(|_| [0.0; 3]);
-        follows.chain(self.now.iter().map(of_part)).chain(self.time.then_some([1.0, 0.0, 0.0])).chain(blocks)
+        })
     }
 
     /// The inputs as polynomials of the time in the segment: the start of each, and its coefficients.
     pub fn polynomials(&self) -> impl Iterator<Item = (f64, [f64; 4])> {
-        let follows = self.follows.iter().map(|follows| (0.0, [*follows, 0.0, 0.0, 0.0]));
-        follows.chain(self.now.iter().copied()).chain(self.time.then_some((0.0, [0.0, 1.0, 0.0, 0.0])))
+        let constant = |value: &f64| (0.0, [*value, 0.0, 0.0, 0.0]);
+        let time = self.time.then_some((0.0, [0.0, 1.0, 0.0, 0.0]));
+        let blocks = self.blocks.iter().map(move |(_, output)| constant(output));
+        self.follows.iter().map(constant).chain(self.now.iter().copied()).chain(time).chain(blocks)
     }
 
     /// Whether the inputs are polynomials of the time, without block outputs.
     pub fn is_polynomial(&self) -> bool {
         self.blocks.is_empty() && !self.flows
-    }
-
-    /// Whether the time itself is an input.
-    pub fn has_time(&self) -> bool {
-        self.time
     }
 
     /// Sets the output of the block of a source from now on.

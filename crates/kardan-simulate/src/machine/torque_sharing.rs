@@ -57,6 +57,15 @@ impl Machine {
         true
     }
 
+    /// A direction as a combination of the independent sticking ones.
+    pub(super) fn shares_of_holding(&self, direction: usize) -> Vec<f64> {
+        let (r, row) = (self.degrees_of_freedom, self.friction_row(direction));
+        let holding = 0..self.holding.len();
+        let mut shares: Vec<f64> = holding.map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+        self.active_factor.solve(&mut shares);
+        shares
+    }
+
     /// Names of sticking directions whose torques are not unique.
     pub fn shared_friction(&self) -> Vec<usize> {
         if self.following.is_empty() {
@@ -64,15 +73,13 @@ impl Machine {
         }
         // A dependent direction shares torque with the active ones that it is a combination of; one in which no motion
         // is possible shares none.
-        let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let mut out = Vec::new();
         for &f in &self.following {
-            let row = &self.work.friction_rows[f * r..(f + 1) * r];
-            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
-            self.active_factor.solve(&mut shares);
+            let shares = self.shares_of_holding(f);
             let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
-            let mut with = (0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]);
-            let with: Vec<usize> = with.by_ref().filter(|k| !self.multiplier_constraints.contains(k)).collect();
+            let with = self.holding.iter().zip(&shares).filter(|(_, share)| share.abs() > 1e-9 * largest);
+            let with = with.map(|(k, _)| *k).filter(|k| !self.multiplier_constraints.contains(k));
+            let with: Vec<usize> = with.collect();
             // A direction that multiplier constraints alone determine does not move, for any friction.
             if largest > 0.0 && !with.is_empty() {
                 out.push(f);

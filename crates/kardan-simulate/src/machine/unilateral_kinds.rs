@@ -2,7 +2,7 @@
 
 use crate::friction::Mode;
 use kardan_math::num::StateArchive;
-use kardan_mechanics::assemble::Equations;
+use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::{Domain, UnilateralConstraint};
 
 /// The kind of a direction.
@@ -39,7 +39,7 @@ pub(crate) enum InvalidBound {
 
 /// The unilateral constraints of a machine, which are the directions from `first` on.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Unilaterals {
+pub(crate) struct Unilaterals {
     pub(super) first: usize,
     pub(super) kinds: Vec<Kind>,
     /// Whether a stop is closed, or a lock engaged: then it is part of the convex problem. For others always true.
@@ -50,14 +50,14 @@ pub(super) struct Unilaterals {
     pub(super) changes: bool,
     pub(super) has_locks: bool,
     /// Whether speeds have jumped at the last event.
-    pub(super) struck: bool,
+    pub(crate) struck: bool,
     /// Gears whose speed the last impact has changed.
-    pub(super) passed: Vec<usize>,
+    pub(crate) passed: Vec<usize>,
     /// Contacts that shared an impulse with restitution, and those whose restitution was left out.
     pub(super) shared: Vec<usize>,
     pub(super) dulled: Vec<usize>,
-    /// Whether contacts have restitution.
-    pub(super) rebounds: bool,
+    /// Whether contacts rebound, as their restitution says.
+    pub(crate) rebounds: bool,
 }
 
 impl Unilaterals {
@@ -74,26 +74,19 @@ impl Unilaterals {
             UnilateralConstraint::Lock { .. } => Kind::Lock,
             UnilateralConstraint::GearLoss(_) => Kind::GearLoss,
         };
+        let unit = |unilateral: &DirectionalTerm<UnilateralConstraint>| {
+            if equations.domain_of_unilateral(unilateral) == Domain::Translation { "m/s" } else { "rad/s" }
+        };
         let kinds: Vec<Kind> = equations.unilaterals.iter().map(|unilateral| kind(&unilateral.value)).collect();
         Self {
             first: equations.frictions.len(),
             engaged: kinds.iter().map(|kind| !matches!(kind, Kind::Stop { .. } | Kind::Lock)).collect(),
-            units: equations
-                .unilaterals
-                .iter()
-                .map(|unilateral| match equations.domain_of_unilateral(unilateral) {
-                    Domain::Translation => "m/s",
-                    _ => "rad/s",
-                })
-                .collect(),
+            units: equations.unilaterals.iter().map(unit).collect(),
             changes: kinds.iter().any(|kind| matches!(kind, Kind::Friction { .. })),
             has_locks: kinds.contains(&Kind::Lock),
             kinds,
-            struck: false,
-            passed: Vec::new(),
-            shared: Vec::new(),
-            dulled: Vec::new(),
             rebounds: true,
+            ..Self::default()
         }
     }
 
@@ -145,12 +138,8 @@ impl Unilaterals {
         };
         [0, 1].map(|sense| {
             let unilaterals = self.kinds.iter().map(|kind| of(kind)[sense]);
-            frictions[..self.first]
-                .iter()
-                .copied()
-                .chain(unilaterals)
-                .chain((0..multiplier_count).map(|_| f64::INFINITY))
-                .collect()
+            let multipliers = std::iter::repeat_n(f64::INFINITY, multiplier_count);
+            frictions[..self.first].iter().copied().chain(unilaterals).chain(multipliers).collect()
         })
     }
 

@@ -56,9 +56,7 @@ impl Descriptor {
     pub(crate) fn still(&mut self, state: usize) {
         self.still.push(state);
     }
-}
 
-impl Descriptor {
     /// Whether all entries are finite numbers.
     pub(super) fn is_finite(&self) -> bool {
         self.values.iter().all(|value| value.is_finite())

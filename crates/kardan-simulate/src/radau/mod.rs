@@ -14,7 +14,7 @@ mod tableau;
 
 use kardan_rt::functions::{exp, ln, powi};
 
-use super::dop853::{Counts, StepError};
+use super::dop853::{Counts, StepError, least_step};
 use super::rounding::Rounding;
 pub(super) use equations::{Descriptor, Equations};
 use kardan_math::num::{StateArchive, max_or_nan};
@@ -41,10 +41,10 @@ pub(super) struct Radau {
     tableau: &'static Tableau,
     /// States without the integrals.
     implicit: usize,
-    previous_time: f64,
-    time: f64,
-    previous: Vec<f64>,
-    state: Vec<f64>,
+    pub(super) previous_time: f64,
+    pub(super) time: f64,
+    pub(super) previous: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// f at the state.
     slope: Vec<f64>,
     /// States at the stages minus that at the begin, in columns of stages; of the last step, and of the trial.
@@ -70,9 +70,11 @@ pub(super) struct Radau {
     work: Vec<f64>,
     error: Vec<f64>,
     weights: Vec<f64>,
-    next: f64,
-    counts: Counts,
-    rounding: Rounding,
+    /// The length of the next step; 0: it is still to be chosen.
+    pub(super) next: f64,
+    pub(super) counts: Counts,
+    /// The rounding errors of steps, as far as they were measured.
+    pub(super) rounding: Rounding,
 }
 
 impl Radau {
@@ -119,8 +121,7 @@ impl Radau {
         [previous, state, slope, increments, correction].into_iter().for_each(|list| archive.numbers(list));
         let Self { started, fresh, jacobian_valid, goes_on, .. } = self;
         [started, fresh, jacobian_valid, goes_on].into_iter().for_each(|flag| archive.flag(flag));
-        let Counts { accepted, rejected, evaluations } = &mut self.counts;
-        [accepted, rejected, evaluations].into_iter().for_each(|count| archive.word(count));
+        self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
         if !self.systems.archive_state(archive) {
             (self.jacobian_valid, self.factored) = (false, 0.0);
@@ -141,10 +142,6 @@ impl Radau {
         (self.factored, self.next, self.started) = (0.0, 0.0, true);
     }
 
-    pub(super) fn set_step(&mut self, step: f64) {
-        self.next = step;
-    }
-
     /// Makes one step, at most to `until`.
     pub(super) fn step(&mut self, until: f64, equations: &mut impl Equations) -> Result<(), StepError> {
         let not_finite = |list: &[f64]| list.iter().any(|x| !x.is_finite());
@@ -158,19 +155,14 @@ impl Radau {
         if !self.jacobian_valid {
             self.take_jacobian(equations);
         }
-        let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
+        let least = least_step(self.time);
         let mut again = false;
         let mut finite = true;
         loop {
             let whole = 1.01 * self.next >= room;
             let h = if whole { room } else { self.next };
             if h < least {
-                let (time, step) = (self.time, h);
-                return Err(if finite {
-                    StepError::StepTooSmall { time, step }
-                } else {
-                    StepError::NotFinite { time }
-                });
+                return Err(StepError::new(self.time, h, finite));
             }
             if self.factored != h {
                 self.factor(h);
@@ -395,11 +387,9 @@ impl Radau {
         }
         let mut work = std::mem::take(&mut self.work);
         let (trial_state, slope) = work.split_at_mut(self.state.len());
-        trial_state
-            .iter_mut()
-            .zip(&self.state)
-            .zip(&self.error)
-            .for_each(|((trial_state, x), error)| *trial_state = x + error);
+        for (k, trial) in trial_state.iter_mut().enumerate() {
+            *trial = self.state[k] + self.error[k];
+        }
         equations.rates(self.time, trial_state, slope);
         self.counts.evaluations += 1;
         let found = self.estimate(h, Some(slope));
@@ -449,12 +439,9 @@ impl Radau {
             equations.rates(time, perturbed, change);
             change.iter_mut().zip(&*slope).for_each(|(change, slope)| *change -= slope);
             systems.solve(&mut change[..n]);
-            perturbed
-                .iter_mut()
-                .zip(&*state)
-                .zip(&*change)
-                .take(n)
-                .for_each(|((perturbed, x), change)| *perturbed = x + change);
+            for k in 0..n {
+                perturbed[k] = state[k] + change[k];
+            }
             equations.rates(time, perturbed, moved);
             for k in n..change.len() {
                 change[k] = (change[k].abs() + (moved[k] - slope[k]).abs()) / per;
@@ -466,11 +453,6 @@ impl Radau {
         rounding.in_step(tableau.amplification, sizes);
     }
 
-    /// The rounding errors of steps, as far as they were measured.
-    pub(super) fn rounding(&self) -> &Rounding {
-        &self.rounding
-    }
-
     /// A first length, from slope and its change, as that of DOP853 is found \[HNW, II.4\].
     fn starting_step(&mut self, room: f64, equations: &mut impl Equations) -> f64 {
         let Self { state, slope, absolute, relative, work, .. } = self;
@@ -480,11 +462,9 @@ impl Radau {
         let (size, speed) = (norm(&|i| state[i]), norm(&|i| slope[i]));
         let euler = if size >= 1e-5 && speed >= 1e-5 { 0.01 * size / speed } else { 1e-6 }.min(room);
         let (trial_state, trial_slope) = work.split_at_mut(state.len());
-        trial_state
-            .iter_mut()
-            .zip(&*state)
-            .zip(&*slope)
-            .for_each(|((trial_state, x), slope)| *trial_state = x + euler * slope);
+        for (k, trial) in trial_state.iter_mut().enumerate() {
+            *trial = state[k] + euler * slope[k];
+        }
         equations.rates(self.time + euler, trial_state, trial_slope);
         self.counts.evaluations += 1;
         let curvature = norm(&|i| trial_slope[i] - slope[i]) / euler;
@@ -526,34 +506,5 @@ impl Radau {
         for (out, ((x, z), own)) in out.iter_mut().zip(terms) {
             *out = x + z.iter().zip(&*weights).fold(correction * own, |sum, (z, w)| sum + z * w);
         }
-    }
-
-    pub(super) fn next_step(&self) -> f64 {
-        self.next
-    }
-
-    pub(super) fn previous_time(&self) -> f64 {
-        self.previous_time
-    }
-
-    pub(super) fn time(&self) -> f64 {
-        self.time
-    }
-
-    pub(super) fn previous_state(&self) -> &[f64] {
-        &self.previous
-    }
-
-    pub(super) fn state(&self) -> &[f64] {
-        &self.state
-    }
-
-    pub(super) fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// Counts on from these.
-    pub(super) fn set_counts(&mut self, counts: Counts) {
-        self.counts = counts;
     }
 }

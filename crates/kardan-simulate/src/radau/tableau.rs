@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use faer::Mat;
 
+use crate::halving::halved;
 use kardan_math::num::{Lu, Rational, rational_from_f64, rational_to_f64};
 
 /// Collocation at the s zeros of `P_s − P_(s−1)` on the unit interval, the last of which is 1: order 2s − 1, L-stable.
@@ -61,19 +62,12 @@ fn nodes(s: usize) -> Vec<f64> {
     let at = |k: usize| -1.0 + 2.0 * k as f64 / grid as f64;
     let mut found = Vec::new();
     for k in 0..grid - 1 {
-        let (mut low, mut high) = (at(k), at(k + 1));
-        let rises = radau_polynomial(s, low) < 0.0;
-        if rises == (radau_polynomial(s, high) < 0.0) {
-            continue;
+        let rises = radau_polynomial(s, at(k)) < 0.0;
+        let changes = |x: f64| (radau_polynomial(s, x) < 0.0) != rises;
+        if changes(at(k + 1)) {
+            let (zero, _) = halved(at(k), at(k + 1), 0.0, changes);
+            found.push(0.5 * (1.0 + zero));
         }
-        loop {
-            let middle = 0.5 * (low + high);
-            if !(low < middle && middle < high) {
-                break;
-            }
-            if (radau_polynomial(s, middle) < 0.0) == rises { low = middle } else { high = middle }
-        }
-        found.push(0.5 * (1.0 + low));
     }
     found.push(1.0);
     found

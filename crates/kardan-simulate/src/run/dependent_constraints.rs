@@ -1,6 +1,7 @@
 //! Multiplier constraints along a run: each step is projected onto them, and the run ends where they become dependent.
 
 use super::{RunLoop, failed};
+use crate::halving::halved;
 use kardan_math::names::quoted;
 use kardan_results::Outcome;
 
@@ -23,7 +24,7 @@ impl RunLoop {
         let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
         let (most, largest) = speeds
             .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
-        if most <= THROWN.max(100.0 * self.tolerance) * largest.max(THROWN) {
+        if most <= THROWN.max(100.0 * self.tolerance.relative) * largest.max(THROWN) {
             return Ok(moved);
         }
         // The point at which the rows are nearest to dependence.
@@ -49,12 +50,10 @@ impl RunLoop {
             return Ok(());
         }
         if self.machine.rows_changed_sign(self.time, &self.state) {
-            let (mut low, mut high) = (self.solver.previous_time(), self.time);
-            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-                let middle = 0.5 * (low + high);
+            let (low, high) = halved(self.solver.previous_time(), self.time, 0.0, |middle| {
                 self.solver.interpolate(middle, &mut self.looked);
-                if self.machine.rows_changed_sign(middle, &self.looked) { high = middle } else { low = middle }
-            }
+                self.machine.rows_changed_sign(middle, &self.looked)
+            });
             self.solver.interpolate(high, &mut self.looked);
             if self.machine.rows_depend((high, &self.looked), (self.time, &self.state)) {
                 self.observe_until(low, None);

@@ -5,6 +5,7 @@ use kardan_rt::functions::powi;
 
 use super::RunLoop;
 use super::event_samples::{EVENT_SCAN_POINTS, MOST_SCAN_POINTS};
+use crate::halving::halved;
 use crate::integrator::Integrator;
 use crate::machine::Prospect;
 
@@ -58,7 +59,7 @@ impl RunLoop {
     fn find_closer(&mut self, mut found: f64, first: bool) -> f64 {
         let mut hides = !first;
         while let Integrator::Taylor(solver) = &mut self.solver {
-            let (from, to) = (solver.previous_time(), solver.time());
+            let (from, to) = (solver.previous_time, solver.time);
             let early = found - from < EARLY * (to - from);
             let end = if early { from + CLOSER * (found - from) } else { found };
             if !(from < found && found <= end && end < to) || !(early || hides) {
@@ -87,7 +88,7 @@ impl RunLoop {
                 self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
                 let zero = self.solver.previous_time() + part * length;
                 if let Some((low, high)) = self.confirm(zero) {
-                    let high = self.halve(low, high, 0.0);
+                    let (_, high) = halved(low, high, 0.0, |time| self.leaves(time));
                     self.leaves(high);
                     return Some((high, true));
                 }
@@ -124,7 +125,7 @@ impl RunLoop {
     pub(super) fn search_event(&mut self, length: f64, exactly: bool) -> Option<f64> {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
-        let friction = self.machine.has_friction();
+        let friction = !self.machine.modes.is_empty();
         if friction && !self.event_samples.begin(from) {
             self.solver.interpolate(from, &mut self.looked);
             self.machine.evaluate(from, &self.looked);
@@ -182,14 +183,11 @@ impl RunLoop {
             }
             // A contact that opened just now is penetrated by rounding.
             let least = self.event_samples.at(0, watch).min(0.0);
-            let (mut low, mut high) = (before, touched.unwrap_or(at));
-            if self.margin(high, watch) >= least {
+            let end = touched.unwrap_or(at);
+            if self.margin(end, watch) >= least {
                 continue;
             }
-            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-                let middle = 0.5 * (low + high);
-                if self.margin(middle, watch) < least { high = middle } else { low = middle }
-            }
+            let (_, high) = halved(before, end, 0.0, |time| self.margin(time, watch) < least);
             if self.leaves(high) {
                 touched = Some(high);
             }
@@ -219,22 +217,7 @@ impl RunLoop {
                 apart *= 32.0;
             }
         }
-        self.halve(low, high, least)
-    }
-
-    /// The end of the bisection between a time at which no mode is left and a later one at which one is.
-    fn halve(&mut self, mut low: f64, mut high: f64, least: f64) -> f64 {
-        loop {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high || high - low <= least {
-                return high;
-            }
-            if self.leaves(middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
+        halved(low, high, least, |time| self.leaves(time)).1
     }
 
     /// When the direction that leaves its mode at the later of two times reaches its limit; `None` if it is not within
@@ -284,7 +267,10 @@ impl RunLoop {
         self.solver.interpolate(time, &mut self.looked);
         match direction {
             Some(direction) => self.machine.slip_room(time, &self.looked, direction),
-            None => self.machine.active_reserve(time, &self.looked),
+            None => {
+                self.machine.evaluate(time, &self.looked);
+                self.machine.active_reserve()
+            }
         }
     }
 

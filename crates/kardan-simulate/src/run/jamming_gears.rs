@@ -1,6 +1,7 @@
 //! Gears that self-lock against the inertia of their load (Painlevé): they jam at once, or their motion is not unique.
 
 use super::{RunLoop, failed};
+use crate::halving::halved;
 use kardan_results::{Event, Outcome};
 
 /// Help for jamming gears.
@@ -31,7 +32,7 @@ impl RunLoop {
     /// A gear without a consistent acceleration stops at once, by an impulse that grows with the load that it causes;
     /// returns its direction if there is such a gear at the current time.
     pub(super) fn resolve_jamming(&mut self) -> Option<usize> {
-        let direction = self.machine.jammed_gear()?;
+        let direction = self.machine.gear_losses.lost?;
         if self.jammed == Some(self.time) {
             return None;
         }
@@ -61,7 +62,7 @@ impl RunLoop {
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, description: what }));
         self.note_shared_friction();
-        self.machine.clear_jammed_gear();
+        self.machine.gear_losses.lost = None;
         self.time = time;
         self.restart(time);
         Some(direction)
@@ -70,25 +71,19 @@ impl RunLoop {
     /// Reports from when on the motion of a gear is not unique, if it is not at the end of the last step and was at
     /// that of the step before.
     pub(super) fn check_gear_ambiguity(&mut self) {
-        if !self.machine.has_gear_losses() {
+        if self.machine.gear_losses.is_empty() {
             return;
         }
         self.machine.evaluate(self.time, &self.state);
         let doubted = self.machine.ambiguous_gear();
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
-            let (mut low, mut time) = (self.solver.previous_time(), self.time);
+            let (low, end) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
                 self.solver.interpolate(at, &mut self.looked);
                 self.machine.evaluate(at, &self.looked);
                 self.machine.ambiguous_gear() == doubted
             };
-            if doubtful(low) {
-                time = low;
-            }
-            while low < 0.5 * (low + time) && 0.5 * (low + time) < time {
-                let middle = 0.5 * (low + time);
-                if doubtful(middle) { time = middle } else { low = middle }
-            }
+            let time = if doubtful(low) { low } else { halved(low, end, 0.0, doubtful).1 };
             let what = format!(
                 "{}: it self-locks against the inertia of its load, so two motions are possible from here (Painlevé): kardan takes the one in which the first \
                  shaft drives; the other one jams",

@@ -8,6 +8,7 @@ use kardan_rt::functions::powi;
 
 use super::event_samples::{EVENT_SCAN_POINTS, Guard, is_coarse};
 use super::{Outcome, RunLoop, failed};
+use crate::halving::halved;
 use crate::integrator::Integrator;
 use crate::machine::Prospect;
 
@@ -40,15 +41,15 @@ impl RunLoop {
     pub(super) fn resolve(&mut self) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let resolved = match &self.solver {
-            Integrator::Taylor(solver) => self.machine.series_resolve(to - from, solver.order()),
+            Integrator::Taylor(solver) => self.machine.series_resolve(to - from, solver.order),
             Integrator::Dop853(_) | Integrator::Radau(_) => self.machine.notes_resolve(),
         };
         if resolved {
             return Ok(());
         }
         let Self { machine, solver, between, tolerance, absolute, .. } = self;
-        let end =
-            machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), (*tolerance, absolute));
+        let tolerances = (tolerance.relative, &absolute[..]);
+        let end = machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), tolerances);
         if end < to { self.end_step_at(end) } else { Ok(()) }
     }
 
@@ -70,7 +71,7 @@ impl RunLoop {
         if matches!(self.solver, Integrator::Taylor(_)) {
             return Ok(shorter);
         }
-        let kink = if self.machine.kinks() == 0 { None } else { self.kink(until)? };
+        let kink = if self.machine.kinks.of_state == 0 { None } else { self.kink(until)? };
         let Some(at) = kink.or(shorter) else { return Ok(None) };
         // Within a step the states are less accurate than at its end, and the part after a jump has corrupted them.
         self.shorten_step(at)?;
@@ -81,12 +82,12 @@ impl RunLoop {
     /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side.
     pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
         let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
-        let (from, to, order) = (solver.previous_time(), solver.time(), solver.order());
+        let (from, to, order) = (solver.previous_time, solver.time, solver.order);
         let (mut length, whole) = (to - from, to - from);
         let jump = self.machine.begins_with_jump();
         self.guard.jumps = if jump { self.guard.jumps + 1 } else { 0 };
         let at = loop {
-            let (found, kink_free) = self.machine.kink((length, order), self.tolerance);
+            let (found, kink_free) = self.machine.kink((length, order), self.tolerance.relative);
             length = kink_free;
             match found {
                 Prospect::Leaves(part) => {
@@ -144,7 +145,7 @@ impl RunLoop {
 
     /// With the number that vanishes there, where it is one.
     fn kink_before(&mut self, until: f64, numbers: &mut [f64]) -> Option<(f64, Option<usize>)> {
-        let (from, count) = (self.solver.previous_time(), self.machine.kinks());
+        let (from, count) = (self.solver.previous_time(), self.machine.kinks.of_state);
         let (found, sides) = numbers.split_at_mut((EVENT_SCAN_POINTS.len() + 1) * count);
         // Rounding may carry the last one beyond the step.
         let later = |row: usize| (from + EVENT_SCAN_POINTS[row - 1] * (until - from)).min(until);
@@ -173,25 +174,23 @@ impl RunLoop {
     fn first_kink(
         &mut self,
         sides: &[f64],
-        (mut low, mut high): (f64, f64),
+        (low, high): (f64, f64),
         (now, until): (&mut [f64], f64),
     ) -> Option<(f64, Option<usize>)> {
         let from = self.solver.previous_time();
         let mut kink = passed(sides, now);
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
+        let (_, at) = halved(low, high, 0.0, |middle| {
             self.kinks_at(middle, now);
-            match passed(sides, now) {
-                Some(found) => (kink, high) = (Some(found), middle),
-                None => low = middle,
-            }
-        }
-        (high - from > SOON * (until - from)).then_some((high, kink))
+            let found = passed(sides, now);
+            kink = found.or(kink);
+            found.is_some()
+        });
+        (at - from > SOON * (until - from)).then_some((at, kink))
     }
 
     /// The number nearest to zero at the begin of the last step.
     fn nearest_kink(&mut self) -> Option<usize> {
-        let mut numbers = vec![0.0f64; self.machine.kinks()];
+        let mut numbers = vec![0.0f64; self.machine.kinks.of_state];
         self.kinks_at(self.solver.previous_time(), &mut numbers);
         (0..numbers.len()).min_by(|a, b| numbers[*a].abs().total_cmp(&numbers[*b].abs()))
     }
@@ -206,10 +205,9 @@ impl RunLoop {
     pub(super) fn check_against_series(&mut self) {
         let mut before = f64::INFINITY;
         while let Integrator::Taylor(solver) = &self.solver
-            && let (from, length, order) =
-                (solver.previous_time(), solver.time() - solver.previous_time(), solver.order())
-            && self.is_long(solver.time())
+            && self.is_long(solver.time)
         {
+            let (from, length, order) = (solver.previous_time, solver.time - solver.previous_time, solver.order);
             let mut most = 0.0f64;
             for place in PLACES {
                 let at = from + place * length;

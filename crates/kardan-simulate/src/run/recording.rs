@@ -54,13 +54,14 @@ impl RunLoop {
             }
             if let Some(segment) = self.segment.as_mut().filter(|segment| segment.covers(at)) {
                 let rows = &self.scenario.times[self.next_row..];
-                if segment.read_block(rows, time, |signal, values| self.outputs.extend(signal, values)) {
+                let signals = &mut self.outputs.signals;
+                if segment.read_block(rows, time, |k, values| signals[k].values.extend_from_slice(values)) {
                     self.time_grid.extend_from_slice(&rows[..BLOCK]);
                     self.next_row += BLOCK;
                     continue;
                 }
                 segment.advance(at);
-                if segment.read(|signal, value| self.outputs.push(signal, value)) {
+                if segment.read(|k, value| signals[k].values.push(value)) {
                     self.time_grid.push(row);
                     self.next_row += 1;
                     continue;
@@ -116,7 +117,7 @@ impl RunLoop {
             Some((name, signal.physical.unit(), *error, error / (largest + least)))
         });
         let (name, unit, error, ratio) = relative.max_by(|a, b| a.3.total_cmp(&b.3))?;
-        let tolerance = self.tolerance;
+        let tolerance = self.tolerance.relative;
         (ratio > tolerance).then(|| {
             format!(
                 "A tolerance of {tolerance:e} is below double precision: rounding alone causes errors of up to {error:.1e} {unit} in \
@@ -138,7 +139,8 @@ impl RunLoop {
     /// The message where the energy residual exceeds what the tolerances of the steps allow and what is negligible.
     fn unbalanced(&self, energy: &Energy, steps: usize) -> Option<String> {
         let Energy { residual, exchanged, .. } = *energy;
-        let allowed = self.least_energy * steps as f64;
+        // Errors of the work that the steps may have, for any size of it.
+        let allowed = self.absolute[self.absolute.len() - 2] * steps as f64;
         // A residual that is not a number is an error.
         (!(residual.abs() <= SHOWS * exchanged + allowed)).then(|| {
             format!(

@@ -2,6 +2,7 @@
 //! and at samples.
 
 use super::{Chattering, RunLoop, failed};
+use crate::Profile;
 use kardan_results::{Event, Outcome, Physical};
 
 /// Relative difference below which two times are equal.
@@ -24,7 +25,7 @@ impl RunLoop {
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
         let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
-        if self.machine.was_struck() {
+        if self.machine.unilaterals.struck {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }
         self.contradict()?;
@@ -97,11 +98,11 @@ impl RunLoop {
     /// Begins to integrate towards the next breakpoint or sample.
     fn open_segment(&mut self) {
         let time = self.time;
-        let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
+        let profiles = self.machine.profiles.iter().flat_map(Profile::breakpoints);
         let faults = self.scenario.faults.times();
         let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
         // Breakpoints that differ only by rounding are one.
-        let timed = self.machine.next_timed(time);
+        let timed = self.machine.timed.next(time);
         let later = if timed < later * (1.0 - SAME) { timed } else { later };
         self.breakpoint = if later > time { later } else { f64::INFINITY };
         self.tick = self.machine.next_tick();
@@ -149,7 +150,7 @@ impl RunLoop {
             };
             self.events.push(Event { time, description: what });
         }
-        for part in self.machine.reported_at(time) {
+        for part in self.machine.timed.reported(time) {
             let value = part.pieces.value(time + SAME * time);
             let what = format!("{} steps to {value} {}", part.name, part.dimension.si());
             self.events.push(Event { time, description: what });

@@ -2,11 +2,12 @@
 
 use super::jamming_gears::UNJAM;
 use super::segments::SAME;
-use super::undefined_value::{is_undefined, undefined};
+use super::unfit::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
+use crate::halving::halved;
 use crate::linear::LinearSegment;
-use kardan_results::{Outcome, Physical};
+use kardan_results::{Outcome, Physical, Signal};
 
 /// Steps between two reports of the progress.
 const PROGRESS_STEPS: usize = 64;
@@ -22,7 +23,7 @@ const DIVERGED: f64 = 1e6;
 impl RunLoop {
     /// One step of the integrator towards the end of the segment, or up to the next event in it.
     pub(super) fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
-        let most = self.most_steps;
+        let most = self.tolerance.most_steps;
         if self.solver.counts().accepted as usize > most {
             return Err(failed(
                 self.time,
@@ -35,11 +36,10 @@ impl RunLoop {
         self.segment = None;
         self.complete = false;
         self.resting = self.rests();
-        if !self.resting && self.linear && self.solve_segment(end) {
-            return self.report_progress(progress);
-        }
         if self.resting {
             self.solver.rest(end);
+        }
+        if self.resting || self.linear && self.solve_segment(end) {
             self.time = end;
             self.pending.boundary = end >= self.segment_end;
             return self.report_progress(progress);
@@ -97,7 +97,7 @@ impl RunLoop {
             self.solver.set_step(next);
         }
         self.end_at_failure()?;
-        self.machine.clear_jammed_gear();
+        self.machine.gear_losses.lost = None;
         self.report_progress(progress)
     }
 
@@ -105,7 +105,8 @@ impl RunLoop {
     /// integrator then locates that time.
     fn solve_segment(&mut self, end: f64) -> bool {
         let span = (self.time, end);
-        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, self.tolerance)
+        let tolerance = self.tolerance.relative;
+        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, tolerance)
         else {
             return false;
         };
@@ -119,15 +120,13 @@ impl RunLoop {
         let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
         let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
         let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
-        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * self.tolerance * sizes {
+        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * tolerance * sizes {
             return false;
         }
         self.state.copy_from_slice(&self.looked);
         self.segments.steps += 1;
         self.segments.evaluations += segment.evaluations as usize;
         self.segment = Some(segment);
-        self.time = end;
-        self.pending.boundary = end >= self.segment_end;
         true
     }
 
@@ -188,55 +187,43 @@ impl RunLoop {
 
     /// Ends the run where a speed exceeded that in the last step.
     fn diverged(&mut self) -> Outcome {
-        let (mut low, mut high) = (self.solver.previous_time(), self.time);
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
+        let (low, high) = halved(self.solver.previous_time(), self.time, 0.0, |middle| {
             self.solver.interpolate(middle, &mut self.state);
-            if self.has_diverged() { high = middle } else { low = middle }
-        }
+            self.has_diverged()
+        });
         self.observe_until(low, None);
         self.solver.interpolate(high, &mut self.state);
         self.machine.evaluate(high, &self.state);
         self.time = high;
         let what = if self.machine.has_laws() { "the loop diverges" } else { "the motion grows without bound" };
-        let rows = match self.machine.watches_rows() {
-            true => {
-                format!(
-                    "; {} may have no solution beyond this position, as where a rod is too short",
-                    self.quoted_constraints()
-                )
-            }
-            false => String::new(),
-        };
-        failed(high, format!("{what}: {}{rows}", self.fastest()))
+        let mut cause = format!("{what}: {}", self.fastest());
+        if self.machine.watches_rows() {
+            let rows = self.quoted_constraints();
+            cause += &format!("; {rows} may have no solution beyond this position, as where a rod is too short");
+        }
+        failed(high, cause)
     }
 
     /// Which coordinate is faster than any drivetrain.
     fn fastest(&self) -> String {
         let speeds = &self.machine.work.kinematics.speeds;
         let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
-        fastest.map_or_else(String::new, |k| {
-            self.outputs
-                .signals
-                .iter()
-                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current))
-                .nth(k)
-                .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
-        })
+        let is_speed = |s: &&Signal| matches!(s.physical, Physical::Speed | Physical::Velocity | Physical::Current);
+        let signal = fastest.and_then(|k| self.outputs.signals.iter().filter(is_speed).nth(k));
+        signal.map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
     }
 
     pub(super) fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
         self.state.copy_from_slice(self.solver.state());
-        let [diverges, or_diverges] = match self.machine.has_laws() {
-            true => ["the loop diverges", "or the loop diverges"],
-            false => {
-                ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
-            }
+        let [diverges, or_diverges] = if self.machine.has_laws() {
+            ["the loop diverges", "or the loop diverges"]
+        } else {
+            ["a variable grows without bound", "or a variable changes at an infinite rate, such as sqrt(t) at zero"]
         };
         let what = self.nonfinite_signal(at);
         let text = match (error, what) {
-            _ if let Some(direction) = self.machine.jammed_gear() => format!(
+            _ if let Some(direction) = self.machine.gear_losses.lost => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
                 self.names[direction]
             ),

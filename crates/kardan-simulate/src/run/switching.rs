@@ -25,12 +25,11 @@ impl RunLoop {
             if at - self.chattering.last <= CLOSE * self.scenario.duration.min(1.0) { self.zeno_events + 1 } else { 0 };
         // A contact with repeated impacts (Zeno behaviour) is kept closed.
         self.chattering.at_once = if at_once { self.chattering.at_once + 1 } else { 0 };
-        self.machine.let_rebound(self.chattering.at_once < KNOCKS);
+        self.machine.unilaterals.rebounds = self.chattering.at_once < KNOCKS;
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
-        let settled = self.settle(at, &crossing);
-        settled?;
-        if self.machine.was_struck() && !at_once {
+        self.settle(at, &crossing)?;
+        if self.machine.unilaterals.struck && !at_once {
             // Rebounds become smaller, and end; repeated impacts take no time.
             self.chattering = Chattering { since: at, ..Chattering::default() };
         }
@@ -67,7 +66,7 @@ impl RunLoop {
         if !what.is_empty() {
             return format!("the last events: {}", what.join("; "));
         }
-        let involved = if crossing.is_empty() { self.machine.holding() } else { crossing };
+        let involved = if crossing.is_empty() { &self.machine.holding[..] } else { crossing };
         let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
@@ -90,7 +89,7 @@ impl RunLoop {
     /// Ends the run where rigid constraints require two different values of one motion.
     pub(super) fn contradict(&self) -> Result<(), Outcome> {
         let mut names: Vec<&str> = Vec::new();
-        for &direction in self.machine.contradiction() {
+        for &direction in &self.machine.contradiction {
             let name_of_constraint = || &self.multiplier_names[direction - self.names.len()];
             let name = self.names.get(direction).unwrap_or_else(name_of_constraint);
             if !names.contains(&name.as_str()) {
@@ -121,32 +120,32 @@ impl RunLoop {
             names.dedup();
             (list.len(), quoted(names))
         });
-        let mut notes = Vec::new();
         if shared.0 > 0 {
-            notes.push(format!(
+            self.note_once(format!(
                 "At an impact the rigid contacts {} act together: each returns its `restitution` of its compression impulse (Poisson's law). Rigid bodies do \
                  not determine how contacts share an impulse; where that matters, give them `stiffness`.",
                 shared.1
             ));
         }
         if dulled.0 > 0 {
-            notes.push(format!(
+            self.note_once(format!(
                 "Impacts of {} accumulate at one instant (Zeno behaviour): kardan computed the last ones without restitution, which dissipates their remaining energy. \
                  Give one of the contacts `stiffness`, or separate them by a gap.",
                 dulled.1
             ));
         }
-        notes.retain(|note| !self.notes.contains(note));
-        self.notes.extend(notes);
-        for direction in self.machine.take_passed() {
-            let note = format!(
+        for direction in std::mem::take(&mut self.machine.unilaterals.passed) {
+            self.note_once(format!(
                 "A rigid impact passed through the gear `{}` without gear loss; kardan applies no loss to impacts even where the gear is self-locking. Where that matters, \
                  let a spring take the impact (`stiffness` of a stop, a spring_damper beside a lock or clutch): the gear then carries it as a load.",
                 self.names[direction]
-            );
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
+            ));
+        }
+    }
+
+    fn note_once(&mut self, note: String) {
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
         }
     }
 
@@ -156,19 +155,16 @@ impl RunLoop {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
             let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
             let [together, what] = if rubs { ["stick", "friction torque"] } else { ["act", "torque"] };
-            let shown = match (self.machine.has_gear_losses() || !self.machine.shares_by_size(), rubs) {
+            let shown = match (!self.machine.gear_losses.is_empty() || !self.machine.shares_by_size(), rubs) {
                 (true, _) => "one that satisfies all limits",
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
                 (false, false) => "the one with the smallest torques relative to each torque limit",
             };
-            let note = format!(
+            self.note_once(format!(
                 "While {} {together} together, the split of the {what} between them is not unique (nor are constraint torques between \
                  them); shown is {shown}.",
                 names.join(", "),
-            );
-            if !self.notes.contains(&note) {
-                self.notes.push(note);
-            }
+            ));
         }
     }
 }

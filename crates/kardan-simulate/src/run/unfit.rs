@@ -1,7 +1,7 @@
 //! A run ends where a formula of a friction, a gear loss or a lock is undefined, or has a driving sign.
 
-use super::undefined_value::{is_undefined, undefined};
 use super::{Outcome, RunLoop, failed};
+use crate::halving::halved;
 use crate::machine::InvalidBound;
 
 /// Torques and losses above minus this value are rounding, N m.
@@ -23,16 +23,13 @@ impl RunLoop {
         self.machine.evaluate(self.time, &self.state);
         let Some(mut found) = self.machine.invalid_bound(LEAST) else { return Ok(()) };
         let from = self.solver.previous_time();
-        let (mut low, mut high) = (from, self.time.min(self.solver.time()));
-        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-            let middle = 0.5 * (low + high);
+        let (low, high) = halved(from, self.time.min(self.solver.time()), 0.0, |middle| {
             self.solver.interpolate(middle, &mut self.looked);
             self.machine.evaluate(middle, &self.looked);
-            match self.machine.invalid_bound(0.0) {
-                Some(invalid_bound) => (found, high) = (invalid_bound, middle),
-                None => low = middle,
-            }
-        }
+            let invalid_bound = self.machine.invalid_bound(0.0);
+            found = invalid_bound.unwrap_or(found);
+            invalid_bound.is_some()
+        });
         self.solver.interpolate(high, &mut self.state);
         let cause = self.describe_failure(found, high);
         if low > from {
@@ -87,4 +84,14 @@ impl RunLoop {
         }
         None
     }
+}
+
+/// Whether the text names an undefined operation: from finite numbers only an undefined operation makes NaN.
+pub(super) fn is_undefined(what: &str) -> bool {
+    what.ends_with(" is NaN") && what.contains(", as ")
+}
+
+/// The message about an undefined value, with help.
+pub(super) fn undefined(what: &str) -> String {
+    format!("{what}: it is undefined there. Limit its argument to the domain, such as by `max(0, ...)` or `if(...)`")
 }

@@ -1,10 +1,10 @@
 //! Numbers in lanes, and plans that are evaluated for all lanes at once.
 
-use kardan_native::{Aligned, Native, Value};
+use kardan_native::Value;
 use kardan_rt::Lanes;
 
+use crate::compiled_plan::CompiledPlan;
 use kardan_expr::expr::{Expr, Graph, Symbol};
-use kardan_expr::plan::{Plan, compile};
 use kardan_math::units::Dimension;
 
 /// The number type of lanes.
@@ -52,40 +52,11 @@ macro_rules! lane {
 lane!(4);
 lane!(8);
 
-/// A plan of numbers in lanes, with its memory.
-pub(super) struct Numbers<N> {
-    pub(super) plan: Plan,
-    native: Option<Native<N>>,
-    pub(super) memory: Aligned<N>,
-}
-
-impl<N: Lane> Numbers<N> {
-    pub(super) fn new(graph: &Graph, inputs: &[Expr], outputs: Vec<Expr>) -> Self {
-        let inputs: Vec<Symbol> = inputs.iter().filter_map(|input| graph.symbol_of(*input)).collect();
-        let outputs: Vec<(String, Expr)> = outputs.into_iter().map(|expr| (String::new(), expr)).collect();
-        let plan = compile(graph, &inputs, &outputs).expect("all inputs are given");
-        let mut memory = Aligned::new(plan.block().memory());
-        plan.block().begin(&mut memory);
-        Self { native: Native::new(&plan.block()), plan, memory }
-    }
-
-    pub(super) fn evaluate(&mut self) {
-        evaluate(self.native.as_ref(), &self.plan, &mut self.memory);
-    }
-
-    pub(super) fn output(&self, number: usize) -> &N {
-        &self.memory[self.plan.place(number)]
-    }
-}
-
-/// A value that is not a number is detected where it is used.
-pub(super) fn evaluate<N: Lane>(native: Option<&Native<N>>, plan: &Plan, memory: &mut [N]) {
-    match native {
-        Some(native) => native.find(memory),
-        None => {
-            let _ = plan.block().evaluate(memory);
-        }
-    }
+/// The plan of outputs without names.
+pub(super) fn compiled<N: Lane>(graph: &Graph, inputs: &[Expr], outputs: Vec<Expr>) -> CompiledPlan<N> {
+    let inputs: Vec<Symbol> = inputs.iter().filter_map(|input| graph.symbol_of(*input)).collect();
+    let outputs: Vec<(String, Expr)> = outputs.into_iter().map(|expr| (String::new(), expr)).collect();
+    CompiledPlan::new(graph, &inputs, &outputs)
 }
 
 /// Symbols of a graph, one after the other.

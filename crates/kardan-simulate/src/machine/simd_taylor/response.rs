@@ -4,10 +4,12 @@
 use kardan_native::Step;
 use kardan_rt::Operator;
 
-use super::lanes::{Lane, Numbers, symbols};
+use super::lanes::{Lane, compiled, symbols};
+use crate::compiled_plan::{CompiledPlan, exact};
 use crate::machine::Machine;
+use crate::machine::expansion::ByPosition;
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Rational, rational_from_f64};
+use kardan_math::num::Rational;
 
 /// Indices into the memory of the plan.
 pub(super) struct Places {
@@ -21,16 +23,12 @@ pub(super) struct Places {
     pub(super) friction_speeds: Vec<usize>,
     /// Further values that are read.
     pub(super) also: Vec<usize>,
-    /// Entries of the inertia (row, column, index) and of each direction (column, index) that depend on the position;
-    /// biases of directions.
-    pub(super) inertia: Vec<(usize, usize, usize)>,
-    pub(super) rows: Vec<Vec<(usize, usize)>>,
-    pub(super) bias: Vec<Option<usize>>,
+    pub(super) by_position: ByPosition,
 }
 
 /// Accelerations and constraint torques for forces and biases: `a = A f − B b`, `λ = L f + S b`, in lanes with masks.
 pub(super) struct Response<N> {
-    pub(super) numbers: Numbers<N>,
+    pub(super) numbers: CompiledPlan<N>,
     /// Indices of the plan for its first inputs; behind them are 1 for each active direction and for each coordinate
     /// that moves.
     pub(super) from: Vec<usize>,
@@ -44,7 +42,6 @@ impl<N: Lane> Response<N> {
     pub(super) fn new(machine: &Machine, places: &Places) -> Self {
         let (r, m) = (machine.degrees_of_freedom, machine.modes.len());
         let (mut graph, mut from, mut inputs) = (Graph::default(), Vec::new(), Vec::new());
-        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let mut input_of = |graph: &mut Graph, place: usize| match from.iter().position(|own| *own == place) {
             Some(input) => inputs[input],
             None => {
@@ -53,22 +50,22 @@ impl<N: Lane> Response<N> {
                 inputs[inputs.len() - 1]
             }
         };
-        let mut h: Vec<Expr> = machine.work.inertia.iter().map(|x| number(&mut graph, *x)).collect();
-        places.inertia.iter().for_each(|(i, j, place)| h[i * r + j] = input_of(&mut graph, *place));
-        let mut g: Vec<Expr> = machine.work.friction_rows[..m * r].iter().map(|x| number(&mut graph, *x)).collect();
-        for (d, row) in places.rows.iter().enumerate() {
+        let mut h: Vec<Expr> = machine.work.inertia.iter().map(|x| graph.number(exact(*x))).collect();
+        let ByPosition { inertia, rows, bias } = &places.by_position;
+        inertia.iter().for_each(|(i, j, place)| h[i * r + j] = input_of(&mut graph, *place));
+        let mut g: Vec<Expr> = machine.work.friction_rows[..m * r].iter().map(|x| graph.number(exact(*x))).collect();
+        for (d, row) in rows.iter().enumerate() {
             row.iter().for_each(|(i, place)| g[d * r + i] = input_of(&mut graph, *place));
         }
-        let biased: Vec<usize> = (0..m).filter(|d| !places.rows[*d].is_empty() || places.bias[*d].is_some()).collect();
+        let biased: Vec<usize> = (0..m).filter(|d| !rows[*d].is_empty() || bias[*d].is_some()).collect();
         let zero = graph.integer(0);
         let f: Vec<Expr> = places.forces.iter().map(|place| input_of(&mut graph, *place)).collect();
-        let b: Vec<Expr> =
-            biased.iter().map(|d| places.bias[*d].map_or(zero, |place| input_of(&mut graph, place))).collect();
+        let b: Vec<Expr> = biased.iter().map(|d| bias[*d].map_or(zero, |place| input_of(&mut graph, place))).collect();
         let (sticking, moves) = (symbols(&mut graph, m), symbols(&mut graph, r));
         inputs.extend(sticking.iter().chain(&moves));
         let outputs = Self::matrices(&mut graph, (&h, &g), (&sticking, &moves), (&f, &b), &biased);
         let is_nonzero = outputs.iter().map(|output| !graph.is_zero(*output)).collect();
-        Self { numbers: Numbers::new(&graph, &inputs, outputs), from, biased, is_nonzero }
+        Self { numbers: compiled(&graph, &inputs, outputs), from, biased, is_nonzero }
     }
 
     /// A, B, L and S row by row, then the accelerations and the torques.
@@ -135,7 +132,8 @@ impl<N: Lane> Response<N> {
     /// The steps of series for indices from a first one on: matrices, accelerations, torques, then intermediate values;
     /// and how many indices they use.
     pub(super) fn steps(&self, places: &Places, first: usize, steady: &[bool]) -> (usize, Vec<Step>) {
-        let (r, m, n) = (places.forces.len(), places.rows.len(), self.biased.len());
+        let ByPosition { inertia, rows, bias: places_of_bias } = &places.by_position;
+        let (r, m, n) = (places.forces.len(), rows.len(), self.biased.len());
         let (mut steps, all) = (Vec::new(), self.is_nonzero.len());
         let mut next = first + all;
         let [a, torque] = [first + all - m - r, first + all - m];
@@ -149,12 +147,12 @@ impl<N: Lane> Response<N> {
             out
         };
         let mut force = places.forces.clone();
-        for &(row, column, place) in places.inertia.iter().filter(|(.., place)| !steady[*place]) {
+        for &(row, column, place) in inertia.iter().filter(|(.., place)| !steady[*place]) {
             force[row] = put(Operator::SubtractProduct, false, [place, a + column, force[row]], None);
         }
-        let moving = |d: &usize| places.bias[*d].filter(|place| !steady[*place]);
+        let moving = |d: &usize| places_of_bias[*d].filter(|place| !steady[*place]);
         let mut bias: Vec<Option<usize>> = self.biased.iter().map(moving).collect();
-        for (d, row) in places.rows.iter().enumerate() {
+        for (d, row) in rows.iter().enumerate() {
             for &(i, place) in row.iter().filter(|(_, place)| !steady[*place]) {
                 force[i] = put(Operator::SubtractProduct, false, [place, torque + d, force[i]], None);
                 let own = self.biased.iter().position(|other| *other == d).expect("it has a bias");

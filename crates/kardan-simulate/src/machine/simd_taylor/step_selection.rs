@@ -2,9 +2,10 @@
 
 use kardan_rt::functions::ln;
 
-use super::lanes::{Lane, Numbers, symbols};
+use super::lanes::{Lane, compiled, symbols};
+use crate::compiled_plan::{CompiledPlan, exact};
 use kardan_expr::expr::{Expr, Function, Graph};
-use kardan_math::num::{Rational, rational_from_f64};
+use kardan_math::num::Rational;
 
 /// The last terms of a series, which determine the step length: near a singularity beside the real axis some are small
 /// by accident.
@@ -36,7 +37,7 @@ struct StepLimit {
 /// directions, those of the constraint torques, senses, 1 for each active direction, the largest torques, the room, the
 /// last length, and coefficients of further values.
 pub(super) struct StepSelection<N> {
-    pub(super) numbers: Numbers<N>,
+    pub(super) numbers: CompiledPlan<N>,
     pub(super) speeds: usize,
     pub(super) torques: usize,
     pub(super) senses: usize,
@@ -92,7 +93,7 @@ impl<N: Lane> StepSelection<N> {
             let [least, most] = bernstein(&mut graph, &terms);
             let last = graph.apply(Function::Abs, terms[order - 1]);
             let slips = graph.subtract(least, last);
-            let clear = graph.scale(rational_from_f64(1.0 - CLEAR).unwrap_or(Rational::ONE), all[bounds + d]);
+            let clear = graph.scale(exact(1.0 - CLEAR), all[bounds + d]);
             let below = graph.negate(least);
             let most = graph.max(most, below);
             let stays = graph.sum(Rational::ZERO, &[(clear, 1.into()), (most, (-1).into()), (last, (-1).into())]);
@@ -108,16 +109,7 @@ impl<N: Lane> StepSelection<N> {
             }
             outputs.push(sum);
         }
-        Self {
-            numbers: Numbers::new(&graph, &all, outputs),
-            speeds,
-            torques,
-            senses,
-            sticking,
-            bounds,
-            room,
-            time_inputs,
-        }
+        Self { numbers: compiled(&graph, &all, outputs), speeds, torques, senses, sticking, bounds, room, time_inputs }
     }
 
     /// Where the last terms are within the tolerance, or the last one would be if all decayed evenly, at most as far as
@@ -129,7 +121,6 @@ impl<N: Lane> StepSelection<N> {
         (relative, absolute): (f64, &[f64]),
         (room, limits): (usize, &[StepLimit]),
     ) -> Expr {
-        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let (room, next) = (all[room], all[room + 1]);
         let about = graph.min(room, next);
         let zero = graph.integer(0);
@@ -139,9 +130,9 @@ impl<N: Lane> StepSelection<N> {
             let ahead = graph.add(all[i], ahead);
             let sizes = [all[i], ahead].map(|x| graph.apply(Function::Abs, x));
             let scale = graph.max(sizes[0], sizes[1]);
-            let relative = number(graph, relative);
+            let relative = graph.number(exact(relative));
             let scale = graph.multiply(relative, scale);
-            let absolute = number(graph, *absolute);
+            let absolute = graph.number(exact(*absolute));
             let scale = graph.add(absolute, scale);
             for (back, most) in most.iter_mut().enumerate() {
                 let term = graph.apply(Function::Abs, all[(order - back) * size + i]);
@@ -149,7 +140,7 @@ impl<N: Lane> StepSelection<N> {
                 *most = graph.max(*most, part);
             }
         }
-        let tiny = number(graph, TINY);
+        let tiny = graph.number(exact(TINY));
         let sizes = most.map(|most| {
             let most = graph.max(most, tiny);
             graph.apply(Function::Ln, most)
@@ -167,13 +158,13 @@ impl<N: Lane> StepSelection<N> {
         let accuracy = -ln(relative);
         let mut falls: Vec<Expr> = Vec::new();
         for (back, length) in lengths.into_iter().enumerate() {
-            let whole = number(graph, accuracy * (1.0 / (order - back) as f64 - 1.0 / order as f64));
+            let whole = graph.number(exact(accuracy * (1.0 / (order - back) as f64 - 1.0 / order as f64)));
             falls.push(graph.add(length, whole));
         }
         for back in 0..LAST - 2 {
             let fall = graph.subtract(sizes[back + 2], sizes[back]);
             let fall = graph.scale(Rational::from_parts(1.into(), 2u8.into()), fall);
-            let even = number(graph, -accuracy / order as f64);
+            let even = graph.number(exact(-accuracy / order as f64));
             falls.push(graph.add(fall, even));
         }
         let even = least(graph, &falls);
@@ -191,10 +182,9 @@ impl<N: Lane> StepSelection<N> {
     /// The logarithm of the step length that the last terms of a separate series allow, in parts of the largest one of
     /// its first terms.
     fn length_of(graph: &mut Graph, all: &[Expr], limit: &StepLimit, relative: f64) -> Expr {
-        let number = |graph: &mut Graph, x: f64| graph.number(rational_from_f64(x).unwrap_or(Rational::ZERO));
         let size = |graph: &mut Graph, k: usize, least: f64| {
             let size = graph.apply(Function::Abs, all[limit.first + k * limit.width]);
-            let floor = number(graph, least);
+            let floor = graph.number(exact(least));
             let size = match limit.floor.filter(|_| k == 0) {
                 Some(floor) => graph.add(size, all[floor]),
                 None => size,
@@ -203,7 +193,7 @@ impl<N: Lane> StepSelection<N> {
             graph.apply(Function::Ln, size)
         };
         let first: [Expr; FIRST_TERMS] = std::array::from_fn(|k| size(graph, k, TINY));
-        let (accuracy, mut found) = (number(graph, ln(relative)), None);
+        let (accuracy, mut found) = (graph.number(exact(ln(relative))), None);
         for back in 0..LAST {
             let last = size(graph, limit.top - back, TINIEST);
             let mut own = None;

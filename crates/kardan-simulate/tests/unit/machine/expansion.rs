@@ -3,7 +3,7 @@
 use super::{Prospect, first_zero};
 
 fn is_positive(c: &[f64]) -> bool {
-    first_zero(c, 0.0) == Prospect::Stays
+    first_zero(c, 0.0, false) == Prospect::Stays
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn only_positive_polynomials_are_reported() {
         let c: Vec<f64> = (0..7).map(|k| random() + if k == 0 { 0.5 } else { 0.0 }).collect();
         let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
         let least = |to: f64| (0..=200).map(|k| at(to * f64::from(k) / 200.0)).fold(f64::INFINITY, f64::min);
-        match first_zero(&c, 0.0) {
+        match first_zero(&c, 0.0, false) {
             Prospect::Stays => {
                 counts[0] += 1;
                 assert!(least(1.0) > 0.0, "{c:?}");
