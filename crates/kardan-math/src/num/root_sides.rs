@@ -141,7 +141,7 @@ fn leading_sign(polynomial: &Polynomial) -> i32 {
 
 /// The sign at numbers far below zero.
 fn sign_far_below(polynomial: &Polynomial) -> i32 {
-    if polynomial.degree() % 2 == 0 { leading_sign(polynomial) } else { -leading_sign(polynomial) }
+    if polynomial.degree().is_multiple_of(2) { leading_sign(polynomial) } else { -leading_sign(polynomial) }
 }
 
 /// The same times a positive number, with short coefficients.

@@ -246,7 +246,8 @@ fn describe_nonsmooth_elements(
     let rests = |k: usize| sliding[k] == 0.0 && is_friction(k) && !closed(k);
     let open = |k: usize| is_lock(k) && !closed(k);
     let is_gear_loss = |k: usize| matches!(kind(k), Some(UnilateralConstraint::GearLoss(_)));
-    let states: [(&dyn Fn(usize) -> bool, &str, &str); 5] = [
+    type State<'s> = (&'s dyn Fn(usize) -> bool, &'s str, &'s str);
+    let states: [State<'_>; 5] = [
         (&closed, "closed at the operating point (locked or sticking)", ""),
         (&slides, "sliding at the operating point, its friction is part of the balance", ""),
         (
