@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use kardan_rt::functions::{atan, atan2};
 
 use super::Response;
-use super::one_channel::OneChannel;
+use super::channel_quotient::OneChannel;
 
 /// A factor that is zero but for rounding, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
 const NOTHING: f64 = 1e-9;
@@ -68,7 +68,7 @@ impl ChannelMargins {
 /// If it has not just one channel.
 pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
     assert_eq!(channel.channels(), 1, "margins of one channel");
-    let one = channel.one_channel();
+    let one = channel.channel_quotient();
     let (peak, place) = match &one {
         Some(one) => {
             let balanced = channel.balanced();

@@ -6,9 +6,9 @@
 //! stability where `det(I − diag(δ) M(jω)) = 0`; for one channel M = −T, and 1 + M = S.
 
 mod channel;
+mod channel_quotient;
 mod frequencies;
 mod multiloop;
-mod one_channel;
 mod response;
 
 pub use channel::{ChannelMargins, channel_margins};

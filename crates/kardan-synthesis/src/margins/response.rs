@@ -6,7 +6,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
 
-use super::one_channel::{LEVEL, OneChannel};
+use super::channel_quotient::{LEVEL, OneChannel};
 use crate::decoupling::{characteristic_polynomial, common_denominator, resolvent};
 use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
@@ -317,7 +317,7 @@ impl Response {
     }
 
     /// The only channel as a quotient of polynomials; `None` of too many states.
-    pub(super) fn one_channel(&self) -> Option<OneChannel> {
+    pub(super) fn channel_quotient(&self) -> Option<OneChannel> {
         if self.channels() != 1 || self.a.rows() > MOST {
             return None;
         }
@@ -331,7 +331,7 @@ impl Response {
 
     /// The largest singular value over all frequencies, and its place; infinite at a pole on the axis.
     pub(super) fn peak(&self) -> (f64, f64) {
-        if let Some(one) = self.one_channel() {
+        if let Some(one) = self.channel_quotient() {
             return one.peak(&self.first_places(), &|place| self.size(place));
         }
         largest_between(&self.places(), &|place| self.size(place))
@@ -353,7 +353,7 @@ impl Response {
         if balanced.places().into_iter().all(|place| balanced.size(place) < 0.5 / alpha) {
             return true;
         }
-        let Some(one) = self.one_channel().map(|one| one.balanced()) else { return false };
+        let Some(one) = self.channel_quotient().map(|one| one.balanced()) else { return false };
         let size = |place: f64| hypot(one.at(place).re, one.at(place).im);
         [0.0, 1.0, f64::INFINITY].iter().all(|place| size(*place) < 1.0 / alpha) && one.level(1.0 / alpha).is_empty()
     }
