@@ -171,8 +171,8 @@ fn constrained_motion(system: &ConstrainedSystem, force: &[f64]) -> (Vec<f64>, V
 // ---- theorem 4.1 --------------------------------------------------------------------------------------------------
 
 proptest! {
-    /// K annihilates C, is the identity on the coordinates and is that of the dense elimination; the reduced matrices are
-    /// the congruent ones (4.39); the reduced equation moves the shafts as the constrained one does.
+    /// C annihilates K, and K is the identity on the coordinates, dense and sparse; the reduced matrices are the congruent
+    /// ones (4.39); the reduced equation moves the shafts as the constrained one does.
     #[test]
     fn theorem_4_1(random in systems(true)) {
         let system = &random.system;
@@ -181,6 +181,12 @@ proptest! {
         prop_assert_eq!(&reduced.coordinates, &coordinates);
         for constraint in &system.constraints {
             prop_assert_eq!(project(&constraint.row, &reduced.basis), vec![]);
+        }
+        for (row, &shaft) in coordinates.iter().enumerate() {
+            for column in 0..coordinates.len() {
+                let expected = if row == column { Rational::ONE } else { Rational::ZERO };
+                prop_assert_eq!(&k[(shaft, column)], &expected);
+            }
         }
         for (i, row) in reduced.basis.iter().enumerate() {
             for j in 0..coordinates.len() {
