@@ -39,6 +39,8 @@ const ROUNDING: f64 = 0.25;
 const SLIGHT: f64 = 1e-2;
 /// Steps between two measurements of the rounding error of a step.
 const CHECK_ROUNDING: u64 = 64;
+/// Components whose series are summed at once.
+const LANES: usize = 4;
 /// The lowest and the highest order.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
 
@@ -97,7 +99,7 @@ impl Taylor {
             previous_time: 0.0,
             time: 0.0,
             previous: zero.clone(),
-            coefficients: vec![0.0; zero.len() * (most + 1)],
+            coefficients: vec![0.0; zero.len() * (most + 1) + LANES],
             state: zero,
             order: 0,
             all_terms,
@@ -271,15 +273,10 @@ impl Taylor {
         rates: &mut impl FnMut(f64, &[f64], &mut [f64]),
     ) -> f64 {
         places.iter().fold(0.0, |most: f64, part| {
-            let (at, later) = (self.previous_time + part * length, part * length);
-            self.interpolate(at, inside);
+            let at = self.previous_time + part * length;
+            self.value_and_slope(at - self.previous_time, inside, own);
             rates(at, inside, slope);
             self.counts.evaluations += 1;
-            own.fill(0.0);
-            for order in (1..=self.order).rev() {
-                let factor = order as f64;
-                own.iter_mut().zip(self.of(order)).for_each(|(sum, term)| *sum = *sum * later + factor * term);
-            }
             let parts = self.absolute.iter().enumerate().map(|(k, absolute)| {
                 let size = self.previous[k].abs().max(self.state[k].abs()).max((length * self.of(1)[k]).abs());
                 (slope[k] - own[k]).abs() * length / (absolute + self.relative * size)
@@ -287,6 +284,22 @@ impl Taylor {
             // A value that is not a number does not follow the motion either.
             parts.fold(most, |most: f64, part| if part <= most { most } else { part })
         })
+    }
+
+    /// The state at a time after the begin of the last step, and the slope of its series there.
+    fn value_and_slope(&self, later: f64, value: &mut [f64], slope: &mut [f64]) {
+        for first in (0..value.len()).step_by(LANES) {
+            let (mut values, mut slopes) = ([0.0; LANES], [0.0; LANES]);
+            for order in (0..=self.order).rev() {
+                let coefficients = self.lanes(order, first);
+                for k in 0..LANES {
+                    slopes[k] = slopes[k] * later + values[k];
+                    values[k] = values[k] * later + coefficients[k];
+                }
+            }
+            value[first..].iter_mut().zip(values).for_each(|(out, value)| *out = value);
+            slope[first..].iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+        }
     }
 
     /// Ends the last step earlier, at a part of it.
@@ -338,6 +351,12 @@ impl Taylor {
         &self.coefficients[order * n..][..n]
     }
 
+    /// Some coefficients of an order, from one on: beyond the last one are others.
+    fn lanes(&self, order: usize, first: usize) -> [f64; LANES] {
+        let begin = order * self.absolute.len() + first;
+        std::array::from_fn(|k| self.coefficients[begin..begin + LANES][k])
+    }
+
     /// The length at which the last two terms are as large as the tolerance; NaN if these are zero.
     fn length(&self, order: usize, room: f64) -> f64 {
         // The sizes that tolerances are relative to depend on the length, weakly.
@@ -364,10 +383,16 @@ impl Taylor {
 
     /// The state within the last step.
     pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
-        let t = time - self.previous_time;
-        out.fill(0.0);
-        for order in (0..=self.order).rev() {
-            out.iter_mut().zip(self.of(order)).for_each(|(out, coefficient)| *out = *out * t + coefficient);
+        let later = time - self.previous_time;
+        for first in (0..out.len()).step_by(LANES) {
+            let mut values = [0.0; LANES];
+            for order in (0..=self.order).rev() {
+                let coefficients = self.lanes(order, first);
+                for k in 0..LANES {
+                    values[k] = values[k] * later + coefficients[k];
+                }
+            }
+            out[first..].iter_mut().zip(values).for_each(|(out, value)| *out = value);
         }
     }
 }

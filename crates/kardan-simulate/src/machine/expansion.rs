@@ -270,11 +270,11 @@ impl Expansion {
         prospect
     }
 
-    /// Stores the coefficients of order k of accelerations and torques.
+    /// Stores the coefficients of order k of accelerations and of the torques of active directions.
     pub(super) fn store(&mut self, k: usize, accelerations: &[f64], torques: &[f64]) {
         let [r, m] = self.counts;
         self.accelerations[k * r..][..r].copy_from_slice(accelerations);
-        self.torques[k * m..][..m].copy_from_slice(torques);
+        self.torques[k * m..][..torques.len()].copy_from_slice(torques);
     }
 
     /// The contribution of accelerations and constraint torques to the coefficient of order k of the power of

@@ -260,19 +260,21 @@ impl Machine {
         expansion.series.advance(k);
         let holding = Holding { directions: &self.holding, bias: &mut self.work.friction_bias };
         expansion.forces(k, holding, &mut self.force);
-        match &mut self.response {
+        let (acceleration, torques) = match &mut self.response {
             Some(response) => {
                 let bias = self.holding.iter().map(|&direction| self.work.friction_bias[direction]);
-                let [accelerations, torques] = response.apply(&self.force, bias);
-                self.acceleration.copy_from_slice(accelerations);
-                self.active_torque[..torques.len()].copy_from_slice(torques);
+                let [acceleration, torques] = response.apply(&self.force, bias);
+                (acceleration, torques)
             }
-            None => self.accelerate_constrained(),
-        }
-        expansion.store(k, &self.acceleration, &self.active_torque);
+            None => {
+                self.accelerate_constrained();
+                (&self.acceleration[..], &self.active_torque[..])
+            }
+        };
+        expansion.store(k, acceleration, torques);
         for i in 0..r {
             next[i] = now[r + i] * per;
-            next[r + i] = self.acceleration[i] * per;
+            next[r + i] = acceleration[i] * per;
         }
         for &i in &self.still {
             next[i] = 0.0;
@@ -283,6 +285,8 @@ impl Machine {
         if !expansion.power[0].is_empty() {
             next[size - 2] += expansion.prescribed_power(k, &self.holding) * per;
         }
-        self.work.friction_bias.copy_from_slice(&expansion.friction_bias);
+        for &direction in &self.holding {
+            self.work.friction_bias[direction] = expansion.friction_bias[direction];
+        }
     }
 }

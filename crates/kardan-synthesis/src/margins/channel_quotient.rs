@@ -1,5 +1,7 @@
 //! One channel of a response as a quotient of polynomials.
 
+use dashu_int::ops::UnsignedAbs;
+use dashu_int::{IBig, UBig};
 use faer::c64;
 use kardan_rt::functions::exp;
 
@@ -20,6 +22,8 @@ pub(super) struct OneChannel {
     denominator: Polynomial,
     n: OnAxis,
     d: OnAxis,
+    /// The coefficients of both, as many of each, whole numbers.
+    whole: [Vec<IBig>; 2],
 }
 
 /// A polynomial on the imaginary axis: `p(jω) = e(ω²) + jω o(ω²)`.
@@ -52,6 +56,17 @@ fn minus(a: &Polynomial, b: &Polynomial) -> Polynomial {
     a.plus(&b.scale(&Rational::NEG_ONE))
 }
 
+/// Real and imaginary part of `qᵐ p(j a/q)` with the highest power m that has a coefficient: of whole numbers without one fraction.
+fn homogeneous(coefficients: &[IBig], a: &IBig, q: &UBig) -> [IBig; 2] {
+    let mut power = IBig::ONE;
+    let q = IBig::from(q.clone());
+    coefficients.iter().rev().fold([IBig::ZERO, IBig::ZERO], |[re, im], c| {
+        let next = [c * &power - im * a, re * a];
+        power *= &q;
+        next
+    })
+}
+
 /// Square roots of the positive real roots, ascending.
 fn places(over_square: &Polynomial) -> Vec<f64> {
     if over_square.degree() == 0 {
@@ -70,7 +85,13 @@ impl OneChannel {
         let scale = common_denominator(parts.iter().flat_map(|part| part.coefficients()));
         let [numerator, denominator] = parts.map(|part| part.scale(&Rational::from(scale.clone())));
         let [n, d] = [&numerator, &denominator].map(OnAxis::new);
-        Self { numerator, denominator, n, d }
+        let count = numerator.degree().max(denominator.degree()) + 1;
+        let whole = [&numerator, &denominator].map(|of| {
+            let mut coefficients = of.whole_coefficients();
+            coefficients.resize(count, IBig::ZERO);
+            coefficients
+        });
+        Self { numerator, denominator, n, d, whole }
     }
 
     /// M + ½
@@ -92,15 +113,13 @@ impl OneChannel {
             let ratio = if n.degree() < d.degree() { Rational::ZERO } else { n.coefficient(d.degree()).over(&last) };
             return c64::new(rational_to_f64(&ratio), 0.0);
         };
-        let x = omega.times(&omega);
-        let parts = |of: &OnAxis| [of.even.evaluate(&x), of.odd.evaluate(&x).times(&omega)];
-        let ([a, b], [c, d]) = (parts(&self.n), parts(&self.d));
-        let size = c.times(&c).plus(&d.times(&d));
-        if Scalar::is_zero(&size) {
+        let [[a, b], [c, d]] = self.whole.each_ref().map(|of| homogeneous(of, omega.numerator(), omega.denominator()));
+        let size = (&c * &c + &d * &d).unsigned_abs();
+        if size.is_zero() {
             return c64::new(f64::INFINITY, 0.0);
         }
-        let part = |sum: Rational| rational_to_f64(&sum.over(&size));
-        c64::new(part(a.times(&c).plus(&b.times(&d))), part(b.times(&c).minus(&a.times(&d))))
+        let part = |sum: IBig| rational_to_f64(&Rational::from_parts(sum, size.clone()));
+        c64::new(part(&a * &c + &b * &d), part(b * c - a * d))
     }
 
     /// The size of M at a place.

@@ -19,6 +19,8 @@ const DOUBLINGS: usize = 12;
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
+/// Size of the eigenvalues of a change `Φ − 1` below which they may be at zero: a chain of two is spread by rounding to less.
+const NEAR_ZERO: f64 = 1e-6;
 /// The accuracy of the largest entries of a loop, in roundings times its size.
 const ROUNDINGS: f64 = 8.0;
 
@@ -390,26 +392,39 @@ impl SampledLoop {
     /// The same; the name of the motion takes time and is computed on request only.
     pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let found = NonzeroSpectrum::of(&self.change(), Rounding::OfOne, excluded)?;
-        // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth loses no digits next to one.
-        let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
-        let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
+        let per_second = |change: (f64, f64)| 0.5 * ln_1p(growth(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
         let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
-        let Some(change) = found.nonzero.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
+        let Some(change) = found.nonzero.iter().copied().max_by(|a, b| growth(*a).total_cmp(&growth(*b))) else {
             let (stable, word) = (true, Stability::Stable);
             return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, excluded, drift, rounding });
         };
         let own = (1.0 + change.0, change.1);
-        let beyond = 0.5 * grows(change);
+        let beyond = 0.5 * growth(change);
         let stable = match beyond {
             beyond if beyond < 0.0 => true,
             beyond if beyond > CLOSE => false,
             beyond => beyond <= found.error(change, 1.0),
         };
-        let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        let word = if judged { found.word(1.0, |change| 0.5 * grows(change)) } else { Stability::Undecided };
+        let word = if judged { found.word(1.0, |change| 0.5 * growth(change)) } else { Stability::Undecided };
+        let growth = self.per_sample(growth(change));
         Some(Slowest { growth, frequency, stable, word, free, excluded, drift, rounding })
+    }
+
+    /// The growth of [`Slowest`] without so many motions, those that change least, from the eigenvalues of the whole map, in half the time: it is the same where
+    /// all that may be at zero are left out anyway. `None` where more of them are near zero, or it is as near to one as rounding may be off.
+    pub(super) fn clear_growth(&self, excluded: usize) -> Option<f64> {
+        let found = eigenvalues(&self.change())?;
+        let near_zero = found.iter().take_while(|change| size(**change) <= NEAR_ZERO).count();
+        let most = found.get(excluded..)?.iter().map(|change| growth(*change)).max_by(f64::total_cmp)?;
+        let clear = near_zero <= excluded && !(0.0..=2.0 * CLOSE).contains(&most);
+        clear.then(|| self.per_sample(most))
+    }
+
+    /// Growth per shortest sample time, of a relative growth of the square of the size in a period.
+    fn per_sample(&self, growth: f64) -> f64 {
+        powf((1.0 + growth).max(0.0), 0.5 * self.sample_time / self.period)
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
@@ -520,6 +535,11 @@ impl SampledLoop {
         });
         out
     }
+}
+
+/// By which part the square of the size of a motion grows in a period, of an eigenvalue of Φ − 1: `|1 + μ|² − 1`, which loses no digits next to zero.
+fn growth((re, im): (f64, f64)) -> f64 {
+    2.0 * re + re * re + im * im
 }
 
 fn size((re, im): (f64, f64)) -> f64 {

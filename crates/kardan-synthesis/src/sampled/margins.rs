@@ -1,5 +1,6 @@
 //! Margins of a loop: sample rate, delay, lag and gain, each searched on the exact linear loop.
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -120,18 +121,16 @@ impl Survey<'_> {
 
     /// The motion of the changed loop that grows most, but for uncontrolled rigid-body modes; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
-        self.slowest_of(change, (0, true))
-    }
-
-    /// The same without at least so many motions, and with a name only on request.
-    fn slowest_of(&self, change: Change, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            return Slowest::continuous(&plant, &parts, (excluded, judged));
+            return Slowest::continuous(&plant, &parts, (0, true));
         }
-        // Sampling may move uncontrolled rigid-body modes of continuous time a little: they stay uncontrolled.
-        let free = self.free_motions(change).map_or(0, |free| free.columns());
-        SampledLoop::new(&plant, &parts).ok()?.slowest_of((excluded.max(free), judged))
+        SampledLoop::new(&plant, &parts).ok()?.slowest_of((self.free_count(change), true))
+    }
+
+    /// The number of uncontrolled rigid-body modes in continuous time: sampling may move them a little, but they stay uncontrolled.
+    fn free_count(&self, change: Change) -> usize {
+        self.free_motions(change).map_or(0, |free| free.columns())
     }
 
     /// The uncontrolled rigid-body modes of the changed loop in continuous time, columns whose first entries are `[q_r; q̇_r]`; `None`
@@ -175,15 +174,13 @@ impl Survey<'_> {
         excluded: usize,
         change: impl Fn(f64) -> Change,
     ) -> Option<Limit> {
-        // Negative where the loop is stable; the size is how fast the motion grows or decays.
-        let grows = |value: f64| match self.slowest_of(change(value), (excluded, false)) {
-            Some(found) if found.stable => -ln(found.growth).abs().max(f64::MIN_POSITIVE),
-            Some(found) => ln(found.growth).abs().max(f64::MIN_POSITIVE),
-            None => f64::INFINITY,
-        };
+        let search = Search { survey: self, excluded, change, free: Cell::new(None), whole: Cell::new(true) };
+        let grows = |value: f64| search.grows(value);
+        let exactly = |value: f64| search.grows_exactly(value);
         let limit = |[before, beyond]: [(f64, f64); 2]| {
-            let [low, high] = bracket([before, beyond], 1e-13 * beyond.0.abs(), grows);
-            let frequency = self.slowest_of(change(high), (excluded, false)).map_or(0.0, |found| found.frequency);
+            let ends = [before, beyond].map(|(value, _)| (value, exactly(value)));
+            let [low, high] = bracket(ends, 1e-13 * beyond.0.abs(), exactly);
+            let frequency = search.slowest(high).map_or(0.0, |found| found.frequency);
             Limit { value: low, frequency }
         };
         // The last two that are stable.
@@ -289,6 +286,59 @@ impl Survey<'_> {
         let up = self.first(path(1.0, GAINS), free, change)?;
         let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;
         Some([if down.value.is_infinite() { Limit { value: 0.0, ..down } } else { down }, up])
+    }
+}
+
+/// A search for the first change under which a loop is unstable.
+struct Search<'a, F> {
+    survey: &'a Survey<'a>,
+    /// At least so many motions are left out.
+    excluded: usize,
+    change: F,
+    /// The number of free motions of the last change but for times, and whether it had blocks.
+    free: Cell<Option<((Change, bool), usize)>>,
+    /// Whether the eigenvalues of the whole map may decide.
+    whole: Cell<bool>,
+}
+
+impl<F: Fn(f64) -> Change> Search<'_, F> {
+    /// Negative where the loop is stable; the size is how fast the motion grows or decays, to rounding.
+    fn grows(&self, value: f64) -> f64 {
+        self.whole.get().then(|| self.clear_growth(value)).flatten().map_or_else(|| self.grows_exactly(value), ln)
+    }
+
+    /// The same with all motions at zero separated from the others.
+    fn grows_exactly(&self, value: f64) -> f64 {
+        let Some(found) = self.slowest(value) else { return f64::INFINITY };
+        // More at zero than are left out anyway: the eigenvalues of the whole map decide nothing.
+        self.whole.set(found.free <= self.left_out((self.change)(value)));
+        let size = ln(found.growth).abs().max(f64::MIN_POSITIVE);
+        if found.stable { -size } else { size }
+    }
+
+    fn clear_growth(&self, value: f64) -> Option<f64> {
+        let change = (self.change)(value);
+        let (parts, plant) = self.survey.changed(change)?;
+        let sampled = parts.iter().any(|part| part.clock.is_some());
+        sampled.then(|| SampledLoop::new(&plant, &parts).ok()?.clear_growth(self.left_out(change)))?
+    }
+
+    fn slowest(&self, value: f64) -> Option<Slowest> {
+        let change = (self.change)(value);
+        let (parts, plant) = self.survey.changed(change)?;
+        if parts.iter().all(|part| part.clock.is_none()) {
+            return Slowest::continuous(&plant, &parts, (self.excluded, false));
+        }
+        SampledLoop::new(&plant, &parts).ok()?.slowest_of((self.left_out(change), false))
+    }
+
+    /// How many motions of a sampled loop are left out: it has those in continuous time whatever its sample times are.
+    fn left_out(&self, change: Change) -> usize {
+        let timeless = (Change { clock: None, late: 0.0, ..change }, self.survey.has_blocks(change));
+        let known = self.free.get().filter(|(known, _)| *known == timeless);
+        let free = known.map_or_else(|| self.survey.free_count(change), |(_, free)| free);
+        self.free.set(Some((timeless, free)));
+        self.excluded.max(free)
     }
 }
 

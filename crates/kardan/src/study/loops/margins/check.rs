@@ -85,6 +85,11 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         }
     };
     let has_blocks = !between.of_loop.is_empty();
+    // Of a loop that is clearly stable there is nothing to report.
+    if slowest.word == Stability::Stable && slowest.excluded == 0 {
+        check_limits(variant, &plant, &parts, out);
+        return;
+    }
     let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks };
     let decided = problem.decide(&slowest, problem.exact().as_ref());
     // Polynomial growth is not exponential, and growth below the resolution of floating point is slow: a run shows both.
