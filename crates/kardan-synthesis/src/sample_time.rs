@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::blending::blending;
-use super::{Clock, Law, SynthesisError, sampled};
+use super::blending::blending_signal;
+use super::sampled::sampled_with;
+use super::{Clock, Law, SynthesisError};
 use kardan_schema::schema::Values;
 
 /// Shortest sample time of a controller, s.
@@ -43,10 +44,10 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
 /// If its keys are wrong, or its numbers overflow at this sample time.
 pub fn implemented(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
     match clock(values)? {
-        Some(clock) => match sampled(law, clock) {
-            Some(law) => Ok(blending(law, values)),
-            None => Err(SynthesisError::SampledOverflow(clock.period)),
-        },
+        Some(clock) => {
+            let law = sampled_with(law, clock, blending_signal(values));
+            law.ok_or(SynthesisError::SampledOverflow(clock.period))
+        }
         None => Ok(law),
     }
 }
