@@ -3,9 +3,9 @@
 use super::ObserverError;
 use super::distinguish::{hidden_states, observable_constants};
 use super::distinguishable::in_proportion;
+use crate::exact_poles::{ExactPole, floats, product};
 use crate::notation::linear_combination;
-use crate::regulator::exact_poles::{floats, product};
-use crate::regulator::{Chains, ExactPole, chains};
+use crate::regulator::{Chains, chains};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::Pole;
@@ -126,7 +126,7 @@ fn deal<'a>(
 
 fn polynomials(sensors: &[String], shares: &[&[ExactPole]]) -> Result<Vec<Polynomial>, ObserverError> {
     let polynomial = |(sensor, share): (&String, &&[ExactPole])| {
-        product(share).ok_or_else(|| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: floats(share) })
+        product(share).map_err(|_| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: floats(share) })
     };
     sensors.iter().zip(shares).map(polynomial).collect()
 }
