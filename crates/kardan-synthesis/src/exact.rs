@@ -1,6 +1,7 @@
 //! A designed linear loop over the rationals.
 
 use super::Reference;
+use super::decoupling::closed;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::ExactMatrix;
@@ -60,23 +61,11 @@ impl ExactLoop {
         [k, l]: [&Matrix<Rational>; 2],
         references: &[Reference],
     ) -> Self {
-        let feedback = k.scale(&Rational::NEG_ONE);
-        let LinearSystem { a, b, c, d, .. } = &system;
-        let closed = LinearSystem {
-            states: system.states.clone(),
-            inputs: references.iter().map(|r| r.name.clone()).collect(),
-            outputs: system.outputs.clone(),
-            e: Matrix::identity(a.rows()),
-            a: a.plus(&b.multiply(&feedback)),
-            b: b.multiply(l),
-            c: c.plus(&d.multiply(&feedback)),
-            d: d.multiply(l),
-            degrees_of_freedom: None,
-        };
+        let closed = closed(&system, k, l, references.iter().map(|r| r.name.clone()).collect());
         let (units, channels) =
             (references.iter().map(|r| r.physical.unit().to_string()).collect(), (0..references.len()).collect());
         // With integrators, or of a part of the state, the caller knows it.
-        let law = (plant.states == system.states).then(|| ExactLaw::gain(feedback));
+        let law = (plant.states == system.states).then(|| ExactLaw::gain(k.scale(&Rational::NEG_ONE)));
         Self { plant, system, closed, units, channels, behind: None, inverts: true, law }
     }
 }

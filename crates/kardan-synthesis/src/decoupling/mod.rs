@@ -24,6 +24,7 @@ mod zero_dynamics;
 
 pub use canonical::{CanonicalForm, NotIntegratorDecoupled, canonical_form};
 pub use compensation::{Compensation, CompensationError};
+pub(super) use decouplable::closed;
 pub use decouplable::{NotDecouplable, integrator_decoupled, inverse_decoupling_matrix};
 pub use diagonal::coupled_entries;
 pub use gains::{StaticDecoupling, decouple};
