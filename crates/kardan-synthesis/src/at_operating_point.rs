@@ -75,10 +75,10 @@ pub(super) fn at_operating_point(
             return Ok(0.0);
         }
         let measured = plant.output(output)?.measured;
-        plant.at_rest(&measured).ok_or_else(|| SynthesisError::NotAtRest(output.into()))
+        plant.at_rest(&measured).ok_or_else(|| SynthesisError::not_at_rest(output))
     };
     let read = |sensor: &OutputSignal| {
-        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::NotAtRest(sensor.name.clone()))
+        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::not_at_rest(&sensor.name))
     };
     let rest = Rest {
         angles: plant.angles_at_rest(),

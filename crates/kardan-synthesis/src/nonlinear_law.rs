@@ -142,8 +142,10 @@ impl Nonlinear {
                 _ => None,
             })
             .collect();
-        let data =
-            MechanismData::with_cuts(reduced, &cuts).map_err(|error| SynthesisError::NoBlock(error.to_string()))?;
+        let data = MechanismData::with_cuts(reduced, &cuts).map_err(|error| {
+            let message = format!("the law cannot run on the nonlinear model: {error}");
+            SynthesisError::of(message, &[], "this law", "design on the linear model: `plant = \"linear\"`")
+        })?;
         let mut cut = 0;
         let tasks: Vec<Task<f64>> = task_specs
             .into_iter()

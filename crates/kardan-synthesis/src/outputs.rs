@@ -178,7 +178,10 @@ pub(super) fn decaying_poles(values: &Values) -> Result<Vec<Pole>, SynthesisErro
     let poles = values.poles("poles").unwrap_or_default().iter();
     let poles: Vec<Pole> = poles.map(|(re, im)| Pole::new(number(re), number(im))).collect();
     match poles.iter().find(|pole| pole.re >= 0.0) {
-        Some(pole) => Err(SynthesisError::UnstablePole(pole.re)),
+        Some(pole) => {
+            let message = format!("a pole with the real part {} does not decay", pole.re);
+            Err(SynthesisError::whole(message, "choose poles with a negative real part"))
+        }
         None => Ok(poles),
     }
 }

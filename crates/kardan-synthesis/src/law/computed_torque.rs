@@ -8,6 +8,7 @@ use crate::channels::{
     CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
 };
 use crate::decoupling::{decouple, relative_degrees};
+use crate::error::list;
 use crate::linear_law::{Linear, LinearBlock};
 use crate::nonlinear_law::{Nonlinear, TaskSpec};
 use crate::outputs::{channels, paired_channels, paired_inputs};
@@ -110,17 +111,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let relative = relative_degrees(&system);
     for (output, (degree, polynomial)) in names.iter().zip(relative.degrees.iter().zip(&polynomials)) {
         if *degree != Some(polynomial.degree()) {
-            return Err(SynthesisError::NoDirectInput {
-                output: output.clone(),
-                inputs: inputs.clone(),
-                degree: *degree,
-            });
+            return Err(no_direct_input(output, &inputs, *degree));
         }
     }
     let (torques, direct) = plant.torques(request.disturbances, &outputs);
-    let found = decouple(&system, &torques, Some(&direct), &polynomials).map_err(|error| {
-        SynthesisError::NotStatic { outputs: names.clone(), error: Box::new(error), reasons: Vec::new() }
-    })?;
+    let found = decouple(&system, &torques, Some(&direct), &polynomials)
+        .map_err(|error| SynthesisError::not_static(&names, &error, &[]))?;
     check_zeros(&system, &names)?;
     let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let states = plant.states();
@@ -165,6 +161,17 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
 }
 
+/// The motors do not act on the required acceleration or torque of an output of this relative degree.
+fn no_direct_input(output: &str, inputs: &[String], degree: Option<usize>) -> SynthesisError {
+    let otherwise = match degree {
+        Some(degree) => format!(", but only on its derivative of order {degree}"),
+        None => " nor in any other way".into(),
+    };
+    let message = format!("the motors {} do not act on `{output}` directly{otherwise}", list(inputs));
+    let help = "choose motors that act on it without a spring in between, or use `law = \"decoupling\"`";
+    SynthesisError::at(message, output, "not reached directly", help)
+}
+
 /// For each channel the characteristic polynomial of its error and the specification of its block.
 fn channel_tasks(
     values: &Values,
@@ -177,15 +184,32 @@ fn channel_tasks(
         let degree = match &output.measured {
             Measured::Angle(_) => 2,
             Measured::ConstraintTorque(..) => 0,
-            _ => return Err(SynthesisError::NotForComputedTorque(output.name.clone())),
+            _ => {
+                let name = &output.name;
+                return Err(SynthesisError::at(
+                    format!(
+                        "computed torque controls angles of shafts and constraint torques, and `{name}` is neither"
+                    ),
+                    name,
+                    "neither angle nor constraint torque",
+                    "name `<shaft>.phi` or a sensor of a constraint torque, or use `law = \"decoupling\"`",
+                ));
+            }
         };
-        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
         let has_dynamics =
             ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
         if let (0, Some(key)) = (degree, has_dynamics) {
-            return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
+            let name = &output.name;
+            return Err(SynthesisError::at(
+                format!("`{name}` follows the motors without delay, so `{key}` has no meaning for its channel"),
+                name,
+                "no dynamics",
+                format!("remove `{key}`: the torque equals its reference at once"),
+            ));
         }
-        let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
+        let polynomial = compensation(channel)
+            .polynomial(degree)
+            .map_err(|error| SynthesisError::compensation(&output.name, &error))?;
         task_specs.push(match &output.measured {
             Measured::Angle(shaft) => TaskSpec::Task(Task::Position {
                 shaft: plant.reduced.coordinate(shaft).expect("an output names a shaft"),

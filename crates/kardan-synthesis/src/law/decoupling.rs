@@ -104,9 +104,8 @@ struct Gains {
 
 impl Observable<'_> {
     fn polynomial(&self, output: usize, degree: usize) -> Result<Polynomial, SynthesisError> {
-        let wrong =
-            |error| SynthesisError::Compensation { output: self.task.names[output].clone(), error: Box::new(error) };
-        self.task.dynamics[output].polynomial(degree).map_err(wrong)
+        let found = self.task.dynamics[output].polynomial(degree);
+        found.map_err(|error| SynthesisError::compensation(&self.task.names[output], &error))
     }
 
     fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
@@ -142,7 +141,7 @@ impl Observable<'_> {
         let integrators = system.states.len() - on_states.rows();
         let on_states = stacked(on_states, &Matrix::zeros(integrators, on_states.columns()));
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
-        let found = found.map_err(|error| self.not_static(error))?;
+        let found = found.map_err(|error| self.not_static(&error))?;
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
     }
 
@@ -179,14 +178,12 @@ impl Observable<'_> {
     fn impossible(&self, obstruction: &Obstruction) -> SynthesisError {
         let constrained = self.request.plant.constrained(&self.task.inputs);
         let element = |name: &str| self.request.plant.element(name);
-        SynthesisError::Impossible {
-            outputs: self.task.names.clone(),
-            reasons: reasons(obstruction, &self.task.outputs, &constrained, &element),
-        }
+        let reasons = reasons(obstruction, &self.task.outputs, &constrained, &element);
+        SynthesisError::impossible(&self.task.names, &reasons)
     }
 
     /// Alternatives where static feedback fails.
-    fn not_static(&self, error: NotDecouplable) -> SynthesisError {
+    fn not_static(&self, error: &NotDecouplable) -> SynthesisError {
         let extension = match dynamic_extension(&self.system) {
             Ok(extension) => extension,
             Err(obstruction) => return self.impossible(&obstruction),
@@ -207,7 +204,7 @@ impl Observable<'_> {
             reasons
                 .push(format!("static feedback decouples the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
-        SynthesisError::NotStatic { outputs: self.task.names.clone(), error: Box::new(error), reasons }
+        SynthesisError::not_static(&self.task.names, error, &reasons)
     }
 }
 

@@ -7,6 +7,7 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
+use crate::error::list;
 use crate::nonlinear_law::{Nonlinear, TaskSpec};
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
@@ -160,7 +161,7 @@ pub struct NoninteractingDesign {
 /// ```
 ///
 /// # Errors
-/// [`SynthesisError::NotDecouplable`] with the exact rank if `C H⁻¹ F` is singular.
+/// [`SynthesisError`] with the exact rank if `C H⁻¹ F` is singular.
 ///
 /// # Panics
 /// If the inertia matrix is singular.
@@ -175,12 +176,7 @@ pub fn design_noninteracting(
     let [on_states, decoupling_matrix] = model.accelerations(&shafts, &input);
     let Some(acceleration_gain) = decoupling_matrix.solve(&Matrix::identity(m)) else {
         let (outputs, inputs): (Vec<String>, Vec<String>) = channels.iter().map(names).unzip();
-        let not_reached = (0..m)
-            .filter(|&i| decoupling_matrix.row(i).iter().all(Scalar::is_zero))
-            .map(|i| outputs[i].clone())
-            .collect();
-        let rank = echelon(&decoupling_matrix, &(0..m).collect::<Vec<_>>()).rank();
-        return Err(SynthesisError::NotDecouplable { outputs, inputs, rank, not_reached });
+        return Err(not_decouplable(&decoupling_matrix, &outputs, &inputs));
     };
     let on_states = acceleration_gain.multiply(&on_states).scale(&Rational::NEG_ONE);
     let mut state_gain = Matrix::zeros(m, 2 * r);
@@ -189,6 +185,26 @@ pub fn design_noninteracting(
     }
     let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
+}
+
+/// The error of a singular decoupling matrix.
+fn not_decouplable(matrix: &Matrix<Rational>, outputs: &[String], inputs: &[String]) -> SynthesisError {
+    let rank = echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank();
+    // Outputs whose acceleration no chosen input reaches directly: their relative degree is above two.
+    let is_reached = |i: usize| !matrix.row(i).iter().all(Scalar::is_zero);
+    let not_reached: Vec<String> = (0..outputs.len()).filter(|&i| !is_reached(i)).map(|i| outputs[i].clone()).collect();
+    let mut message = format!(
+        "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
+         the inputs through a matrix of rank {rank} only",
+        list(outputs),
+        list(inputs)
+    );
+    let help = "choose other outputs or inputs; `kardan equations` shows what each input reaches";
+    if not_reached.is_empty() {
+        return SynthesisError::of(message, outputs, "not independent", help);
+    }
+    message += &format!(" (no chosen input reaches the acceleration of {})", list(&not_reached));
+    SynthesisError::of(message, &not_reached, "not reached", help)
 }
 
 /// The specification of a channel, exact.
@@ -290,9 +306,9 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
         let shaft = output_shaft(&output, request.plant.coordinates())?;
         request.plant.check_accelerates(shaft, &output)?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
-        for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
-            if list.contains(name) {
-                return Err(SynthesisError::Duplicate { name: name.clone(), what });
+        for (names, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
+            if names.contains(name) {
+                return Err(SynthesisError::duplicate(name, what));
             }
         }
         inputs.push(input);
@@ -343,7 +359,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
-        return Err(SynthesisError::NeedsNonlinear("friction_width"));
+        return Err(SynthesisError::at(
+            "`friction_width` needs the full model: `plant = \"nonlinear\"`",
+            "friction_width",
+            "this key",
+            "add `plant = \"nonlinear\"`, or remove `friction_width`",
+        ));
     }
     let disturbance_gain = disturbance_gain(request, &design, &designs, &specs).scale(&Rational::NEG_ONE).to_f64();
     let (shafts, disturbed) = (request.plant.coordinates(), request.disturbances.iter());
@@ -367,7 +388,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         return Ok(Arc::new(designed));
     }
     if designed.reference_places.iter().any(|(_, load)| load.is_some()) {
-        return Err(SynthesisError::NeedsLinear("load"));
+        return Err(SynthesisError::at(
+            "`load` is for constant gains; with `plant = \"nonlinear\"` an observer estimates the loads",
+            "load",
+            "this key",
+            "remove `load`, and add an observer",
+        ));
     }
     let task_specs = designed.task_specs();
     let references_of_channels = designed.reference_places.iter().map(|(reference, _)| *reference).collect();

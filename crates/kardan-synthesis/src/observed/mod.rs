@@ -15,6 +15,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
+use super::error::list;
 use super::matrix_parts::{columns_of, joined, side_by_side, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
@@ -256,9 +257,12 @@ impl Observed {
 }
 
 /// Share of the estimated disturbances that the law cancels.
-fn compensation(values: &Values) -> Result<f64, SynthesisError> {
+pub(super) fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
-        Some(share) => Err(SynthesisError::NotAShare(share)),
+        Some(share) => {
+            let message = format!("`compensation` is {share}: a law cannot cancel more than the whole disturbance");
+            Err(SynthesisError::whole(message, "write a number from 0 to 1"))
+        }
         None => Ok(values.number_or_default("compensation")),
     }
 }
@@ -276,11 +280,21 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         plant.check_inertia()?;
     }
     if nonlinear && !laws.is_empty() && cancels {
-        return Err(SynthesisError::LawDoubleCancellation(laws));
+        let message = format!(
+            "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
+             observer does not: it would report them as disturbances, and they would be cancelled twice",
+            list(&laws)
+        );
+        return Err(SynthesisError::whole(message, "set `plant = \"linear\"` in the observer, or leave it out"));
     }
     let more = friction || (law.on_full_model() && !plant.is_linear());
     if more && !nonlinear && cancels {
-        return Err(SynthesisError::DoubleCancellation);
+        return Err(SynthesisError::whole(
+            "the law cancels forces that the observer's linear model does not contain (of joints, rest angles or \
+             friction); the observer would report them as disturbances, and they would be cancelled twice",
+            "set `plant = \"nonlinear\"`, `disturbances = []` or `compensation = 0` in the observer, or design the law \
+             on the linear model",
+        ));
     }
     Ok(nonlinear)
 }

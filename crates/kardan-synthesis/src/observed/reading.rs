@@ -47,7 +47,13 @@ pub(crate) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
         | Measured::ComplianceTorque(..)
         | Measured::NetTorque(_)
         | Measured::Signal(_) => {
-            return Err(SynthesisError::NotASensor(sensor.name.clone()));
+            let name = &sensor.name;
+            return Err(SynthesisError::at(
+                format!("`{name}` depends directly on the motor torques, so an observer cannot measure it"),
+                name,
+                "not for an observer",
+                "let the observer measure angles, speeds and torques of springs",
+            ));
         }
     })
 }

@@ -62,18 +62,25 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
-            return Err(SynthesisError::Unreached(outputs[k].name.clone()));
+            let name = &outputs[k].name;
+            let message = format!("no motor of the law acts on `{name}`");
+            return Err(SynthesisError::at(message, name, "not reached", "choose other motors or another output"));
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
     let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
-    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati("feedback"))?;
+    let solution = problem.solve().ok_or_else(|| {
+        SynthesisError::whole(
+            "the Riccati equation of the feedback has no stabilising solution in floating point",
+            "choose another sample time, a smaller bandwidth, larger acceptable errors, or a shorter `coasting_time`",
+        )
+    })?;
     let lift = quotient.projection.to_f64();
     let observed = observer(request, spec)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
     let force_input = pushed(request, external, spec)?;
     let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
-        .ok_or(SynthesisError::TooLarge)?;
+        .ok_or_else(SynthesisError::too_large)?;
     if values.word("governor") != Some("off") {
         let responses = unit_torque_responses(request, spec)?;
         data.governor = governor(&data, &problem, &responses);
@@ -88,7 +95,7 @@ fn pushed(request: &Request<'_>, shafts: &[usize], spec: &DesignSpec<'_>) -> Res
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
+        .ok_or_else(|| SynthesisError::sampled_overflow(clock.period))?;
     let own = discrete.flow.rows() - shafts.len();
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
