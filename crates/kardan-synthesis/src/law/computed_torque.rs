@@ -10,7 +10,7 @@ use crate::channels::{
 use crate::decoupling::{decouple, relative_degrees};
 use crate::error::list;
 use crate::linear_law::{Linear, LinearBlock};
-use crate::nonlinear_law::{Nonlinear, TaskSpec};
+use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
 use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
@@ -105,7 +105,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let (polynomials, task_specs) = channel_tasks(values, plant, &outputs)?;
+    let (polynomials, tasks) = channel_tasks(values, plant, &outputs)?;
     plant.check_inertia()?;
     let system = plant.system(&inputs, &outputs);
     let relative = relative_degrees(&system);
@@ -157,8 +157,13 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
     let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &references);
     let reference_places = (0..references.len()).collect();
+    let cuts = outputs.iter().filter_map(|output| match &output.measured {
+        Measured::ConstraintTorque(element, shaft) => Some((element.as_str(), shaft.as_str())),
+        _ => None,
+    });
+    let cuts: Vec<(&str, &str)> = cuts.collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), tasks, &cuts, reference_places, friction_width)?))
 }
 
 /// The motors do not act on the required acceleration or torque of an output of this relative degree.
@@ -172,13 +177,13 @@ fn no_direct_input(output: &str, inputs: &[String], degree: Option<usize>) -> Sy
     SynthesisError::at(message, output, "not reached directly", help)
 }
 
-/// For each channel the characteristic polynomial of its error and the specification of its block.
+/// For each channel the characteristic polynomial of its error and the task of its block.
 fn channel_tasks(
     values: &Values,
     plant: &Plant,
     outputs: &[OutputSignal],
-) -> Result<(Vec<Polynomial>, Vec<TaskSpec>), SynthesisError> {
-    let (mut polynomials, mut task_specs) = (Vec::new(), Vec::new());
+) -> Result<(Vec<Polynomial>, Vec<Task<f64>>), SynthesisError> {
+    let (mut polynomials, mut tasks, mut cut) = (Vec::new(), Vec::new(), 0);
     for (channel, output) in channels(values).zip(outputs) {
         check_dynamics(channel, &output.name)?;
         let degree = match &output.measured {
@@ -210,16 +215,19 @@ fn channel_tasks(
         let polynomial = compensation(channel)
             .polynomial(degree)
             .map_err(|error| SynthesisError::compensation(&output.name, &error))?;
-        task_specs.push(match &output.measured {
-            Measured::Angle(shaft) => TaskSpec::Task(Task::Position {
+        tasks.push(match &output.measured {
+            Measured::Angle(shaft) => Task::Position {
                 shaft: plant.reduced.coordinate(shaft).expect("an output names a shaft"),
                 position_loop: position_loop(&polynomial),
-            }),
-            measured => TaskSpec::ConstraintTorque(measured.clone()),
+            },
+            _ => {
+                cut += 1;
+                Task::ConstraintTorque { cut: cut - 1 }
+            }
         });
         polynomials.push(polynomial);
     }
-    Ok((polynomials, task_specs))
+    Ok((polynomials, tasks))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

@@ -8,7 +8,7 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
 use crate::error::list;
-use crate::nonlinear_law::{Nonlinear, TaskSpec};
+use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
 use kardan_results::signal_name::{Quantity, SignalName};
@@ -395,10 +395,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             "remove `load`, and add an observer",
         ));
     }
-    let task_specs = designed.task_specs();
+    let tasks = designed.tasks();
     let references_of_channels = designed.reference_places.iter().map(|(reference, _)| *reference).collect();
     let friction_width = request.values.number("friction_width");
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), tasks, &[], references_of_channels, friction_width)?))
 }
 
 /// M of `u = … − M d`: the compensation of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
@@ -425,14 +425,12 @@ fn disturbance_gain(
 
 impl Designed {
     /// The same as tasks of the full model.
-    fn task_specs(&self) -> Vec<TaskSpec> {
-        let spec_of = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
-            Channel::Position { position_loop, .. } => {
-                TaskSpec::Task(Task::Position { shaft, position_loop: *position_loop })
-            }
-            Channel::Torque { .. } => TaskSpec::Task(Task::Torque { shaft }),
+    fn tasks(&self) -> Vec<Task<f64>> {
+        let task = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+            Channel::Position { position_loop, .. } => Task::Position { shaft, position_loop: *position_loop },
+            Channel::Torque { .. } => Task::Torque { shaft },
         };
-        self.channels.iter().zip(&self.output_shafts).map(spec_of).collect()
+        self.channels.iter().zip(&self.output_shafts).map(task).collect()
     }
 
     /// The block in a precision.
