@@ -183,11 +183,7 @@ impl Observed {
 
     /// For each coordinate whether its position or its speed is measured.
     fn measured(&self, speed: bool) -> Vec<bool> {
-        let of = |reading: &Reading, shaft: usize| match reading {
-            Reading::Angle(s) => !speed && *s == shaft,
-            Reading::Speed(s) => speed && *s == shaft,
-            Reading::Twist(..) => false,
-        };
+        let of = |reading: &Reading, shaft: usize| reading.speed == speed && reading.shaft == Some(shaft);
         let any = |shaft: &usize| self.view.readings.iter().any(|reading| of(reading, *shaft));
         self.view.coordinates.iter().map(any).collect()
     }
@@ -229,11 +225,11 @@ impl Observed {
         // Measured coordinates pass to the law with their errors.
         let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
             let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
-            let place = |shaft: &usize| self.view.coordinates.iter().position(|coordinate| coordinate == shaft);
-            Matrix::from_fn(on_angles.rows(), self.view.readings.len(), |i, j| match &self.view.readings[j] {
-                Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
-                Reading::Speed(shaft) => place(shaft).map_or(0.0, |k| over_w[(i, k)]),
-                Reading::Twist(..) => 0.0,
+            let place = |shaft: usize| self.view.coordinates.iter().position(|coordinate| *coordinate == shaft);
+            Matrix::from_fn(on_angles.rows(), self.view.readings.len(), |i, j| {
+                let reading = &self.view.readings[j];
+                let over = if reading.speed { &over_w } else { &over_q };
+                reading.shaft.and_then(place).map_or(0.0, |k| over[(i, k)])
             })
         };
         let correct = columns_of(b, m..m + self.view.readings.len());
