@@ -49,6 +49,15 @@ pub(super) fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -
     window(matrix, 0..matrix.rows(), columns)
 }
 
+/// These columns at places among so many, and zeros elsewhere.
+pub(super) fn spread<S: Scalar>(columns: &Matrix<S>, places: &[usize], count: usize) -> Matrix<S> {
+    let mut out = Matrix::zeros(columns.rows(), count);
+    for (j, &place) in places.iter().enumerate() {
+        (0..columns.rows()).for_each(|i| out[(i, place)] = columns[(i, j)].clone());
+    }
+    out
+}
+
 /// Whether all entries are finite.
 pub(super) fn is_finite(matrix: &Matrix<f64>) -> bool {
     matrix.as_slice().iter().all(|x| x.is_finite())

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
 use super::error::list;
+use super::matrix_parts::spread;
 use super::sampled::ScheduleCache;
 use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan_expr::expr::Side;
@@ -266,11 +267,7 @@ impl Plant {
 
     /// Columns over the states as columns over `[q_r; q̇_r]`.
     pub(super) fn over_motions<S: Scalar>(&self, rows: &Matrix<S>) -> Matrix<S> {
-        let mut out = Matrix::zeros(rows.rows(), 2 * self.reduced.degrees_of_freedom());
-        for (j, place) in self.state_places().into_iter().enumerate() {
-            (0..rows.rows()).for_each(|i| out[(i, place)] = rows[(i, j)].clone());
-        }
-        out
+        spread(rows, &self.state_places(), 2 * self.reduced.degrees_of_freedom())
     }
 
     /// Positions (`rate` 0) or rates (1) of the coordinates, with their units.

@@ -8,6 +8,7 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
 use crate::error::list;
+use crate::matrix_parts::spread;
 use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
@@ -179,10 +180,8 @@ pub fn design_noninteracting(
         return Err(not_decouplable(&decoupling_matrix, &outputs, &inputs));
     };
     let on_states = acceleration_gain.multiply(&on_states).scale(&Rational::NEG_ONE);
-    let mut state_gain = Matrix::zeros(m, 2 * r);
-    for (j, place) in (0..r).chain(model.moving().into_iter().map(|k| r + k)).enumerate() {
-        (0..m).for_each(|i| state_gain[(i, place)] = on_states[(i, j)].clone());
-    }
+    let places: Vec<usize> = (0..r).chain(model.moving().into_iter().map(|k| r + k)).collect();
+    let state_gain = spread(&on_states, &places, 2 * r);
     let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
