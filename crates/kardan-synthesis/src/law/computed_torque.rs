@@ -9,11 +9,12 @@ use crate::channels::{
 };
 use crate::decoupling::{decouple, relative_degrees};
 use crate::error::list;
+use crate::exact::{decoupling_matrix, gain_matrices};
 use crate::linear_law::{Linear, LinearBlock};
 use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
-use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
+use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError};
 use kardan_analysis::OutputSignal;
 use kardan_math::num::{Polynomial, Scalar};
 use kardan_math::units::Dimension;
@@ -130,24 +131,16 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if let Some(width) = friction_width {
         notes.push(format!("Coulomb friction is fed forward, smoothed over {width} rad/s"));
     }
-    let mut gains = vec![
-        named(("K", "state gain K of u = -K x + L r", ""), &inputs, &states, &found.k),
-        named(("L", "reference gain L", ""), &inputs, &reference_names, &found.l),
-    ];
-    if !request.disturbances.is_empty() {
-        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
-        gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), &inputs, &shafts, &found.m));
-    }
-    let rows: Vec<String> =
-        names.iter().zip(&found.degrees).map(|(output, degree)| output.clone() + &"'".repeat(*degree)).collect();
+    let disturbed: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
+    let columns: [&[String]; 3] = [&states, &reference_names, &disturbed];
     let design = Design {
         controller: request.name.into(),
         law: COMPUTED_TORQUE.keyword.into(),
         design_model: if plant.is_constant() { String::new() } else { "full nonlinear model".into() },
+        gains: gain_matrices(&inputs, columns, [&found.k, &found.l, &found.m]),
         states,
+        decoupling_matrix: decoupling_matrix(&names, &inputs, &relative),
         relative_degrees: relative.degrees,
-        decoupling_matrix: named(("decoupling_matrix", "decoupling matrix G", ""), &rows, &inputs, &found.matrix),
-        gains,
         inputs,
         outputs: names,
         feedback: Some(Feedback::Static),

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
+use crate::exact::{decoupling_matrix, gain_matrices};
 use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons};
 use crate::linear_law::{Linear, LinearBlock};
 use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
-use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
+use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::{Design, Feedback};
@@ -245,32 +246,17 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let relative = relative_degrees(&quotient.system);
     let commanded = &found.system.inputs;
     let states = &found.system.states;
-    let mut gains = vec![
-        named(("K", "state gain K of u = -K x + L r", ""), commanded, states, &found.k),
-        named(("L", "reference gain L", ""), commanded, &task.reference_names(), &found.l),
-    ];
-    if !task.disturbed.is_empty() {
-        gains.push(named(
-            ("M", "disturbance gain M of u = -K x + L r - M d", ""),
-            commanded,
-            &task.disturbed,
-            &found.m,
-        ));
-    }
+    let references = task.reference_names();
+    let columns: [&[String]; 3] = [states, &references, &task.disturbed];
     let design = Design {
         controller: request.name.into(),
         law: DECOUPLING.keyword.into(),
         states: states.clone(),
         definitions: quotient.definitions.iter().filter(|one| one.state != one.expression).cloned().collect(),
         hidden: roots(&quotient.hidden),
-        decoupling_matrix: named(
-            ("decoupling_matrix", "decoupling matrix G", ""),
-            &derivatives(&task.names, &relative.degrees),
-            &task.inputs,
-            &relative.matrix,
-        ),
+        decoupling_matrix: decoupling_matrix(&task.names, &task.inputs, &relative),
         relative_degrees: relative.degrees,
-        gains,
+        gains: gain_matrices(commanded, columns, [&found.k, &found.l, &found.m]),
         inputs: task.inputs.clone(),
         outputs: task.names.clone(),
         feedback: Some(feedback),
@@ -284,11 +270,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     exact.law = Some(law);
     let limits: Vec<Option<f64>> = task.inputs.iter().map(|name| plant.torque_reserve(name)).collect();
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
-}
-
-/// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.
-fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
-    outputs.iter().zip(degrees).map(|(output, degree)| output.clone() + &"'".repeat(degree.unwrap_or(0))).collect()
 }
 
 /// The law before its gains are rounded, z = P x over the states of the plant.
