@@ -2,6 +2,7 @@
 
 use kardan_rt::Health;
 
+use super::matrix_parts::side_by_side;
 use super::{Block, LinearLaw, Observation, Reference};
 use kardan_math::num::{Matrix, StateArchive};
 use kardan_math::units::Dimension;
@@ -52,9 +53,6 @@ impl Block for BlendedBlock {
 
 /// The linear part with all its commands: to first order the share has no effect there.
 pub(super) fn with_share(law: LinearLaw) -> LinearLaw {
-    let wider = |columns: &Matrix<f64>| {
-        let last = columns.columns();
-        Matrix::from_fn(columns.rows(), last + 1, |i, j| if j < last { columns[(i, j)] } else { 0.0 })
-    };
+    let wider = |columns: &Matrix<f64>| side_by_side(&[columns, &Matrix::zeros(columns.rows(), 1)]);
     LinearLaw { references: wider(&law.references), on_references: wider(&law.on_references), ..law }
 }
