@@ -159,7 +159,7 @@ impl Task {
         }
         let all = joined([a, b], [c, d]);
         let [w, f] = &self.disturbance;
-        let rest = all.solve(&stacked(w, f))?.to_f64();
+        let rest = all.solve(&stacked(&[w, f]))?.to_f64();
         let (x, u) = (window(&rest, 0..n, 0..w.columns()), window(&rest, n..n + m, 0..w.columns()));
         Some(u.plus(&k.multiply(&x)))
     }

@@ -140,7 +140,7 @@ impl Observable<'_> {
     ) -> Result<Gains, SynthesisError> {
         let [on_states, on_outputs] = &self.disturbance;
         let integrators = system.states.len() - on_states.rows();
-        let on_states = stacked(on_states, &Matrix::zeros(integrators, on_states.columns()));
+        let on_states = stacked(&[on_states, &Matrix::zeros(integrators, on_states.columns())]);
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
         let found = found.map_err(|error| self.not_static(&error))?;
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })

@@ -189,7 +189,7 @@ fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSyste
         outputs: outputs.clone(),
         e: Matrix::identity(n + own),
         a: joined([&loop_a, &drive], [&Matrix::zeros(own, n), &plan.a]),
-        b: stacked(&drive_b, &plan.b),
+        b: stacked(&[&drive_b, &plan.b]),
         c: side_by_side(&[&loop_c, &through]),
         d: d.multiply(&on_references),
         degrees_of_freedom: None,

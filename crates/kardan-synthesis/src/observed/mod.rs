@@ -235,17 +235,17 @@ impl Observed {
         let correct = columns_of(b, m..m + self.view.readings.len());
         LinearLaw {
             states: joined([a, &Matrix::zeros(n, k)], [&rate_states, &law.states]),
-            angles: stacked(&correct.multiply(&self.rows[0]), &angles),
-            speeds: stacked(&correct.multiply(&self.rows[1]), &speeds),
+            angles: stacked(&[&correct.multiply(&self.rows[0]), &angles]),
+            speeds: stacked(&[&correct.multiply(&self.rows[1]), &speeds]),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: stacked(&columns_of(b, 0..m), &law.torques),
+            torques: stacked(&[&columns_of(b, 0..m), &law.torques]),
             on_states: side_by_side(&[&command_states, &law.on_states]),
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(m, 0),
-            references: stacked(&Matrix::zeros(n, law.references.columns()), &law.references),
+            references: stacked(&[&Matrix::zeros(n, law.references.columns()), &law.references]),
             on_references: law.on_references.clone(),
-            errors: stacked(&correct, &through(&law.angles, &law.speeds)),
+            errors: stacked(&[&correct, &through(&law.angles, &law.speeds)]),
             on_errors: through(&law.on_angles, &law.on_speeds),
             flowing: law.flowing,
         }

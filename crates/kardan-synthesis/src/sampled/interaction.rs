@@ -156,15 +156,13 @@ impl Problem {
     fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
         let (plant, input) = plant_flow(&self.a, &self.b, &self.w, &self.lags);
         let [models, on_references] = self.model_flow();
-        // References stay as they are.
         let (own, behind, references) = (plant.rows(), models.rows(), on_references.columns());
         let rest = behind + references;
-        let moving = stacked(
-            &side_by_side(&[&plant, &Matrix::zeros(own, rest)]),
-            &side_by_side(&[&Matrix::zeros(behind, own), &models, &on_references]),
-        );
-        let still = Matrix::zeros(references, own + rest);
-        (stacked(&moving, &still), stacked(&input, &Matrix::zeros(rest, input.columns())))
+        let moving = side_by_side(&[&plant, &Matrix::zeros(own, rest)]);
+        let following = side_by_side(&[&Matrix::zeros(behind, own), &models, &on_references]);
+        // References stay as they are.
+        let flow = stacked(&[&moving, &following, &Matrix::zeros(references, own + rest)]);
+        (flow, stacked(&[&input, &Matrix::zeros(rest, input.columns())]))
     }
 
     /// `Σ (error/acceptable)²` over `[s; u in force]`.

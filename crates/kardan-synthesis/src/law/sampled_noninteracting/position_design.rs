@@ -128,17 +128,17 @@ fn assemble(
         &solution.on_reference,
     ];
     Some(RegulatorData {
-        prediction: stacked(&columns_of(&observed.prediction, 0..n), &moved),
-        input: stacked(&columns_of(&observed.prediction, n..n + m), &commanded),
+        prediction: stacked(&[&columns_of(&observed.prediction, 0..n), &moved]),
+        input: stacked(&[&columns_of(&observed.prediction, n..n + m), &commanded]),
         output: side_by_side(&[&observed.output, &Matrix::zeros(p, past)]),
-        correction: stacked(&observed.correction, &Matrix::zeros(past, p)),
+        correction: stacked(&[&observed.correction, &Matrix::zeros(past, p)]),
         model,
         model_input,
         feedback: side_by_side(&feedback),
         bounds: bounds.to_vec(),
         governor: None,
         on_forces: columns_of(&solution.on_disturbance, disturbances..disturbances + forces),
-        force_input: stacked(pushed, &Matrix::zeros(n - pushed.rows(), forces)),
+        force_input: stacked(&[pushed, &Matrix::zeros(n - pushed.rows(), forces)]),
     })
 }
 
