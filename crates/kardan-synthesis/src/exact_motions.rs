@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::matrix_parts::{columns_of, side_by_side, spread, window};
+use super::matrix_parts::{columns_of, side_by_side, spread, stacked, window};
 use super::sampled::{FirstOrderPlant, Places};
 use super::{Law, LinearLaw, LoopPlant, SampledPart};
 use kardan_analysis::{Plane, stability_of};
@@ -109,15 +109,14 @@ pub fn exact_motions_of(plant: &LoopPlant, parts: &[SampledPart], laws: &[Arc<dy
     let motions = if exact_rank(&matrix) == n { Matrix::zeros(n, 0) } else { sent_to_zero(&matrix) };
     // What a law reads and commands, and its states, must not change along the motion: S Fᵏ z = 0, k ≥ 1.
     let signals = places.signals(&matrix);
-    let mut rows = Vec::new();
     let mut moved = motions.clone();
+    let mut changes = Vec::new();
     for _ in 0..motions.columns() {
         moved = matrix.multiply(&moved);
-        let output_rows = signals.multiply(&moved);
-        (0..output_rows.rows()).for_each(|i| rows.push(output_rows.row(i).to_vec()));
+        changes.push(signals.multiply(&moved));
     }
-    let output_rows = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
-    let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&output_rows) };
+    let changes = stacked(&changes.iter().collect::<Vec<_>>());
+    let sampled = motions.columns() - if changes.rows() == 0 { 0 } else { exact_rank(&changes) };
     let free = commands.multiply(&motions).as_slice().iter().all(Scalar::is_zero);
     Some(ExactMotions { matrix, motions, sampled, before_rounding, designed, free })
 }
