@@ -1,6 +1,6 @@
 //! Exact poles and their polynomial.
 
-use kardan_math::num::{Polynomial, Rational, Scalar, rational_to_f64};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, rational_to_f64};
 use kardan_results::Pole;
 
 /// An exact pole (real part, imaginary part), 1/s.
@@ -23,6 +23,13 @@ pub(crate) fn product(poles: &[ExactPole]) -> Result<Polynomial, ExactPole> {
         out = out.times(&Polynomial::new(vec![size, Rational::from(-2).times(&re), Rational::ONE]));
     }
     Ok(out)
+}
+
+/// `p(A) v`.
+pub(crate) fn at_matrix(p: &Polynomial, a: &Matrix<Rational>, v: &Matrix<Rational>) -> Matrix<Rational> {
+    let mut coefficients = p.coefficients().iter().rev();
+    let first = coefficients.next().cloned().unwrap_or(Rational::ZERO);
+    coefficients.fold(v.scale(&first), |sum, c| a.multiply(&sum).plus(&v.scale(c)))
 }
 
 /// Rounded.
