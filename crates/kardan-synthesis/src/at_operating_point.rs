@@ -2,11 +2,8 @@
 
 use std::sync::Arc;
 
-use kardan_rt::Health;
-
 use super::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Observation, Plant, Reference, SynthesisError};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::StateArchive;
 use kardan_results::signal_name::{SignalName, carrier};
 use kardan_results::{DataNumber, Design};
 use kardan_schema::schema::Values;
@@ -128,13 +125,7 @@ impl Block for DeviationBlock {
         self.block.states(Observation { angles, speeds, readings, references, ..observation }, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 impl Law for AtOperatingPoint {

@@ -1,10 +1,8 @@
 //! The commands of a sampled law times a blending signal.
 
-use kardan_rt::Health;
-
 use super::matrix_parts::side_by_side;
 use super::{Block, LinearLaw, Observation, Reference};
-use kardan_math::num::{Matrix, StateArchive};
+use kardan_math::num::Matrix;
 use kardan_math::units::Dimension;
 use kardan_results::Physical;
 use kardan_schema::schema::Values;
@@ -42,13 +40,7 @@ impl Block for BlendedBlock {
         self.block.states(split_share(observation).0, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 /// The linear part with all its commands: to first order the share has no effect there.

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use kardan_rt::Health;
-
 use super::matrix_parts::spread;
 use super::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Observation, Reference};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{Matrix, StateArchive};
+use kardan_math::num::Matrix;
 use kardan_mechanics::reduce::Reduced;
 use kardan_results::Design;
 
@@ -93,13 +91,7 @@ impl Block for SubmodelBlock {
         self.block.states(Observation { angles: &self.angles, speeds: &self.speeds, ..observation }, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 impl Law for SubmodelLaw {
