@@ -2,11 +2,8 @@
 
 use std::sync::Arc;
 
-use kardan_rt::Health;
-
 use super::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Observation, Plant, Reference, SynthesisError};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::StateArchive;
 use kardan_results::signal_name::{SignalName, carrier};
 use kardan_results::{DataNumber, Design};
 use kardan_schema::schema::Values;
@@ -75,10 +72,10 @@ pub(super) fn at_operating_point(
             return Ok(0.0);
         }
         let measured = plant.output(output)?.measured;
-        plant.at_rest(&measured).ok_or_else(|| SynthesisError::NotAtRest(output.into()))
+        plant.at_rest(&measured).ok_or_else(|| SynthesisError::not_at_rest(output))
     };
     let read = |sensor: &OutputSignal| {
-        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::NotAtRest(sensor.name.clone()))
+        plant.at_rest(&sensor.measured).ok_or_else(|| SynthesisError::not_at_rest(&sensor.name))
     };
     let rest = Rest {
         angles: plant.angles_at_rest(),
@@ -128,13 +125,7 @@ impl Block for DeviationBlock {
         self.block.states(Observation { angles, speeds, readings, references, ..observation }, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 impl Law for AtOperatingPoint {

@@ -1,15 +1,10 @@
-//! A sampled law whose commands a blending signal scales.
+//! The commands of a sampled law times a blending signal.
 
-use std::sync::Arc;
-
-use kardan_rt::Health;
-
-use super::{Block, Clock, ExactLoop, Frozen, Kinks, Law, LinearLaw, Observation, Reference};
-use kardan_analysis::OutputSignal;
-use kardan_expr::expr::Side;
-use kardan_math::num::{Matrix, StateArchive};
+use super::matrix_parts::side_by_side;
+use super::{Block, LinearLaw, Observation, Reference};
+use kardan_math::num::Matrix;
 use kardan_math::units::Dimension;
-use kardan_results::{Design, Physical};
+use kardan_results::Physical;
 use kardan_schema::schema::Values;
 
 /// The signal that multiplies the commands of a controller, if there is one.
@@ -18,22 +13,9 @@ pub fn blending_signal(values: &Values) -> Option<Reference> {
     Reference::of(values, "blending_signal", physical, "share of the controller's commands that is applied".into())
 }
 
-/// A law whose commands the last of its references multiplies.
-struct BlendedLaw {
-    law: Arc<dyn Law>,
-    references: Vec<Reference>,
-}
-
-/// The law with its commands times what `blending_signal` of its keys names; the law itself where that is left out.
-pub fn blending(law: Arc<dyn Law>, values: &Values) -> Arc<dyn Law> {
-    let Some(blending_signal) = blending_signal(values) else { return law };
-    let references = law.references().iter().cloned().chain([blending_signal]).collect();
-    Arc::new(BlendedLaw { law, references })
-}
-
 /// A block whose commands the last reference multiplies; it knows the scaled commands of its inputs.
-struct BlendedBlock {
-    block: Box<dyn Block>,
+pub(super) struct BlendedBlock {
+    pub block: Box<dyn Block>,
 }
 
 /// The observation of a block without a blending signal, and the share of its commands: from 0 to 1, and 0 where that is not a number.
@@ -58,70 +40,11 @@ impl Block for BlendedBlock {
         self.block.states(split_share(observation).0, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 /// The linear part with all its commands: to first order the share has no effect there.
-fn with_share(law: LinearLaw) -> LinearLaw {
-    let wider = |columns: &Matrix<f64>| {
-        let last = columns.columns();
-        Matrix::from_fn(columns.rows(), last + 1, |i, j| if j < last { columns[(i, j)] } else { 0.0 })
-    };
+pub(super) fn with_share(law: LinearLaw) -> LinearLaw {
+    let wider = |columns: &Matrix<f64>| side_by_side(&[columns, &Matrix::zeros(columns.rows(), 1)]);
     LinearLaw { references: wider(&law.references), on_references: wider(&law.on_references), ..law }
-}
-
-impl Law for BlendedLaw {
-    forward! {
-        law;
-        fn kinks(&self) -> Kinks;
-        fn inputs(&self) -> &[String];
-        fn states(&self) -> Vec<String>;
-        fn estimates(&self) -> Vec<(String, usize)>;
-        fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]);
-        fn on_full_model(&self) -> bool;
-        fn friction_width(&self) -> Option<f64>;
-        fn sensors(&self) -> &[OutputSignal];
-        fn clock(&self) -> Option<Clock>;
-        fn exact(&self) -> Option<ExactLoop>;
-        fn keeps(&self) -> Frozen;
-        fn describe(&self) -> Design;
-    }
-
-    fn on_side(&self, side: &Side) -> Option<Arc<dyn Law>> {
-        Some(Arc::new(Self { law: self.law.on_side(side)?, references: self.references.clone() }))
-    }
-
-    fn references(&self) -> &[Reference] {
-        &self.references
-    }
-
-    fn references_at_rest(&self) -> Vec<f64> {
-        self.law.references_at_rest().into_iter().chain([1.0]).collect()
-    }
-
-    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
-        Some(Box::new(BlendedBlock { block: self.law.block(clock)? }))
-    }
-
-    fn linear(&self) -> LinearLaw {
-        with_share(self.law.linear())
-    }
-
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        Some(with_share(self.law.linear_sampled(clock)?))
-    }
-
-    fn is_nonlinear(&self) -> bool {
-        true
-    }
-
-    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
-        Some(with_share(self.law.linear_at(position, clock)?))
-    }
 }

@@ -54,7 +54,12 @@ pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), Synth
     let present: Vec<&'static str> =
         second.into_iter().chain(["crossover_frequency", "poles"].into_iter().filter(|key| channel.has(key))).collect();
     match present[..] {
-        [first, other, ..] => Err(SynthesisError::Contradiction { output: output.into(), keys: [first, other] }),
+        [first, other, ..] => Err(SynthesisError::at(
+            format!("the channel of `{output}` has both `{first}` and `{other}`"),
+            output,
+            "conflicting keys",
+            format!("keep one of `{first}` and `{other}`"),
+        )),
         _ => Ok(()),
     }
 }
@@ -86,7 +91,7 @@ pub(super) fn once<'a>(names: impl Iterator<Item = &'a str>, what: &'static str)
     let mut used = BTreeSet::new();
     for name in names {
         if !used.insert(name) {
-            return Err(SynthesisError::Duplicate { name: name.into(), what });
+            return Err(SynthesisError::duplicate(name, what));
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::decoupling::columns;
 use super::{Law, Plant, linear_combination};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
@@ -82,9 +83,7 @@ impl ReducedStates {
 
     /// The system over the remaining states. E is the identity.
     pub fn system(&self, system: &LinearSystem) -> LinearSystem {
-        let on_retained = |m: &Matrix<Rational>| {
-            Matrix::from_fn(m.rows(), self.retained.len(), |i, j| m[(i, self.retained[j])].clone())
-        };
+        let on_retained = |m: &Matrix<Rational>| columns(m, &self.retained);
         let names = (0..self.retained.len()).map(|i| linear_combination(&system.states, self.projection.row(i)));
         LinearSystem {
             states: names.collect(),

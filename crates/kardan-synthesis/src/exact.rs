@@ -1,6 +1,7 @@
 //! A designed linear loop over the rationals.
 
 use super::Reference;
+use super::decoupling::{RelativeDegrees, closed};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::ExactMatrix;
@@ -60,25 +61,36 @@ impl ExactLoop {
         [k, l]: [&Matrix<Rational>; 2],
         references: &[Reference],
     ) -> Self {
-        let feedback = k.scale(&Rational::NEG_ONE);
-        let LinearSystem { a, b, c, d, .. } = &system;
-        let closed = LinearSystem {
-            states: system.states.clone(),
-            inputs: references.iter().map(|r| r.name.clone()).collect(),
-            outputs: system.outputs.clone(),
-            e: Matrix::identity(a.rows()),
-            a: a.plus(&b.multiply(&feedback)),
-            b: b.multiply(l),
-            c: c.plus(&d.multiply(&feedback)),
-            d: d.multiply(l),
-            degrees_of_freedom: None,
-        };
+        let closed = closed(&system, k, l, references.iter().map(|r| r.name.clone()).collect());
         let (units, channels) =
             (references.iter().map(|r| r.physical.unit().to_string()).collect(), (0..references.len()).collect());
         // With integrators, or of a part of the state, the caller knows it.
-        let law = (plant.states == system.states).then(|| ExactLaw::gain(feedback));
+        let law = (plant.states == system.states).then(|| ExactLaw::gain(k.scale(&Rational::NEG_ONE)));
         Self { plant, system, closed, units, channels, behind: None, inverts: true, law }
     }
+}
+
+/// The gains of `u = −K x + L r − M d` for reports, M where there are disturbances; columns: states, references, disturbances.
+pub(super) fn gain_matrices(
+    inputs: &[String],
+    [states, references, disturbed]: [&[String]; 3],
+    [k, l, m]: [&Matrix<Rational>; 3],
+) -> Vec<ExactMatrix> {
+    let mut out = vec![
+        named(("K", "state gain K of u = -K x + L r", ""), inputs, states, k),
+        named(("L", "reference gain L", ""), inputs, references, l),
+    ];
+    if !disturbed.is_empty() {
+        out.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), inputs, disturbed, m));
+    }
+    out
+}
+
+/// The decoupling matrix for reports: rows such as `rk.phi''` for an output of relative degree 2.
+pub(super) fn decoupling_matrix(outputs: &[String], inputs: &[String], found: &RelativeDegrees) -> ExactMatrix {
+    let derivative = |(output, degree): (&String, &Option<usize>)| output.clone() + &"'".repeat(degree.unwrap_or(0));
+    let rows: Vec<String> = outputs.iter().zip(&found.degrees).map(derivative).collect();
+    named(("decoupling_matrix", "decoupling matrix G", ""), &rows, inputs, &found.matrix)
 }
 
 /// An exact matrix with names, for reports.

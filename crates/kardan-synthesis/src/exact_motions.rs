@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::matrix_parts::{side_by_side, window};
+use super::matrix_parts::{columns_of, side_by_side, spread, stacked, window};
 use super::sampled::{FirstOrderPlant, Places};
 use super::{Law, LinearLaw, LoopPlant, SampledPart};
 use kardan_analysis::{Plane, stability_of};
@@ -109,15 +109,14 @@ pub fn exact_motions_of(plant: &LoopPlant, parts: &[SampledPart], laws: &[Arc<dy
     let motions = if exact_rank(&matrix) == n { Matrix::zeros(n, 0) } else { sent_to_zero(&matrix) };
     // What a law reads and commands, and its states, must not change along the motion: S Fᵏ z = 0, k ≥ 1.
     let signals = places.signals(&matrix);
-    let mut rows = Vec::new();
     let mut moved = motions.clone();
+    let mut changes = Vec::new();
     for _ in 0..motions.columns() {
         moved = matrix.multiply(&moved);
-        let output_rows = signals.multiply(&moved);
-        (0..output_rows.rows()).for_each(|i| rows.push(output_rows.row(i).to_vec()));
+        changes.push(signals.multiply(&moved));
     }
-    let output_rows = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
-    let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&output_rows) };
+    let changes = stacked(&changes.iter().collect::<Vec<_>>());
+    let sampled = motions.columns() - if changes.rows() == 0 { 0 } else { exact_rank(&changes) };
     let free = commands.multiply(&motions).as_slice().iter().all(Scalar::is_zero);
     Some(ExactMotions { matrix, motions, sampled, before_rounding, designed, free })
 }
@@ -134,26 +133,21 @@ fn designed(law: &dyn Law, plant: &LoopPlant) -> Option<LinearLaw<Rational>> {
     let is_unit = |shaft: usize, k: usize| (0..count).all(|j| plant.basis[(shaft, j)] == f64::from(u8::from(j == k)));
     let shaft = |k: usize| (0..shafts).find(|shaft| is_unit(*shaft, k));
     let places: Vec<usize> = (0..count).map(shaft).collect::<Option<_>>()?;
-    let over = |of: &Matrix<Rational>, first: usize, coordinates: &[usize]| {
-        let mut out = Matrix::zeros(of.rows(), shafts);
-        for (j, k) in coordinates.iter().enumerate() {
-            (0..of.rows()).for_each(|i| out[(i, places[*k])] = of[(i, first + j)].clone());
-        }
-        out
-    };
-    let all: Vec<usize> = (0..count).collect();
+    let moving: Vec<usize> = moving.iter().map(|k| places[*k]).collect();
+    let on_angles = |of: &Matrix<Rational>| spread(&columns_of(of, 0..count), &places, shafts);
+    let on_speeds = |of: &Matrix<Rational>| spread(&columns_of(of, count..of.columns()), &moving, shafts);
     let states = exact.a.rows();
     let commands = exact.d.rows();
     Some(LinearLaw {
-        angles: over(&exact.b, 0, &all),
-        speeds: over(&exact.b, count, moving),
+        angles: on_angles(&exact.b),
+        speeds: on_speeds(&exact.b),
         disturbances: Matrix::zeros(states, 0),
         torques: Matrix::zeros(states, commands),
         on_states: exact.c,
         references: Matrix::zeros(states, 0),
         errors: Matrix::zeros(states, 0),
         states: exact.a,
-        ..LinearLaw::gains(over(&exact.d, 0, &all), over(&exact.d, count, moving), Matrix::zeros(commands, 0))
+        ..LinearLaw::gains(on_angles(&exact.d), on_speeds(&exact.d), Matrix::zeros(commands, 0))
     })
 }
 

@@ -30,6 +30,7 @@ mod designed;
 mod error;
 mod exact;
 mod exact_motions;
+mod exact_poles;
 pub mod inversion;
 mod kind;
 mod law;

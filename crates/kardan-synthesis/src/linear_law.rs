@@ -3,7 +3,7 @@
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
-use super::matrix_parts::{columns_of, is_finite, side_by_side};
+use super::matrix_parts::{columns_of, is_finite, side_by_side, spread};
 use super::sampled::entries;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single};
 use kardan_math::num::{Float, Matrix, discretise, eigenvalues};
@@ -298,15 +298,8 @@ impl Law for Linear {
 
     fn linear(&self) -> LinearLaw {
         let (r, n) = (self.coordinates.len(), self.shafts);
-        let spread = |matrix: &Matrix<f64>, first: usize| {
-            let mut out = Matrix::zeros(matrix.rows(), n);
-            for i in 0..matrix.rows() {
-                for (k, &shaft) in self.coordinates.iter().enumerate() {
-                    out[(i, shaft)] = matrix[(i, first + k)];
-                }
-            }
-            out
-        };
+        let over_shafts =
+            |matrix: &Matrix<f64>, first: usize| spread(&columns_of(matrix, first..first + r), &self.coordinates, n);
         let last = |matrix: &Matrix<f64>| {
             let end = matrix.columns() - self.excess;
             columns_of(matrix, end - self.disturbances..end)
@@ -315,13 +308,13 @@ impl Law for Linear {
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),
-            angles: spread(b, 0),
-            speeds: spread(b, r),
+            angles: over_shafts(b, 0),
+            speeds: over_shafts(b, r),
             disturbances: last(b),
             torques: Matrix::zeros(a.rows(), self.design.inputs.len()),
             on_states: c.clone(),
-            on_angles: spread(d, 0),
-            on_speeds: spread(d, r),
+            on_angles: over_shafts(d, 0),
+            on_speeds: over_shafts(d, r),
             on_disturbances: last(d),
             references: on_references(b),
             on_references: on_references(d),

@@ -21,17 +21,16 @@ pub(super) fn side_by_side<S: Scalar>(parts: &[&Matrix<S>]) -> Matrix<S> {
     out
 }
 
-/// Vertical concatenation of two matrices with the same number of columns.
-pub(super) fn stacked<S: Scalar>(upper: &Matrix<S>, lower: &Matrix<S>) -> Matrix<S> {
-    let n = upper.rows();
-    Matrix::from_fn(n + lower.rows(), lower.columns(), |i, j| {
-        if i < n { upper[(i, j)].clone() } else { lower[(i - n, j)].clone() }
-    })
+/// Vertical concatenation of matrices with the same number of columns.
+pub(super) fn stacked<S: Scalar>(parts: &[&Matrix<S>]) -> Matrix<S> {
+    let columns = parts.first().map_or(0, |part| part.columns());
+    let rows: Vec<&[S]> = parts.iter().flat_map(|part| (0..part.rows()).map(move |i| part.row(i))).collect();
+    Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j].clone())
 }
 
 /// `[a b; c d]`.
 pub(super) fn joined<S: Scalar>([a, b]: [&Matrix<S>; 2], [c, d]: [&Matrix<S>; 2]) -> Matrix<S> {
-    stacked(&side_by_side(&[a, b]), &side_by_side(&[c, d]))
+    stacked(&[&side_by_side(&[a, b]), &side_by_side(&[c, d])])
 }
 
 /// Some rows and columns.
@@ -47,6 +46,15 @@ pub(super) fn window<S: Scalar>(matrix: &Matrix<S>, rows: Range<usize>, columns:
 /// Columns that follow each other.
 pub(super) fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -> Matrix<S> {
     window(matrix, 0..matrix.rows(), columns)
+}
+
+/// These columns at places among so many, and zeros elsewhere.
+pub(super) fn spread<S: Scalar>(columns: &Matrix<S>, places: &[usize], count: usize) -> Matrix<S> {
+    let mut out = Matrix::zeros(columns.rows(), count);
+    for (j, &place) in places.iter().enumerate() {
+        (0..columns.rows()).for_each(|i| out[(i, place)] = columns[(i, j)].clone());
+    }
+    out
 }
 
 /// Whether all entries are finite.

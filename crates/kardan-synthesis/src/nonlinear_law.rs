@@ -7,7 +7,6 @@ use kardan_rt::{ComputedTorque, Situation, Task};
 use super::sampled::position_loop_in;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, SynthesisError, is_single};
 use kardan_math::num::Float;
-use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::MechanismData;
 use kardan_results::signal_name::Quantity;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
@@ -112,52 +111,27 @@ impl<T: Float> Block for ComputedTorqueBlock<T> {
     }
 }
 
-/// The controlled quantity of a channel of a nonlinear law, before the model is tabulated.
-pub(super) enum TaskSpec {
-    Task(Task<f64>),
-    /// The constraint torque that a sensor would measure.
-    ConstraintTorque(Measured),
-}
-
 impl Nonlinear {
-    /// Tabulates the model of a request. `reference_places`: the reference of each task among those of the linear law.
+    /// Tabulates the model of a request. `cuts`: the element and the shaft of each controlled constraint torque; `reference_places`: the
+    /// reference of each task among those of the linear law.
     ///
     /// # Errors
     /// If a transmission has no runtime block, or a coordinate no inertia.
     pub fn new(
         request: &Request<'_>,
         at_design_point: Arc<dyn Law>,
-        task_specs: Vec<TaskSpec>,
+        tasks: Vec<Task<f64>>,
+        cuts: &[(&str, &str)],
         reference_places: Vec<usize>,
         friction_width: Option<f64>,
     ) -> Result<Self, SynthesisError> {
         request.plant.check_inertia()?;
         let reduced = &request.plant.reduced;
-        let cuts: Vec<(&str, &str)> = task_specs
-            .iter()
-            .filter_map(|spec| match spec {
-                TaskSpec::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
-                    Some((element.as_str(), shaft.as_str()))
-                }
-                _ => None,
-            })
-            .collect();
-        let data =
-            MechanismData::with_cuts(reduced, &cuts).map_err(|error| SynthesisError::NoBlock(error.to_string()))?;
-        let mut cut = 0;
-        let tasks: Vec<Task<f64>> = task_specs
-            .into_iter()
-            .map(|spec| match spec {
-                TaskSpec::Task(task) => task,
-                TaskSpec::ConstraintTorque(_) => {
-                    cut += 1;
-                    Task::ConstraintTorque { cut: cut - 1 }
-                }
-            })
-            .collect();
-        let number = |name: &String| {
-            reduced.equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
-        };
+        let data = MechanismData::with_cuts(reduced, cuts).map_err(|error| {
+            let message = format!("the law cannot run on the nonlinear model: {error}");
+            SynthesisError::of(message, &[], "this law", "design on the linear model: `plant = \"linear\"`")
+        })?;
+        let number = |name: &String| request.plant.input(name).expect("a law commands inputs");
         let inputs: Vec<usize> = at_design_point.inputs().iter().map(number).collect();
         let felt = |shaft: &usize| tasks.iter().any(|task| matches!(task, Task::Torque { shaft: s } if s == shaft));
         let r = reduced.coordinates.len();

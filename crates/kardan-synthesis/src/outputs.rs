@@ -159,7 +159,7 @@ impl Task {
         }
         let all = joined([a, b], [c, d]);
         let [w, f] = &self.disturbance;
-        let rest = all.solve(&stacked(w, f))?.to_f64();
+        let rest = all.solve(&stacked(&[w, f]))?.to_f64();
         let (x, u) = (window(&rest, 0..n, 0..w.columns()), window(&rest, n..n + m, 0..w.columns()));
         Some(u.plus(&k.multiply(&x)))
     }
@@ -178,7 +178,10 @@ pub(super) fn decaying_poles(values: &Values) -> Result<Vec<Pole>, SynthesisErro
     let poles = values.poles("poles").unwrap_or_default().iter();
     let poles: Vec<Pole> = poles.map(|(re, im)| Pole::new(number(re), number(im))).collect();
     match poles.iter().find(|pole| pole.re >= 0.0) {
-        Some(pole) => Err(SynthesisError::UnstablePole(pole.re)),
+        Some(pole) => {
+            let message = format!("a pole with the real part {} does not decay", pole.re);
+            Err(SynthesisError::whole(message, "choose poles with a negative real part"))
+        }
         None => Ok(poles),
     }
 }

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
+use super::error::list;
+use super::matrix_parts::spread;
 use super::sampled::ScheduleCache;
 use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan_expr::expr::Side;
@@ -233,7 +235,12 @@ impl Plant {
     pub(super) fn check_accelerates(&self, shaft: usize, output: &str) -> Result<(), SynthesisError> {
         match self.linear.accelerates(shaft) {
             true => Ok(()),
-            false => Err(SynthesisError::NoAcceleration(output.into())),
+            false => Err(SynthesisError::at(
+                format!("`{output}` moves without inertia, so it has no acceleration that a motor acts on"),
+                output,
+                "it has no acceleration",
+                "take `lqr`, `pole_placement` or `decoupling`, or give it an inertia",
+            )),
         }
     }
 
@@ -242,7 +249,14 @@ impl Plant {
         let moving = self.linear.moving();
         let names = self.linear.coordinates.iter().enumerate().filter(|(k, _)| !moving.contains(k));
         let coordinates: Vec<String> = names.map(|(_, name)| name.clone()).collect();
-        if coordinates.is_empty() { Ok(()) } else { Err(SynthesisError::NoInertia(coordinates)) }
+        if coordinates.is_empty() {
+            return Ok(());
+        }
+        let names = list(&coordinates);
+        let message =
+            format!("the block of the full nonlinear model uses accelerations only, and there are none for {names}");
+        let help = "design on the linear model: `plant = \"linear\"`, or give them an inertia";
+        Err(SynthesisError::of(message, &coordinates, "no inertia", help))
     }
 
     /// Names of the states.
@@ -253,11 +267,7 @@ impl Plant {
 
     /// Columns over the states as columns over `[q_r; q̇_r]`.
     pub(super) fn over_motions<S: Scalar>(&self, rows: &Matrix<S>) -> Matrix<S> {
-        let mut out = Matrix::zeros(rows.rows(), 2 * self.reduced.degrees_of_freedom());
-        for (j, place) in self.state_places().into_iter().enumerate() {
-            (0..rows.rows()).for_each(|i| out[(i, place)] = rows[(i, j)].clone());
-        }
-        out
+        spread(rows, &self.state_places(), 2 * self.reduced.degrees_of_freedom())
     }
 
     /// Positions (`rate` 0) or rates (1) of the coordinates, with their units.
@@ -337,7 +347,8 @@ impl Plant {
         if name == full || matches!(quantity, Quantity::Torque | Quantity::Force) && signal.word.is_none() {
             return Ok(OutputSignal { name: full, measured });
         }
-        Err(SynthesisError::SensorKind { signal: name.into(), full })
+        let message = format!("`{name}` measures no torque; write `{full}`");
+        Err(SynthesisError::at(message, name, "which reading?", format!("write `{full}`")))
     }
 
     /// How torques on shafts act: `ẋ = … + W τ`, `y = … + F τ`, with W states × shafts and F outputs × shafts.
@@ -377,11 +388,11 @@ pub(super) fn angle_output(signal: &str) -> OutputSignal {
 
 /// The shaft number behind a signal `<shaft>.phi`.
 pub(super) fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError> {
-    SignalName::new(signal).angle_of().and_then(|name| shafts.iter().position(|shaft| shaft == name)).ok_or_else(|| {
-        SynthesisError::NotAnAngle {
-            signal: signal.to_string(),
-            example: Quantity::Angle.of(shafts.first().map_or("shaft", String::as_str)),
-        }
+    let found = SignalName::new(signal).angle_of().and_then(|name| shafts.iter().position(|shaft| shaft == name));
+    found.ok_or_else(|| {
+        let example = Quantity::Angle.of(shafts.first().map_or("shaft", String::as_str));
+        let message = format!("`{signal}` is not the angle of a shaft; a law controls an output such as `{example}`");
+        SynthesisError::at(message, signal, "not an angle", format!("name the angle of a shaft, such as `{example}`"))
     })
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::linear_law::{Linear, LinearBlock};
 use super::outputs::{Task, exact};
-use super::regulator::steady_state;
+use super::regulator::{SteadyStateError, steady_state};
 use super::{ExactLoop, Law, Request, SynthesisError, rounded};
 use kardan_math::num::Matrix;
 use kardan_results::{Design, ExactMatrix};
@@ -26,7 +26,10 @@ pub(super) fn state_feedback(
     let l = if task.outputs.is_empty() {
         Matrix::zeros(inputs.len(), 0)
     } else {
-        let unheld = |error| SynthesisError::SteadyState { outputs: task.names.clone(), error };
+        let unheld = |error: SteadyStateError| {
+            let help = "choose as many outputs as motors, and outputs that the motors can hold constant";
+            SynthesisError::of(error.to_string(), &task.names, "cannot be held constant", help)
+        };
         steady_state(&task.system).map_err(unheld)?.reference_gain(k)
     };
     let m = task.cancelling(k).unwrap_or_else(|| {

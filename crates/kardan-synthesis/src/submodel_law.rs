@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use kardan_rt::Health;
-
+use super::matrix_parts::spread;
 use super::{Block, Clock, ExactLoop, Frozen, Law, LinearLaw, Observation, Reference};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{Matrix, StateArchive};
+use kardan_math::num::Matrix;
 use kardan_mechanics::reduce::Reduced;
 use kardan_results::Design;
 
@@ -53,23 +52,14 @@ impl Part {
         out.extend(places.iter().map(|place| values[*place]));
     }
 
-    /// Columns over the coordinates of the part as columns over all.
-    fn spread(&self, columns: &Matrix<f64>) -> Matrix<f64> {
-        let mut out = Matrix::zeros(columns.rows(), self.whole);
-        for i in 0..columns.rows() {
-            for (j, place) in self.all.iter().enumerate() {
-                out[(i, *place)] = columns[(i, j)];
-            }
-        }
-        out
-    }
-
+    /// The law of the part, over all coordinates.
     fn linear(&self, law: LinearLaw) -> LinearLaw {
+        let over_all = |columns: &Matrix<f64>| spread(columns, &self.all, self.whole);
         LinearLaw {
-            angles: self.spread(&law.angles),
-            speeds: self.spread(&law.speeds),
-            on_angles: self.spread(&law.on_angles),
-            on_speeds: self.spread(&law.on_speeds),
+            angles: over_all(&law.angles),
+            speeds: over_all(&law.speeds),
+            on_angles: over_all(&law.on_angles),
+            on_speeds: over_all(&law.on_speeds),
             ..law
         }
     }
@@ -101,13 +91,7 @@ impl Block for SubmodelBlock {
         self.block.states(Observation { angles: &self.angles, speeds: &self.speeds, ..observation }, torques, out)
     }
 
-    fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        self.block.archive_state(archive);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
+    forward_rest! { block }
 }
 
 impl Law for SubmodelLaw {

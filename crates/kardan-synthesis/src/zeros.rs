@@ -5,7 +5,7 @@ use super::inversion::flat_parametrisation;
 use super::{Stability, SynthesisError, stability};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::Polynomial;
-use kardan_results::Pole;
+use kardan_results::{Complex, Pole};
 
 /// Rejects outputs with unstable zero dynamics: the law would hide a motion that grows without bounds.
 ///
@@ -27,12 +27,18 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
     if stability(polynomial) != Stability::Unstable {
         return Ok(());
     }
-    let poles = roots(polynomial).into_iter().filter(|pole| pole.re > 0.0 && pole.im >= 0.0).collect();
-    Err(SynthesisError::UnstableZeros {
-        outputs: outputs.to_vec(),
-        polynomial: polynomial.primitive().to_string(),
-        poles,
-    })
+    // A complex number as text: `3`, `3 ± 4 j`.
+    let text = |Complex { re, im }: Pole| {
+        if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
+    };
+    let growing = roots(polynomial).into_iter().filter(|pole| pole.re > 0.0 && pole.im >= 0.0);
+    let message = format!(
+        "the zero dynamics are unstable: while the outputs are held constant, a motion grows with {} 1/s ({} = 0)",
+        growing.map(text).collect::<Vec<_>>().join(", "),
+        polynomial.primitive()
+    );
+    let help = "choose other outputs, add damping, or give up decoupling: `law = \"lqr\"`";
+    Err(SynthesisError::of(message, outputs, "unstable zero dynamics", help))
 }
 
 /// All roots of a polynomial, with multiplicity, by size; conjugates next to each other.

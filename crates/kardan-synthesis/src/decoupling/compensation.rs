@@ -1,5 +1,6 @@
 //! The required dynamics of decoupled channels, and their feedback.
 
+use crate::exact_poles::{ExactPole, product};
 use kardan_math::num::{Polynomial, Rational, Scalar};
 
 /// The required dynamics of a channel: its output follows the reference with the poles of a polynomial p_i,
@@ -20,7 +21,7 @@ pub enum Compensation {
         frequency: Rational,
     },
     /// Poles as (real part, imaginary part), 1/s, both of a pair.
-    Poles(Vec<(Rational, Rational)>),
+    Poles(Vec<ExactPole>),
 }
 
 /// Why there is no such polynomial.
@@ -105,28 +106,12 @@ fn binomial(frequency: &Rational, count: usize) -> Polynomial {
     Polynomial::from_roots(&vec![Rational::ZERO.minus(frequency); count])
 }
 
-fn from_poles(poles: &[(Rational, Rational)], degree: usize) -> Result<Polynomial, CompensationError> {
+fn from_poles(poles: &[ExactPole], degree: usize) -> Result<Polynomial, CompensationError> {
     if poles.len() != degree {
         return Err(CompensationError::Count { degree, poles: poles.len() });
     }
     if let Some((real, _)) = poles.iter().find(|(real, _)| *real >= Rational::ZERO) {
         return Err(CompensationError::NotStable { real: real.clone() });
     }
-    let mut out = Polynomial::constant(Rational::ONE);
-    let mut open = poles.to_vec();
-    while let Some((real, imaginary)) = open.pop() {
-        let minus = Rational::ZERO.minus(&real);
-        if imaginary.is_zero() {
-            out = out.times(&Polynomial::new(vec![minus, Rational::ONE]));
-            continue;
-        }
-        let conjugate = Rational::ZERO.minus(&imaginary);
-        let Some(at) = open.iter().position(|(re, im)| *re == real && *im == conjugate) else {
-            return Err(CompensationError::NoConjugate { real, imaginary });
-        };
-        open.remove(at);
-        let size = real.times(&real).plus(&imaginary.times(&imaginary));
-        out = out.times(&Polynomial::new(vec![size, minus.times(&Rational::from(2)), Rational::ONE]));
-    }
-    Ok(out)
+    product(poles).map_err(|(real, imaginary)| CompensationError::NoConjugate { real, imaginary })
 }

@@ -130,7 +130,7 @@ pub fn integrator_decoupled(system: &LinearSystem) -> Result<LinearSystem, NotDe
 }
 
 /// The system under `u = −K x + L v`.
-pub(super) fn closed(
+pub(crate) fn closed(
     system: &LinearSystem,
     k: &Matrix<Rational>,
     l: &Matrix<Rational>,

@@ -24,6 +24,7 @@ mod zero_dynamics;
 
 pub use canonical::{CanonicalForm, NotIntegratorDecoupled, canonical_form};
 pub use compensation::{Compensation, CompensationError};
+pub(super) use decouplable::closed;
 pub use decouplable::{NotDecouplable, integrator_decoupled, inverse_decoupling_matrix};
 pub use diagonal::coupled_entries;
 pub use gains::{StaticDecoupling, decouple};
@@ -31,6 +32,8 @@ pub use quotient::{Quotient, observable_quotient};
 pub use relative_degree::{RelativeDegrees, relative_degrees};
 pub use resolvent::characteristic_polynomial;
 pub(super) use resolvent::resolvent;
-pub(super) use rows::{RowSpan, add, columns, common_denominator, difference, primitive, row_times, subtract};
+pub(super) use rows::{
+    RowSpan, add, columns, common_denominator, difference, null_rows, primitive, row_times, subtract,
+};
 pub use transfer::{RationalFunction, transfer_matrix};
 pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics};

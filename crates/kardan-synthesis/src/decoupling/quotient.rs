@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::annihilator::annihilator;
 use super::relative_degree::assert_explicit;
 use super::resolvent::characteristic_polynomial;
-use super::rows::{RowSpan, columns, primitive, row_times, stack, unit, unit_place};
+use super::rows::{RowSpan, columns, null_rows, primitive, row_times, stack, unit, unit_place};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
@@ -109,18 +109,12 @@ fn coordinates(states: &[String], subspace: &Matrix<Rational>, preferred: &[Vec<
     let mut candidates = units(&is_position);
     candidates.extend(preferred.iter().map(|row| primitive(row)));
     candidates.extend(units(&|k| !is_position(k)));
-    candidates.extend(null_rows(subspace));
+    let vanishing = null_rows(subspace);
+    candidates.extend((0..vanishing.rows()).map(|i| primitive(vanishing.row(i))));
     let mut span = RowSpan::default();
     let vanishes = |row: &Vec<Rational>| row_times(row, &vectors).iter().all(Scalar::is_zero);
     candidates.retain(|row| vanishes(row) && span.insert(row).is_some());
     candidates
-}
-
-/// A basis of the rows that vanish on the subspace, in whole numbers.
-fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
-    let descending: Vec<usize> = (0..subspace.columns()).rev().collect();
-    let kernel = echelon(subspace, &descending).kernel().transpose();
-    (0..kernel.rows()).map(|i| primitive(kernel.row(i))).collect()
 }
 
 /// Names of the new states and the definitions of those that are combinations.

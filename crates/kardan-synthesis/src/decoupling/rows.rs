@@ -3,7 +3,7 @@
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, UBig};
 
-use kardan_math::num::{Matrix, Rational, Scalar};
+use kardan_math::num::{Matrix, Rational, Scalar, echelon};
 
 /// `row · matrix`.
 pub(crate) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
@@ -41,6 +41,13 @@ pub(crate) fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<R
 /// Some of the columns.
 pub(crate) fn columns(matrix: &Matrix<Rational>, chosen: &[usize]) -> Matrix<Rational> {
     Matrix::from_fn(matrix.rows(), chosen.len(), |i, j| matrix[(i, chosen[j])].clone())
+}
+
+/// Rows x with `M xᵀ = 0`, in reduced echelon form.
+pub(crate) fn null_rows(m: &Matrix<Rational>) -> Matrix<Rational> {
+    // Free columns first, so that the result has its leading ones early.
+    let descending: Vec<usize> = (0..m.columns()).rev().collect();
+    echelon(m, &descending).kernel().transpose()
 }
 
 /// The unit row e_k.

@@ -156,8 +156,8 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
         let (c, d) = moved(&extended.c, &extended.d);
         let (a, b) = moved(&extended.a, &extended.b);
         let total = a.rows() + e.pivots.len();
-        extended.a = stacked(&a, &Matrix::zeros(e.pivots.len(), total));
-        extended.b = stacked(&b, &selected(&Matrix::identity(p), &e.pivots, &(0..p).collect::<Vec<_>>()));
+        extended.a = stacked(&[&a, &Matrix::zeros(e.pivots.len(), total)]);
+        extended.b = stacked(&[&b, &selected(&Matrix::identity(p), &e.pivots, &(0..p).collect::<Vec<_>>())]);
         (extended.c, extended.d, extended.e) = (c, d, Matrix::identity(total));
     }
 }

@@ -17,12 +17,7 @@ pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
         let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
         let text = polynomial(&if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() });
         let size = if terms > 1 { format!("({text})") } else { text };
-        out += match (out.is_empty(), negative) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
+        out += sign(out.is_empty(), negative);
         if size != "1" {
             out = out + &size + " ";
         }
@@ -31,18 +26,23 @@ pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
     if out.is_empty() { "0".into() } else { out }
 }
 
+/// The sign before a term of a sum.
+fn sign(is_first: bool, negative: bool) -> &'static str {
+    match (is_first, negative) {
+        (true, true) => "-",
+        (true, false) => "",
+        (false, true) => " - ",
+        (false, false) => " + ",
+    }
+}
+
 /// `5 s^2 + 3 s - 0.25`, highest power first.
 fn polynomial(p: &Polynomial) -> String {
     let mut out = String::new();
     for (k, c) in p.coefficients().iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
         let text = number(c);
         let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
-        out += match (out.is_empty(), negative) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
+        out += sign(out.is_empty(), negative);
         let power = match k {
             0 => String::new(),
             1 => "s".into(),

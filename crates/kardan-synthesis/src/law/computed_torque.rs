@@ -8,11 +8,13 @@ use crate::channels::{
     CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
 };
 use crate::decoupling::{decouple, relative_degrees};
+use crate::error::list;
+use crate::exact::{decoupling_matrix, gain_matrices};
 use crate::linear_law::{Linear, LinearBlock};
-use crate::nonlinear_law::{Nonlinear, TaskSpec};
+use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
-use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
+use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError};
 use kardan_analysis::OutputSignal;
 use kardan_math::num::{Polynomial, Scalar};
 use kardan_math::units::Dimension;
@@ -104,23 +106,18 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let (polynomials, task_specs) = channel_tasks(values, plant, &outputs)?;
+    let (polynomials, tasks) = channel_tasks(values, plant, &outputs)?;
     plant.check_inertia()?;
     let system = plant.system(&inputs, &outputs);
     let relative = relative_degrees(&system);
     for (output, (degree, polynomial)) in names.iter().zip(relative.degrees.iter().zip(&polynomials)) {
         if *degree != Some(polynomial.degree()) {
-            return Err(SynthesisError::NoDirectInput {
-                output: output.clone(),
-                inputs: inputs.clone(),
-                degree: *degree,
-            });
+            return Err(no_direct_input(output, &inputs, *degree));
         }
     }
     let (torques, direct) = plant.torques(request.disturbances, &outputs);
-    let found = decouple(&system, &torques, Some(&direct), &polynomials).map_err(|error| {
-        SynthesisError::NotStatic { outputs: names.clone(), error: Box::new(error), reasons: Vec::new() }
-    })?;
+    let found = decouple(&system, &torques, Some(&direct), &polynomials)
+        .map_err(|error| SynthesisError::not_static(&names, &error, &[]))?;
     check_zeros(&system, &names)?;
     let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let states = plant.states();
@@ -134,24 +131,16 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if let Some(width) = friction_width {
         notes.push(format!("Coulomb friction is fed forward, smoothed over {width} rad/s"));
     }
-    let mut gains = vec![
-        named(("K", "state gain K of u = -K x + L r", ""), &inputs, &states, &found.k),
-        named(("L", "reference gain L", ""), &inputs, &reference_names, &found.l),
-    ];
-    if !request.disturbances.is_empty() {
-        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
-        gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), &inputs, &shafts, &found.m));
-    }
-    let rows: Vec<String> =
-        names.iter().zip(&found.degrees).map(|(output, degree)| output.clone() + &"'".repeat(*degree)).collect();
+    let disturbed: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
+    let columns: [&[String]; 3] = [&states, &reference_names, &disturbed];
     let design = Design {
         controller: request.name.into(),
         law: COMPUTED_TORQUE.keyword.into(),
         design_model: if plant.is_constant() { String::new() } else { "full nonlinear model".into() },
+        gains: gain_matrices(&inputs, columns, [&found.k, &found.l, &found.m]),
         states,
+        decoupling_matrix: decoupling_matrix(&names, &inputs, &relative),
         relative_degrees: relative.degrees,
-        decoupling_matrix: named(("decoupling_matrix", "decoupling matrix G", ""), &rows, &inputs, &found.matrix),
-        gains,
         inputs,
         outputs: names,
         feedback: Some(Feedback::Static),
@@ -161,41 +150,77 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
     let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &references);
     let reference_places = (0..references.len()).collect();
+    let cuts = outputs.iter().filter_map(|output| match &output.measured {
+        Measured::ConstraintTorque(element, shaft) => Some((element.as_str(), shaft.as_str())),
+        _ => None,
+    });
+    let cuts: Vec<(&str, &str)> = cuts.collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), task_specs, reference_places, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), tasks, &cuts, reference_places, friction_width)?))
 }
 
-/// For each channel the characteristic polynomial of its error and the specification of its block.
+/// The motors do not act on the required acceleration or torque of an output of this relative degree.
+fn no_direct_input(output: &str, inputs: &[String], degree: Option<usize>) -> SynthesisError {
+    let otherwise = match degree {
+        Some(degree) => format!(", but only on its derivative of order {degree}"),
+        None => " nor in any other way".into(),
+    };
+    let message = format!("the motors {} do not act on `{output}` directly{otherwise}", list(inputs));
+    let help = "choose motors that act on it without a spring in between, or use `law = \"decoupling\"`";
+    SynthesisError::at(message, output, "not reached directly", help)
+}
+
+/// For each channel the characteristic polynomial of its error and the task of its block.
 fn channel_tasks(
     values: &Values,
     plant: &Plant,
     outputs: &[OutputSignal],
-) -> Result<(Vec<Polynomial>, Vec<TaskSpec>), SynthesisError> {
-    let (mut polynomials, mut task_specs) = (Vec::new(), Vec::new());
+) -> Result<(Vec<Polynomial>, Vec<Task<f64>>), SynthesisError> {
+    let (mut polynomials, mut tasks, mut cut) = (Vec::new(), Vec::new(), 0);
     for (channel, output) in channels(values).zip(outputs) {
         check_dynamics(channel, &output.name)?;
         let degree = match &output.measured {
             Measured::Angle(_) => 2,
             Measured::ConstraintTorque(..) => 0,
-            _ => return Err(SynthesisError::NotForComputedTorque(output.name.clone())),
+            _ => {
+                let name = &output.name;
+                return Err(SynthesisError::at(
+                    format!(
+                        "computed torque controls angles of shafts and constraint torques, and `{name}` is neither"
+                    ),
+                    name,
+                    "neither angle nor constraint torque",
+                    "name `<shaft>.phi` or a sensor of a constraint torque, or use `law = \"decoupling\"`",
+                ));
+            }
         };
-        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
         let has_dynamics =
             ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
         if let (0, Some(key)) = (degree, has_dynamics) {
-            return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
+            let name = &output.name;
+            return Err(SynthesisError::at(
+                format!("`{name}` follows the motors without delay, so `{key}` has no meaning for its channel"),
+                name,
+                "no dynamics",
+                format!("remove `{key}`: the torque equals its reference at once"),
+            ));
         }
-        let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
-        task_specs.push(match &output.measured {
-            Measured::Angle(shaft) => TaskSpec::Task(Task::Position {
+        let polynomial = compensation(channel)
+            .polynomial(degree)
+            .map_err(|error| SynthesisError::compensation(&output.name, &error))?;
+        tasks.push(match &output.measured {
+            Measured::Angle(shaft) => Task::Position {
                 shaft: plant.reduced.coordinate(shaft).expect("an output names a shaft"),
                 position_loop: position_loop(&polynomial),
-            }),
-            measured => TaskSpec::ConstraintTorque(measured.clone()),
+            },
+            _ => {
+                cut += 1;
+                Task::ConstraintTorque { cut: cut - 1 }
+            }
         });
         polynomials.push(polynomial);
     }
-    Ok((polynomials, task_specs))
+    Ok((polynomials, tasks))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use crate::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
+use crate::exact::{decoupling_matrix, gain_matrices};
 use crate::inversion::{Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons};
 use crate::linear_law::{Linear, LinearBlock};
 use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::zeros::{check_stable, check_zeros, roots};
-use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
+use crate::{ExactLaw, ExactLoop, Law, LawKind, Plant, Request, SynthesisError};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::{Design, Feedback};
@@ -104,9 +105,8 @@ struct Gains {
 
 impl Observable<'_> {
     fn polynomial(&self, output: usize, degree: usize) -> Result<Polynomial, SynthesisError> {
-        let wrong =
-            |error| SynthesisError::Compensation { output: self.task.names[output].clone(), error: Box::new(error) };
-        self.task.dynamics[output].polynomial(degree).map_err(wrong)
+        let found = self.task.dynamics[output].polynomial(degree);
+        found.map_err(|error| SynthesisError::compensation(&self.task.names[output], &error))
     }
 
     fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
@@ -140,9 +140,9 @@ impl Observable<'_> {
     ) -> Result<Gains, SynthesisError> {
         let [on_states, on_outputs] = &self.disturbance;
         let integrators = system.states.len() - on_states.rows();
-        let on_states = stacked(on_states, &Matrix::zeros(integrators, on_states.columns()));
+        let on_states = stacked(&[on_states, &Matrix::zeros(integrators, on_states.columns())]);
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
-        let found = found.map_err(|error| self.not_static(error))?;
+        let found = found.map_err(|error| self.not_static(&error))?;
         Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
     }
 
@@ -179,14 +179,12 @@ impl Observable<'_> {
     fn impossible(&self, obstruction: &Obstruction) -> SynthesisError {
         let constrained = self.request.plant.constrained(&self.task.inputs);
         let element = |name: &str| self.request.plant.element(name);
-        SynthesisError::Impossible {
-            outputs: self.task.names.clone(),
-            reasons: reasons(obstruction, &self.task.outputs, &constrained, &element),
-        }
+        let reasons = reasons(obstruction, &self.task.outputs, &constrained, &element);
+        SynthesisError::impossible(&self.task.names, &reasons)
     }
 
     /// Alternatives where static feedback fails.
-    fn not_static(&self, error: NotDecouplable) -> SynthesisError {
+    fn not_static(&self, error: &NotDecouplable) -> SynthesisError {
         let extension = match dynamic_extension(&self.system) {
             Ok(extension) => extension,
             Err(obstruction) => return self.impossible(&obstruction),
@@ -207,7 +205,7 @@ impl Observable<'_> {
             reasons
                 .push(format!("static feedback decouples the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
-        SynthesisError::NotStatic { outputs: self.task.names.clone(), error: Box::new(error), reasons }
+        SynthesisError::not_static(&self.task.names, error, &reasons)
     }
 }
 
@@ -248,32 +246,17 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let relative = relative_degrees(&quotient.system);
     let commanded = &found.system.inputs;
     let states = &found.system.states;
-    let mut gains = vec![
-        named(("K", "state gain K of u = -K x + L r", ""), commanded, states, &found.k),
-        named(("L", "reference gain L", ""), commanded, &task.reference_names(), &found.l),
-    ];
-    if !task.disturbed.is_empty() {
-        gains.push(named(
-            ("M", "disturbance gain M of u = -K x + L r - M d", ""),
-            commanded,
-            &task.disturbed,
-            &found.m,
-        ));
-    }
+    let references = task.reference_names();
+    let columns: [&[String]; 3] = [states, &references, &task.disturbed];
     let design = Design {
         controller: request.name.into(),
         law: DECOUPLING.keyword.into(),
         states: states.clone(),
         definitions: quotient.definitions.iter().filter(|one| one.state != one.expression).cloned().collect(),
         hidden: roots(&quotient.hidden),
-        decoupling_matrix: named(
-            ("decoupling_matrix", "decoupling matrix G", ""),
-            &derivatives(&task.names, &relative.degrees),
-            &task.inputs,
-            &relative.matrix,
-        ),
+        decoupling_matrix: decoupling_matrix(&task.names, &task.inputs, &relative),
         relative_degrees: relative.degrees,
-        gains,
+        gains: gain_matrices(commanded, columns, [&found.k, &found.l, &found.m]),
         inputs: task.inputs.clone(),
         outputs: task.names.clone(),
         feedback: Some(feedback),
@@ -287,11 +270,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     exact.law = Some(law);
     let limits: Vec<Option<f64>> = task.inputs.iter().map(|name| plant.torque_reserve(name)).collect();
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
-}
-
-/// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.
-fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
-    outputs.iter().zip(degrees).map(|(output, degree)| output.clone() + &"'".repeat(degree.unwrap_or(0))).collect()
 }
 
 /// The law before its gains are rounded, z = P x over the states of the plant.

@@ -85,23 +85,24 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     task.leave_counters(request.plant);
     let system = &task.system;
     let flat = flat_parametrisation(system).map_err(|error| match error {
-        FlatnessError::Dependent(obstruction) => SynthesisError::Impossible {
-            outputs: task.names.clone(),
-            reasons: reasons(&obstruction, &task.outputs, &request.plant.constrained(&task.inputs), &|name| {
-                format!("`{name}`")
-            }),
-        },
+        FlatnessError::Dependent(obstruction) => {
+            let constrained = request.plant.constrained(&task.inputs);
+            let reasons = reasons(&obstruction, &task.outputs, &constrained, &|name| format!("`{name}`"));
+            SynthesisError::impossible(&task.names, &reasons)
+        }
         FlatnessError::NotSquare { .. } => {
-            SynthesisError::NotSquare { reason: error.to_string(), outputs: task.names.clone() }
+            SynthesisError::of(error.to_string(), &task.names, "these outputs", "name as many outputs as motors")
         }
     })?;
     let mut filters = Vec::new();
     for ((dynamics, output), degree) in task.dynamics.iter().zip(&task.names).zip(flat.derivatives()) {
-        let wrong = |error| SynthesisError::Compensation { output: output.clone(), error: Box::new(error) };
-        filters.push(dynamics.polynomial(degree.max(1)).map_err(wrong)?);
+        let filter = dynamics.polynomial(degree.max(1));
+        filters.push(filter.map_err(|error| SynthesisError::compensation(output, &error))?);
     }
-    let plan = planner(&flat, &filters)
-        .map_err(|error| SynthesisError::Planner { outputs: task.names.clone(), error: Box::new(error) })?;
+    let plan = planner(&flat, &filters).map_err(|error| {
+        let message = format!("no trajectory can be planned: {error}");
+        SynthesisError::of(message, &task.names, "not invertible", "choose other outputs")
+    })?;
     let (k, how) = feedback(request, &task)?;
     let mut notes = vec![how];
     notes.push(if flat.is_flat() {
@@ -112,7 +113,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if !task.disturbed.is_empty() {
         notes.push("the planner does not feed estimated disturbances forward".into());
     }
-    let k_exact = exact(&k).ok_or(SynthesisError::TooLarge)?;
+    let k_exact = exact(&k).ok_or_else(SynthesisError::too_large)?;
     let block = block(&plan, &task, &k);
     let states = system.states.clone();
     let design = Design {
@@ -188,7 +189,7 @@ fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSyste
         outputs: outputs.clone(),
         e: Matrix::identity(n + own),
         a: joined([&loop_a, &drive], [&Matrix::zeros(own, n), &plan.a]),
-        b: stacked(&drive_b, &plan.b),
+        b: stacked(&[&drive_b, &plan.b]),
         c: side_by_side(&[&loop_c, &through]),
         d: d.multiply(&on_references),
         degrees_of_freedom: None,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use kardan_rt::functions::powi;
 
+use crate::error::list;
 use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, channels_for, inputs, references};
 use crate::regulator::{Weights, lqr};
 use crate::state_feedback::state_feedback;
@@ -81,10 +82,15 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let largest = request.values.map("max_acceptable").unwrap_or_default();
     for (name, value) in largest {
         if !states.contains(name) && !task.inputs.contains(name) {
-            return Err(SynthesisError::NoWeight { name: name.clone(), states, inputs: task.inputs });
+            let message = format!(
+                "`max_acceptable` names `{name}`, which is neither a motor of the law nor an angle or speed of a coordinate"
+            );
+            let all = list(&[task.inputs, states].concat());
+            return Err(SynthesisError::at(message, name, "no weight", format!("there are {all}")));
         }
         if value.signum() <= 0 {
-            return Err(SynthesisError::NotPositive(name.clone()));
+            let message = format!("the largest acceptable value of `{name}` must be more than zero");
+            return Err(SynthesisError::at(message, name, "not a size", "write a value above zero"));
         }
     }
     let weight =

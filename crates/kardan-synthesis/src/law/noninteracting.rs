@@ -7,7 +7,9 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
-use crate::nonlinear_law::{Nonlinear, TaskSpec};
+use crate::error::list;
+use crate::matrix_parts::spread;
+use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
 use kardan_results::signal_name::{Quantity, SignalName};
@@ -160,7 +162,7 @@ pub struct NoninteractingDesign {
 /// ```
 ///
 /// # Errors
-/// [`SynthesisError::NotDecouplable`] with the exact rank if `C H⁻¹ F` is singular.
+/// [`SynthesisError`] with the exact rank if `C H⁻¹ F` is singular.
 ///
 /// # Panics
 /// If the inertia matrix is singular.
@@ -175,20 +177,33 @@ pub fn design_noninteracting(
     let [on_states, decoupling_matrix] = model.accelerations(&shafts, &input);
     let Some(acceleration_gain) = decoupling_matrix.solve(&Matrix::identity(m)) else {
         let (outputs, inputs): (Vec<String>, Vec<String>) = channels.iter().map(names).unzip();
-        let not_reached = (0..m)
-            .filter(|&i| decoupling_matrix.row(i).iter().all(Scalar::is_zero))
-            .map(|i| outputs[i].clone())
-            .collect();
-        let rank = echelon(&decoupling_matrix, &(0..m).collect::<Vec<_>>()).rank();
-        return Err(SynthesisError::NotDecouplable { outputs, inputs, rank, not_reached });
+        return Err(not_decouplable(&decoupling_matrix, &outputs, &inputs));
     };
     let on_states = acceleration_gain.multiply(&on_states).scale(&Rational::NEG_ONE);
-    let mut state_gain = Matrix::zeros(m, 2 * r);
-    for (j, place) in (0..r).chain(model.moving().into_iter().map(|k| r + k)).enumerate() {
-        (0..m).for_each(|i| state_gain[(i, place)] = on_states[(i, j)].clone());
-    }
+    let places: Vec<usize> = (0..r).chain(model.moving().into_iter().map(|k| r + k)).collect();
+    let state_gain = spread(&on_states, &places, 2 * r);
     let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
+}
+
+/// The error of a singular decoupling matrix.
+fn not_decouplable(matrix: &Matrix<Rational>, outputs: &[String], inputs: &[String]) -> SynthesisError {
+    let rank = echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank();
+    // Outputs whose acceleration no chosen input reaches directly: their relative degree is above two.
+    let is_reached = |i: usize| !matrix.row(i).iter().all(Scalar::is_zero);
+    let not_reached: Vec<String> = (0..outputs.len()).filter(|&i| !is_reached(i)).map(|i| outputs[i].clone()).collect();
+    let mut message = format!(
+        "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
+         the inputs through a matrix of rank {rank} only",
+        list(outputs),
+        list(inputs)
+    );
+    let help = "choose other outputs or inputs; `kardan equations` shows what each input reaches";
+    if not_reached.is_empty() {
+        return SynthesisError::of(message, outputs, "not independent", help);
+    }
+    message += &format!(" (no chosen input reaches the acceleration of {})", list(&not_reached));
+    SynthesisError::of(message, &not_reached, "not reached", help)
 }
 
 /// The specification of a channel, exact.
@@ -290,9 +305,9 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
         let shaft = output_shaft(&output, request.plant.coordinates())?;
         request.plant.check_accelerates(shaft, &output)?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
-        for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
-            if list.contains(name) {
-                return Err(SynthesisError::Duplicate { name: name.clone(), what });
+        for (names, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
+            if names.contains(name) {
+                return Err(SynthesisError::duplicate(name, what));
             }
         }
         inputs.push(input);
@@ -343,7 +358,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
-        return Err(SynthesisError::NeedsNonlinear("friction_width"));
+        return Err(SynthesisError::at(
+            "`friction_width` needs the full model: `plant = \"nonlinear\"`",
+            "friction_width",
+            "this key",
+            "add `plant = \"nonlinear\"`, or remove `friction_width`",
+        ));
     }
     let disturbance_gain = disturbance_gain(request, &design, &designs, &specs).scale(&Rational::NEG_ONE).to_f64();
     let (shafts, disturbed) = (request.plant.coordinates(), request.disturbances.iter());
@@ -367,12 +387,17 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         return Ok(Arc::new(designed));
     }
     if designed.reference_places.iter().any(|(_, load)| load.is_some()) {
-        return Err(SynthesisError::NeedsLinear("load"));
+        return Err(SynthesisError::at(
+            "`load` is for constant gains; with `plant = \"nonlinear\"` an observer estimates the loads",
+            "load",
+            "this key",
+            "remove `load`, and add an observer",
+        ));
     }
-    let task_specs = designed.task_specs();
+    let tasks = designed.tasks();
     let references_of_channels = designed.reference_places.iter().map(|(reference, _)| *reference).collect();
     let friction_width = request.values.number("friction_width");
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), task_specs, references_of_channels, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), tasks, &[], references_of_channels, friction_width)?))
 }
 
 /// M of `u = … − M d`: the compensation of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
@@ -399,14 +424,12 @@ fn disturbance_gain(
 
 impl Designed {
     /// The same as tasks of the full model.
-    fn task_specs(&self) -> Vec<TaskSpec> {
-        let spec_of = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
-            Channel::Position { position_loop, .. } => {
-                TaskSpec::Task(Task::Position { shaft, position_loop: *position_loop })
-            }
-            Channel::Torque { .. } => TaskSpec::Task(Task::Torque { shaft }),
+    fn tasks(&self) -> Vec<Task<f64>> {
+        let task = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+            Channel::Position { position_loop, .. } => Task::Position { shaft, position_loop: *position_loop },
+            Channel::Torque { .. } => Task::Torque { shaft },
         };
-        self.channels.iter().zip(&self.output_shafts).map(spec_of).collect()
+        self.channels.iter().zip(&self.output_shafts).map(task).collect()
     }
 
     /// The block in a precision.

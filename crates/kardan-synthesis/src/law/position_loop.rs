@@ -114,7 +114,17 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let inertia = match (values.number("inertia"), input_inertia(&request.plant.linear, shaft, number)) {
         (Some(value), _) => value,
         (None, Some(found)) => rational_to_f64(&found),
-        (None, None) => return Err(SynthesisError::NotReached { input, output }),
+        (None, None) => {
+            return Err(SynthesisError::at(
+                format!(
+                    "the motor `{input}` does not act on the acceleration of `{output}` (relative degree above two)"
+                ),
+                &input,
+                "does not act on the output directly",
+                "choose a motor that acts on the output without a spring in between, or give `inertia`; behind a \
+                 spring use `decoupling`, `pole_placement` or `lqr`",
+            ));
+        }
     };
     Ok(Arc::new(Designed {
         name: request.name.to_string(),

@@ -77,7 +77,8 @@ fn references(values: &Values) -> Vec<Reference> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let Request { values, plant, .. } = request;
     if values.has("observer") {
-        return Err(SynthesisError::NoObserver(Program::KEYWORD));
+        let message = format!("the law `{}` reads its sensors as they are, and has no observer", Program::KEYWORD);
+        return Err(SynthesisError::whole(message, "remove `observer`; a block estimates what is not measured"));
     }
     let task = values.task("commands").expect("the model file gives commands");
     let law = TaskLaw::with(task, &plant.reduced, (Program::KEYWORD, clock(values)?));

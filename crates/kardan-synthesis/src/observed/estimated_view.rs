@@ -96,12 +96,8 @@ impl EstimatedView {
             if k < r { self.position[k] = *state } else { self.speed[k - r] = *state }
         }
         for (reading, value) in self.readings.iter().zip(&self.values) {
-            let (of, shaft) = match reading {
-                Reading::Angle(shaft) => (&mut self.position, shaft),
-                Reading::Speed(shaft) => (&mut self.speed, shaft),
-                Reading::Twist(..) => continue,
-            };
-            if let Some(place) = self.coordinates.iter().position(|coordinate| coordinate == shaft) {
+            let of = if reading.speed { &mut self.speed } else { &mut self.position };
+            if let Some(place) = self.coordinates.iter().position(|coordinate| reading.shaft == Some(*coordinate)) {
                 of[place] = *value;
             }
         }

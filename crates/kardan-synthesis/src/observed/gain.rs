@@ -17,15 +17,14 @@ pub(super) fn gain(
     values: &Values,
     extended: &LinearSystem,
 ) -> Result<(ExactMatrix, Vec<Pole>, Vec<String>), SynthesisError> {
-    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let failed = |error| SynthesisError::observer(&extended.outputs, &error);
     let kalman_keys = ["disturbance_rate", "speed_noise", "sensor_noise"];
     let idle = match values.word("method") {
         Some("kalman") => values.has("poles").then_some("poles"),
         _ => kalman_keys.into_iter().find(|key| values.has(key)),
     };
     if let Some(key) = idle {
-        let method = values.word("method").unwrap_or("poles").to_string();
-        return Err(SynthesisError::IdleKey { key, method });
+        return Err(SynthesisError::idle_key(key, values.word("method").unwrap_or("poles")));
     }
     let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
     if values.word("method") == Some("kalman") {
@@ -35,10 +34,15 @@ pub(super) fn gain(
             vec![format!("the relative residual of the Riccati equation of the filter is {:.1e}", found.residual)];
         return Ok((rounded(title, &extended.states, &extended.outputs, &found.gain), found.poles, notes));
     }
-    let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
+    let Some(poles) = values.poles("poles") else {
+        let help = "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`";
+        return Err(SynthesisError::at("the observer needs `poles`", "observer", "this observer", help));
+    };
     let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
     if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
-        return Err(SynthesisError::ObserverUnstable(rational_to_f64(re)));
+        let re = rational_to_f64(re);
+        let message = format!("a pole of the observer has the real part {re}; its error would not die out");
+        return Err(SynthesisError::of(message, &[], "this observer", "choose poles with a negative real part"));
     }
     let found = luenberger(extended, &poles).map_err(failed)?;
     Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
@@ -69,7 +73,6 @@ pub(crate) fn distinguishable_torques(
     let bodies: Vec<usize> = (0..plant.coordinates().len()).filter(moves).collect();
     let (torques, _) = plant.torques(&bodies, &[]);
     let names: Vec<String> = bodies.iter().map(|body| format!("T_{}", plant.coordinates()[*body])).collect();
-    let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
     let found = distinguishable(&reduction.system(system), &reduction.columns(&torques), &names);
-    Ok(found.map_err(failed)?.sentences)
+    Ok(found.map_err(|error| SynthesisError::observer(&system.outputs, &error))?.sentences)
 }

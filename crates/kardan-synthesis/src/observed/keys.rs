@@ -53,6 +53,11 @@ pub(crate) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>,
         return Ok(moving.into_iter().map(|k| plant.reduced.coordinates[k]).filter(moves).collect());
     };
     let found = |name: &String| plant.reduced.coordinate(name).filter(moves);
-    let shaft = |name: &String| found(name).ok_or_else(|| SynthesisError::NoShaft(name.clone()));
+    let shaft = |name: &String| {
+        found(name).ok_or_else(|| {
+            let message = format!("there is no shaft `{name}` on which a disturbance could act");
+            SynthesisError::at(message, name, "no such shaft", "name shafts of the model in `disturbances`")
+        })
+    };
     names.iter().map(shaft).collect()
 }

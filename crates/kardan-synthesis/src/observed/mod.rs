@@ -15,7 +15,8 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
-use super::matrix_parts::{columns_of, joined, side_by_side, stacked};
+use super::error::list;
+use super::matrix_parts::{columns_of, joined, side_by_side, spread, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use block::ObserverBlock;
@@ -182,11 +183,7 @@ impl Observed {
 
     /// For each coordinate whether its position or its speed is measured.
     fn measured(&self, speed: bool) -> Vec<bool> {
-        let of = |reading: &Reading, shaft: usize| match reading {
-            Reading::Angle(s) => !speed && *s == shaft,
-            Reading::Speed(s) => speed && *s == shaft,
-            Reading::Twist(..) => false,
-        };
+        let of = |reading: &Reading, shaft: usize| reading.speed == speed && reading.shaft == Some(shaft);
         let any = |shaft: &usize| self.view.readings.iter().any(|reading| of(reading, *shaft));
         self.view.coordinates.iter().map(any).collect()
     }
@@ -198,67 +195,65 @@ impl Observed {
         let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
         // How angles and speeds that the law reads follow from estimates and from true ones: measured coordinates are true.
         let [true_angles, true_speeds] = [self.measured(false), self.measured(true)];
+        let (retained, coordinates, readings) = (&self.view.retained, &self.view.coordinates, &self.view.readings);
         let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
-            let rows = on_angles.rows();
-            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
-            let mut states = Matrix::zeros(rows, n);
-            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
-            for i in 0..rows {
-                for j in 0..r {
-                    if true_angles[j] {
-                        angles[(i, self.view.coordinates[j])] = over_q[(i, j)];
-                    }
-                    if true_speeds[j] {
-                        speeds[(i, self.view.coordinates[j])] = over_w[(i, j)];
-                    }
+            let (rows, over_q, over_w) = (on_angles.rows(), on_angles.multiply(basis), on_speeds.multiply(basis));
+            let known = on_disturbances.columns().min(self.disturbances);
+            let on_estimates = Matrix::from_fn(rows, n, |i, at| match retained.get(at) {
+                Some(&k) if k < r => unless(true_angles[k], over_q[(i, k)]),
+                Some(&k) => unless(true_speeds[k - r], over_w[(i, k - r)]),
+                None if at - retained.len() < known => {
+                    self.view.compensation * on_disturbances[(i, at - retained.len())]
                 }
-                for (at, &k) in self.view.retained.iter().enumerate() {
-                    let (of, measured, j) =
-                        if k < r { (&over_q, &true_angles, k) } else { (&over_w, &true_speeds, k - r) };
-                    states[(i, at)] = if measured[j] { 0.0 } else { of[(i, j)] };
-                }
-                for j in 0..on_disturbances.columns().min(self.disturbances) {
-                    states[(i, self.view.retained.len() + j)] = self.view.compensation * on_disturbances[(i, j)];
-                }
-            }
-            (states, angles, speeds)
+                None => 0.0,
+            });
+            let only_true = |of: &Matrix<f64>, is_true: &[bool]| {
+                spread(&Matrix::from_fn(rows, r, |i, j| unless(!is_true[j], of[(i, j)])), coordinates, shafts)
+            };
+            let (angles, speeds) = (only_true(&over_q, &true_angles), only_true(&over_w, &true_speeds));
+            // Measured coordinates pass to the law with their errors.
+            let place = |shaft: usize| coordinates.iter().position(|coordinate| *coordinate == shaft);
+            let errors = Matrix::from_fn(rows, readings.len(), |i, j| {
+                let over = if readings[j].speed { &over_w } else { &over_q };
+                readings[j].shaft.and_then(place).map_or(0.0, |k| over[(i, k)])
+            });
+            (on_estimates, angles, speeds, errors)
         };
-        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
-        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
-        // Measured coordinates pass to the law with their errors.
-        let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
-            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
-            let place = |shaft: &usize| self.view.coordinates.iter().position(|coordinate| coordinate == shaft);
-            Matrix::from_fn(on_angles.rows(), self.view.readings.len(), |i, j| match &self.view.readings[j] {
-                Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
-                Reading::Speed(shaft) => place(shaft).map_or(0.0, |k| over_w[(i, k)]),
-                Reading::Twist(..) => 0.0,
-            })
-        };
-        let correct = columns_of(b, m..m + self.view.readings.len());
+        let (command_estimates, on_angles, on_speeds, on_errors) =
+            split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
+        let (rate_estimates, angles, speeds, errors) = split(&law.angles, &law.speeds, &law.disturbances);
+        let correct = columns_of(b, m..m + readings.len());
         LinearLaw {
-            states: joined([a, &Matrix::zeros(n, k)], [&rate_states, &law.states]),
-            angles: stacked(&correct.multiply(&self.rows[0]), &angles),
-            speeds: stacked(&correct.multiply(&self.rows[1]), &speeds),
+            states: joined([a, &Matrix::zeros(n, k)], [&rate_estimates, &law.states]),
+            angles: stacked(&[&correct.multiply(&self.rows[0]), &angles]),
+            speeds: stacked(&[&correct.multiply(&self.rows[1]), &speeds]),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: stacked(&columns_of(b, 0..m), &law.torques),
-            on_states: side_by_side(&[&command_states, &law.on_states]),
+            torques: stacked(&[&columns_of(b, 0..m), &law.torques]),
+            on_states: side_by_side(&[&command_estimates, &law.on_states]),
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(m, 0),
-            references: stacked(&Matrix::zeros(n, law.references.columns()), &law.references),
+            references: stacked(&[&Matrix::zeros(n, law.references.columns()), &law.references]),
             on_references: law.on_references.clone(),
-            errors: stacked(&correct, &through(&law.angles, &law.speeds)),
-            on_errors: through(&law.on_angles, &law.on_speeds),
+            errors: stacked(&[&correct, &errors]),
+            on_errors,
             flowing: law.flowing,
         }
     }
 }
 
+/// A number, but zero on a condition.
+fn unless(is_zero: bool, x: f64) -> f64 {
+    if is_zero { 0.0 } else { x }
+}
+
 /// Share of the estimated disturbances that the law cancels.
-fn compensation(values: &Values) -> Result<f64, SynthesisError> {
+pub(super) fn compensation(values: &Values) -> Result<f64, SynthesisError> {
     match values.number("compensation").filter(|share| *share > 1.0) {
-        Some(share) => Err(SynthesisError::NotAShare(share)),
+        Some(share) => {
+            let message = format!("`compensation` is {share}: a law cannot cancel more than the whole disturbance");
+            Err(SynthesisError::whole(message, "write a number from 0 to 1"))
+        }
         None => Ok(values.number_or_default("compensation")),
     }
 }
@@ -276,11 +271,21 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         plant.check_inertia()?;
     }
     if nonlinear && !laws.is_empty() && cancels {
-        return Err(SynthesisError::LawDoubleCancellation(laws));
+        let message = format!(
+            "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
+             observer does not: it would report them as disturbances, and they would be cancelled twice",
+            list(&laws)
+        );
+        return Err(SynthesisError::whole(message, "set `plant = \"linear\"` in the observer, or leave it out"));
     }
     let more = friction || (law.on_full_model() && !plant.is_linear());
     if more && !nonlinear && cancels {
-        return Err(SynthesisError::DoubleCancellation);
+        return Err(SynthesisError::whole(
+            "the law cancels forces that the observer's linear model does not contain (of joints, rest angles or \
+             friction); the observer would report them as disturbances, and they would be cancelled twice",
+            "set `plant = \"nonlinear\"`, `disturbances = []` or `compensation = 0` in the observer, or design the law \
+             on the linear model",
+        ));
     }
     Ok(nonlinear)
 }

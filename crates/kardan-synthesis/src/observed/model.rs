@@ -56,10 +56,7 @@ impl FullModel<f64> {
         disturbances: &[usize],
         gain: &Matrix<f64>,
     ) -> Result<Self, SynthesisError> {
-        let equations = &plant.reduced.equations;
-        let number = |name: &String| {
-            equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
-        };
+        let number = |name: &String| plant.input(name).expect("a law commands inputs");
         let (sensors, terms) = sensors(readings);
         let states = gain.rows();
         let mut out = Self {

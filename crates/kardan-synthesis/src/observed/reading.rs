@@ -4,51 +4,63 @@ use kardan_rt::{Row, Sensor};
 
 use crate::{Plant, SynthesisError};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{Matrix, rational_to_f64};
+use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Measured;
+use kardan_mechanics::reduce::Reduced;
 
-/// The source of a reading.
+/// A reading: a sum of coefficients times angles, or times speeds, less a constant.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Reading {
-    Angle(usize),
-    Speed(usize),
-    /// Sum of coefficients times angles, less a constant.
-    Twist(Vec<(usize, f64)>, f64),
+pub(crate) struct Reading {
+    pub row: Vec<(usize, f64)>,
+    pub speed: bool,
+    rest: f64,
+    /// The shaft whose angle or speed it is.
+    pub shaft: Option<usize>,
 }
 
 impl Reading {
+    /// What a sensor of this reads; `None` of what does not follow from angles and speeds.
+    pub fn of(measured: &Measured, reduced: &Reduced) -> Option<Self> {
+        let plain = |name: &String, speed: bool| {
+            let shaft = reduced.coordinate(name)?;
+            Some(Self { row: vec![(shaft, 1.0)], speed, rest: 0.0, shaft: Some(shaft) })
+        };
+        match measured {
+            Measured::Angle(name) => plain(name, false),
+            Measured::Speed(name) => plain(name, true),
+            Measured::SpringTorque(element) => {
+                let mut out = Self { row: Vec::new(), speed: false, rest: 0.0, shaft: None };
+                for spring in reduced.equations.springs.iter().filter(|spring| spring.element == *element) {
+                    let stiffness = spring.value.stiffness.to_f64();
+                    out.row.extend(spring.row_f64().into_iter().map(|(shaft, x)| (shaft, stiffness * x)));
+                    out.rest += stiffness * spring.value.rest.to_f64();
+                }
+                Some(out)
+            }
+            Measured::ConstraintTorque(..)
+            | Measured::ComplianceTorque(..)
+            | Measured::NetTorque(_)
+            | Measured::Signal(_) => None,
+        }
+    }
+
     /// The value at angles and speeds of all shafts.
     pub fn read(&self, angles: &[f64], speeds: &[f64]) -> f64 {
-        match self {
-            Self::Angle(shaft) => angles[*shaft],
-            Self::Speed(shaft) => speeds[*shaft],
-            Self::Twist(row, rest) => row.iter().map(|(shaft, x)| x * angles[*shaft]).sum::<f64>() - rest,
-        }
+        let of = if self.speed { speeds } else { angles };
+        self.row.iter().map(|(shaft, x)| x * of[*shaft]).sum::<f64>() - self.rest
     }
 }
 
 /// The reading of a sensor.
 pub(crate) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
-    let shaft = |name: &String| plant.reduced.coordinate(name).expect("an output names a shaft");
-    Ok(match &sensor.measured {
-        Measured::Angle(name) => Reading::Angle(shaft(name)),
-        Measured::Speed(name) => Reading::Speed(shaft(name)),
-        Measured::SpringTorque(element) => {
-            let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
-            let (mut row, mut rest) = (Vec::new(), 0.0);
-            for spring in springs {
-                let stiffness = spring.value.stiffness.to_f64();
-                row.extend(spring.row.iter().map(|(shaft, x)| (*shaft, stiffness * rational_to_f64(x))));
-                rest += stiffness * spring.value.rest.to_f64();
-            }
-            Reading::Twist(row, rest)
-        }
-        Measured::ConstraintTorque(..)
-        | Measured::ComplianceTorque(..)
-        | Measured::NetTorque(_)
-        | Measured::Signal(_) => {
-            return Err(SynthesisError::NotASensor(sensor.name.clone()));
-        }
+    Reading::of(&sensor.measured, &plant.reduced).ok_or_else(|| {
+        let name = &sensor.name;
+        SynthesisError::at(
+            format!("`{name}` depends directly on the motor torques, so an observer cannot measure it"),
+            name,
+            "not for an observer",
+            "let the observer measure angles, speeds and torques of springs",
+        )
     })
 }
 
@@ -56,14 +68,9 @@ pub(crate) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
 pub(crate) fn sensors(readings: &[Reading]) -> (Vec<Sensor<f64>>, Vec<(usize, f64)>) {
     let mut terms = Vec::new();
     let one = |reading: &Reading| {
-        let first = terms.len();
-        match reading {
-            Reading::Angle(shaft) | Reading::Speed(shaft) => terms.push((*shaft, 1.0)),
-            Reading::Twist(row, _) => terms.extend_from_slice(row),
-        }
-        let rest = if let Reading::Twist(_, rest) = reading { *rest } else { 0.0 };
-        let row = Row { first, count: terms.len() - first };
-        Sensor { row, speed: matches!(reading, Reading::Speed(_)), rest }
+        let row = Row { first: terms.len(), count: reading.row.len() };
+        terms.extend_from_slice(&reading.row);
+        Sensor { row, speed: reading.speed, rest: reading.rest }
     };
     (readings.iter().map(one).collect(), terms)
 }
@@ -82,11 +89,8 @@ pub(crate) fn rows(readings: &[Reading], shafts: usize) -> [Matrix<f64>; 2] {
     let mut angles = Matrix::zeros(readings.len(), shafts);
     let mut speeds = Matrix::zeros(readings.len(), shafts);
     for (i, reading) in readings.iter().enumerate() {
-        match reading {
-            Reading::Angle(shaft) => angles[(i, *shaft)] = 1.0,
-            Reading::Speed(shaft) => speeds[(i, *shaft)] = 1.0,
-            Reading::Twist(row, _) => row.iter().for_each(|(shaft, x)| angles[(i, *shaft)] += x),
-        }
+        let of = if reading.speed { &mut speeds } else { &mut angles };
+        reading.row.iter().for_each(|(shaft, x)| of[(i, *shaft)] += x);
     }
     [angles, speeds]
 }

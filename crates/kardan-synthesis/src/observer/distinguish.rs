@@ -2,6 +2,7 @@
 
 use super::distinguishable::{in_proportion, sentences};
 use super::{Distinguishable, ObserverError, extend};
+use crate::decoupling::null_rows;
 use crate::notation::linear_combination;
 use crate::regulator::{Chains, chains};
 use kardan_analysis::LinearSystem;
@@ -33,7 +34,7 @@ pub fn distinguishable(
     let all = hidden_states(&found, extended.states.len());
     let columns: Vec<usize> = (n..n + names.len()).collect();
     let hidden = independent(&all, &columns);
-    let combinations = annihilator(&hidden);
+    let combinations = null_rows(&hidden);
     let unit = |row: &[Rational]| {
         let mut entries = (0..row.len()).filter(|&j| !row[j].is_zero());
         entries.next().filter(|_| entries.next().is_none())
@@ -60,15 +61,8 @@ pub fn distinguishable(
 /// A basis of the states that show in no sensor; the first entry of each that is not zero is one.
 pub(super) fn hidden_states(found: &Chains, n: usize) -> Vec<Vec<Rational>> {
     let rows = Matrix::from_fn(found.vectors.len(), n, |i, j| found.vectors[i].2[j].clone());
-    let null = annihilator(&rows);
+    let null = null_rows(&rows);
     (0..null.rows()).map(|i| null.row(i).to_vec()).collect()
-}
-
-/// Rows x with `M xᵀ = 0`, in reduced echelon form.
-fn annihilator(m: &Matrix<Rational>) -> Matrix<Rational> {
-    // Free columns first, so that the result has its leading ones early.
-    let descending: Vec<usize> = (0..m.columns()).rev().collect();
-    echelon(m, &descending).kernel().transpose()
 }
 
 /// Independent rows, in reduced echelon form, that span these vectors restricted to some columns.
@@ -110,6 +104,6 @@ pub(super) fn observable_constants(explicit: &LinearSystem, hidden: &[Vec<Ration
         return Vec::new();
     }
     let names: Vec<&String> = constants.iter().map(|&i| &explicit.states[i]).collect();
-    let observable = annihilator(&unobservable);
+    let observable = null_rows(&unobservable);
     (0..observable.rows()).map(|i| linear_combination(&names, observable.row(i))).collect()
 }

@@ -32,7 +32,7 @@ pub fn extend(system: &LinearSystem, disturbance: &Matrix<Rational>, names: &[St
         outputs: system.outputs.clone(),
         e: joined([&system.e, &Matrix::zeros(n, k)], [&Matrix::zeros(k, n), &Matrix::identity(k)]),
         a: joined([&system.a, disturbance], [&Matrix::zeros(k, n), &Matrix::zeros(k, k)]),
-        b: stacked(&system.b, &Matrix::zeros(k, system.inputs.len())),
+        b: stacked(&[&system.b, &Matrix::zeros(k, system.inputs.len())]),
         c: side_by_side(&[&system.c, &Matrix::zeros(system.outputs.len(), k)]),
         d: system.d.clone(),
         degrees_of_freedom: None,

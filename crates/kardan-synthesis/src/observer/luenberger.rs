@@ -3,9 +3,9 @@
 use super::ObserverError;
 use super::distinguish::{hidden_states, observable_constants};
 use super::distinguishable::in_proportion;
+use crate::exact_poles::{ExactPole, at_matrix, floats, product};
 use crate::notation::linear_combination;
-use crate::regulator::exact_poles::{floats, product};
-use crate::regulator::{Chains, ExactPole, chains};
+use crate::regulator::{Chains, chains};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 use kardan_results::Pole;
@@ -126,16 +126,9 @@ fn deal<'a>(
 
 fn polynomials(sensors: &[String], shares: &[&[ExactPole]]) -> Result<Vec<Polynomial>, ObserverError> {
     let polynomial = |(sensor, share): (&String, &&[ExactPole])| {
-        product(share).ok_or_else(|| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: floats(share) })
+        product(share).map_err(|_| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: floats(share) })
     };
     sensors.iter().zip(shares).map(polynomial).collect()
-}
-
-/// `p(A) v`, p monic.
-fn at_matrix(p: &Polynomial, a: &Matrix<Rational>, v: &Matrix<Rational>) -> Matrix<Rational> {
-    let mut coefficients = p.coefficients().iter().rev();
-    let first = coefficients.next().cloned().unwrap_or(Rational::ZERO);
-    coefficients.fold(v.scale(&first), |sum, c| a.multiply(&sum).plus(&v.scale(c)))
 }
 
 fn notes(sensors: &[String], indices: &[usize], channels: &[String]) -> Vec<String> {

@@ -5,7 +5,6 @@
 
 mod assignment;
 mod discrete;
-pub(super) mod exact_poles;
 mod floating;
 mod lyapunov;
 mod pole_list;
@@ -17,8 +16,8 @@ mod schur;
 mod single_input;
 mod steady_state;
 
+pub use super::exact_poles::ExactPole;
 pub use discrete::{SampledCost, SampledRegulator, sampled_lqr, stein};
-pub use exact_poles::ExactPole;
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
 pub use pole_placement::{Placement, PlacementError, place_poles};
 pub use quadratic::{Regulator, RiccatiError, Weights, lqr};

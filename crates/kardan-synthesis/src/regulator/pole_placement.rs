@@ -9,7 +9,7 @@ use super::pole_list::{multiplicities, paired, take_nearest};
 use super::quadratic::balanced_eigenvalues;
 use super::single_input::single_input;
 use super::{chains, unreached};
-use crate::matrix_parts::is_finite;
+use crate::matrix_parts::{is_finite, spread};
 use crate::notation::{format_pole, format_poles};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{Matrix, Rational, balance, echelon};
@@ -148,10 +148,7 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
     let chosen = eigenvectors(&a, &b, rank, &free)?;
     let condition = chosen.as_ref().map_or(f64::INFINITY, |chosen| chosen.condition);
     let inner = single.or(chosen.map(|chosen| from_faer(&chosen.gain))).ok_or(PlacementError::Dependent)?;
-    let mut gain = Matrix::zeros(explicit.inputs.len(), n);
-    for (k, &state) in reached.iter().enumerate() {
-        (0..gain.rows()).for_each(|i| gain[(i, state)] = inner[(i, k)]);
-    }
+    let gain = spread(&inner, &reached, n);
     let closed = explicit.a.to_f64().plus(&explicit.b.to_f64().multiply(&gain).scale(&-1.0));
     let achieved = balanced_eigenvalues(&closed).ok_or(PlacementError::Dependent)?;
     Ok(Placement { residual: mismatch(&achieved, poles), gain, poles: achieved, condition })

@@ -1,6 +1,6 @@
 //! Pole placement for a single input (Ackermann).
 
-use super::exact_poles::product;
+use crate::exact_poles::{at_matrix, product};
 use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use kardan_results::{Complex, Pole};
 
@@ -12,7 +12,7 @@ pub(super) fn single_input(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[
     let (n, m) = (a.rows(), b.columns());
     let exact: Option<Vec<(Rational, Rational)>> =
         poles.iter().map(|Complex { re, im }| rational_from_f64(*re).zip(rational_from_f64(*im))).collect();
-    let polynomial = product(&exact?)?;
+    let polynomial = product(&exact?).ok()?;
     let (row, first) = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).find(|&(i, j)| !b[(i, j)].is_zero())?;
     let mut rows = Matrix::<Rational>::zeros(n, n);
     let mut column = Matrix::from_fn(n, 1, |i, _| b[(i, first)].clone());
@@ -22,10 +22,7 @@ pub(super) fn single_input(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[
     }
     let last = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });
     let q = rows.solve(&last)?;
-    let transposed = a.transpose();
-    let mut coefficients = polynomial.coefficients().iter().rev();
-    let leading = coefficients.next()?;
-    let k = coefficients.fold(q.scale(leading), |sum, c| transposed.multiply(&sum).plus(&q.scale(c)));
+    let k = at_matrix(&polynomial, &a.transpose(), &q);
     let shares: Vec<Rational> = (0..m).map(|j| b[(row, j)].over(&b[(row, first)])).collect();
     let size = shares.iter().fold(Rational::ZERO, |sum, g| sum.plus(&g.times(g)));
     Some(Matrix::from_fn(m, n, |j, i| rational_to_f64(&shares[j].times(&k[(i, 0)]).over(&size))))

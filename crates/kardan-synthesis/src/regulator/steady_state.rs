@@ -68,7 +68,7 @@ pub fn steady_state(system: &LinearSystem) -> Result<SteadyState, SteadyStateErr
         return Err(SteadyStateError::NotSquare { outputs: p, inputs: m });
     }
     let whole = joined([&system.a, &system.b], [&system.c, &system.d]);
-    let right = stacked(&Matrix::zeros(n, p), &Matrix::identity(p));
+    let right = stacked(&[&Matrix::zeros(n, p), &Matrix::identity(p)]);
     let Some(solution) = whole.solve(&right) else {
         return Err(SteadyStateError::Zero { unheld: reason(system, &whole) });
     };

@@ -3,7 +3,7 @@
 use kardan_rt::functions::{log2, powi};
 
 use crate::Clock;
-use crate::matrix_parts::is_finite;
+use crate::matrix_parts::{is_finite, joined, window};
 use kardan_math::num::{Matrix, exponential};
 
 /// A plant `ẋ = A x + B u` with zero-order hold of the inputs, which change with a delay, exactly, over `[x; p₁ … p_h; u]`
@@ -37,11 +37,7 @@ impl ZohPlant {
         let all = n + (past + 1) * m;
         // The command of j samples before this one.
         let place = |before: usize| if before == 0 { n + past * m } else { n + (before - 1) * m };
-        let flow = Matrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-            (true, true) => a[(i, j)],
-            (true, false) => b[(i, j - n)],
-            _ => 0.0,
-        });
+        let flow = joined([a, b], [&Matrix::zeros(m, n), &Matrix::zeros(m, m)]);
         let first = if waiting == 0 { 0.0 } else { clock.delay - (waiting - 1) as f64 * clock.period };
         // [x; u in force] over everything known at the sample.
         let mut now = Matrix::from_fn(n + m, all, |i, j| f64::from(u8::from(i < n && i == j)));
@@ -118,17 +114,10 @@ pub(crate) fn integrated(a: &Matrix<f64>, q: &Matrix<f64>, time: f64) -> Option<
     let norm = (0..n).map(|i| a.row(i).iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * time;
     let doublings = if norm > 0.5 { log2(norm / 0.5).ceil() as i32 } else { 0 };
     let step = time / powi(2.0, doublings);
-    let both = Matrix::from_fn(2 * n, 2 * n, |i, j| {
-        step * match (i < n, j < n) {
-            (true, true) => -a[(j, i)],
-            (true, false) => q[(i, j - n)],
-            (false, true) => 0.0,
-            (false, false) => a[(i - n, j - n)],
-        }
-    });
-    let found = exponential(&both)?;
-    let mut power = Matrix::from_fn(n, n, |i, j| found[(n + i, n + j)]);
-    let upper = Matrix::from_fn(n, n, |i, j| found[(i, n + j)]);
+    let both = joined([&a.transpose().scale(&-1.0), q], [&Matrix::zeros(n, n), a]);
+    let found = exponential(&both.scale(&step))?;
+    let mut power = window(&found, n..2 * n, n..2 * n);
+    let upper = window(&found, 0..n, n..2 * n);
     let mut integral = power.transpose().multiply(&upper);
     for _ in 0..doublings {
         integral = integral.plus(&power.transpose().multiply(&integral).multiply(&power));

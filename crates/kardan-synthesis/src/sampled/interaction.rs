@@ -2,7 +2,7 @@
 
 use super::hold::{ZohPlant, plant_flow};
 use crate::Clock;
-use crate::matrix_parts::{columns_of, is_finite, selected};
+use crate::matrix_parts::{columns_of, is_finite, selected, side_by_side, stacked};
 use crate::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 use kardan_math::num::{Matrix, discretise};
 
@@ -54,7 +54,6 @@ struct Places {
     lagged: usize,
     disturbances: usize,
     model: usize,
-    references: usize,
     size: usize,
 }
 
@@ -71,10 +70,9 @@ impl Problem {
         let places = {
             let disturbances = n + lagged.len();
             let model = disturbances + self.w.columns();
-            let references = model + 2 * c;
-            Places { lagged: n, disturbances, model, references, size: references + c }
+            Places { lagged: n, disturbances, model, size: model + 3 * c }
         };
-        let (flow, input) = self.flow(&places, &lagged);
+        let (flow, input) = self.flow();
         let discrete = ZohPlant::new(&flow, &input, &self.cost(&places, &lagged), self.clock)?;
         // Regulated: z, lagged torques, past commands. Exogenous: d, ξ, r.
         let all = places.size + (discrete.past + 1) * m;
@@ -135,6 +133,13 @@ impl Problem {
 
     /// Aξ and Bξ of the sampled reference models, `ξ⁺ = Aξ ξ + Bξ r`; `None` if a number overflows.
     pub fn models(&self) -> Option<(Matrix<f64>, Matrix<f64>)> {
+        let [flow, input] = self.model_flow();
+        let found = discretise(&flow, &input, self.clock.period)?;
+        Some((found.a, found.b))
+    }
+
+    /// The same in continuous time.
+    fn model_flow(&self) -> [Matrix<f64>; 2] {
         let c = self.targets.len();
         let (mut flow, mut input) = (Matrix::zeros(2 * c, 2 * c), Matrix::zeros(2 * c, c));
         for (k, target) in self.targets.iter().enumerate() {
@@ -144,28 +149,20 @@ impl Problem {
             flow[(2 * k + 1, 2 * k + 1)] = -2.0 * w;
             input[(2 * k + 1, k)] = w * w;
         }
-        let found = discretise(&flow, &input, self.clock.period)?;
-        Some((found.a, found.b))
+        [flow, input]
     }
 
     /// `ṡ = F s + G u`.
-    fn flow(&self, places: &Places, lagged: &[usize]) -> (Matrix<f64>, Matrix<f64>) {
-        let plant = plant_flow(&self.a, &self.b, &self.w, &self.lags);
-        let mut flow = Matrix::zeros(places.size, places.size);
-        let mut input = Matrix::zeros(places.size, self.b.columns());
-        for i in 0..plant.0.rows() {
-            (0..plant.0.columns()).for_each(|j| flow[(i, j)] = plant.0[(i, j)]);
-            (0..input.columns()).for_each(|j| input[(i, j)] = plant.1[(i, j)]);
-        }
-        debug_assert_eq!(plant.0.rows(), places.lagged + lagged.len() + self.w.columns());
-        for (k, target) in self.targets.iter().enumerate() {
-            let (at, w) = (places.model + 2 * k, target.bandwidth);
-            flow[(at, at + 1)] = 1.0;
-            flow[(at + 1, at)] = -w * w;
-            flow[(at + 1, at + 1)] = -2.0 * w;
-            flow[(at + 1, places.references + k)] = w * w;
-        }
-        (flow, input)
+    fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
+        let (plant, input) = plant_flow(&self.a, &self.b, &self.w, &self.lags);
+        let [models, on_references] = self.model_flow();
+        let (own, behind, references) = (plant.rows(), models.rows(), on_references.columns());
+        let rest = behind + references;
+        let moving = side_by_side(&[&plant, &Matrix::zeros(own, rest)]);
+        let following = side_by_side(&[&Matrix::zeros(behind, own), &models, &on_references]);
+        // References stay as they are.
+        let flow = stacked(&[&moving, &following, &Matrix::zeros(references, own + rest)]);
+        (flow, stacked(&[&input, &Matrix::zeros(rest, input.columns())]))
     }
 
     /// `Σ (error/acceptable)²` over `[s; u in force]`.

@@ -267,20 +267,12 @@ impl Survey<'_> {
         Lifted::new(found, self.slowest(self.unchanged())?.free)
     }
 
-    /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.
+    /// The factors of the torques of one motor of the controller, or of all of them (`None`), below and above one, that the loop tolerates; `None` if it is
+    /// unstable.
     ///
     /// An uncontrolled mode, at zero because the law balances a torque exactly, moves with the factor; as many as there are
     /// are left out, those next to zero.
-    pub fn gain_margin(&self) -> Option<[Limit; 2]> {
-        self.factors(None)
-    }
-
-    /// The same for one motor of the controller, the others as they are.
-    pub fn motor_gain(&self, motor: usize) -> Option<[Limit; 2]> {
-        self.factors(Some(motor))
-    }
-
-    fn factors(&self, motor: Option<usize>) -> Option<[Limit; 2]> {
+    pub fn gain_margin(&self, motor: Option<usize>) -> Option<[Limit; 2]> {
         let change = |gain: f64| Change { gain, motor, ..self.unchanged() };
         let free = self.slowest(self.unchanged())?.excluded;
         let up = self.first(path(1.0, GAINS), free, change)?;

@@ -28,6 +28,7 @@ pub use event_sequence::SampledLoopError;
 pub use exact_map::ExactMap;
 pub(super) use filter::filter;
 pub use firmware::sampled;
+pub(super) use firmware::sampled_with;
 pub(super) use hold::{on_their_way, zoh_plant};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;

@@ -2,6 +2,7 @@
 
 use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
+use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::{Clock, ExportedSignal, LinearLaw, sizes};
 use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64};
 use kardan_mechanics::reduce::{FirstOrder, over_states};
@@ -164,11 +165,7 @@ impl<'a> Places<'a, f64> {
         }
         let inverse = sizes(&plant.inertia.solve(&Matrix::identity(r))?);
         let [springs, dampers] = [&plant.stiffness, &plant.damping].map(|of| inverse.multiply(&sizes(of)));
-        let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i.checked_sub(r), j.checked_sub(r)) {
-            (Some(i), Some(j)) => dampers[(i, j)],
-            (Some(i), None) => springs[(i, j)],
-            _ => a[(i, j)],
-        });
+        let a = stacked(&[&window(&a, 0..r, 0..2 * r), &side_by_side(&[&springs, &dampers])]);
         let equations = FirstOrder { a, b: sizes(&b), moving };
         let laws = parts.iter().map(|part| part.linear.sizes()).collect();
         let plant = FirstOrderPlant { equations, basis: sizes(&plant.basis), lags: plant.lags.clone() };

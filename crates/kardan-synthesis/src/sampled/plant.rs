@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::observed::Reading;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::assemble::{CoefficientKind as Kind, TermCoefficient};
-use kardan_mechanics::equations::{Measured, Sensor};
+use kardan_mechanics::equations::Sensor;
 use kardan_mechanics::reduce::{FirstOrder, LinearModel, Reduced, reads_blocks};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`. Coordinates without inertia have a damping, and no rate as a state.
@@ -64,23 +65,11 @@ impl SlowSensor {
 
     fn of(name: &str, sensor: &Sensor, reduced: &Reduced) -> Option<Self> {
         let period = sensor.sample_time.as_ref()?.to_f64();
-        let shaft = |name: &String| Some(vec![(reduced.coordinate(name)?, 1.0)]);
-        let (row, reads) = match &sensor.measured {
-            Measured::Angle(name) => (shaft(name)?, Reads::Angles),
-            Measured::Speed(name) if sensor.resolution.is_some() => (shaft(name)?, Reads::Differences),
-            Measured::Speed(name) => (shaft(name)?, Reads::Speeds),
-            Measured::SpringTorque(element) => {
-                let springs = reduced.equations.springs.iter().filter(|spring| spring.element == *element);
-                let torques = springs.flat_map(|spring| {
-                    let stiffness = spring.value.stiffness.to_f64();
-                    spring.row_f64().into_iter().map(move |(shaft, x)| (shaft, stiffness * x))
-                });
-                (torques.collect(), Reads::Angles)
-            }
-            Measured::ConstraintTorque(..)
-            | Measured::ComplianceTorque(..)
-            | Measured::NetTorque(_)
-            | Measured::Signal(_) => return None,
+        let Reading { row, speed, .. } = Reading::of(&sensor.measured, reduced)?;
+        let reads = match speed {
+            true if sensor.resolution.is_some() => Reads::Differences,
+            true => Reads::Speeds,
+            false => Reads::Angles,
         };
         Some(Self { name: name.into(), period, row, reads })
     }

@@ -29,15 +29,8 @@ pub(crate) struct RegulatorBlock<T> {
 
 #[derive(Debug, Clone)]
 enum Numbers<T> {
-    Fixed {
-        prediction: Vec<T>,
-        input: Vec<T>,
-        output: Vec<T>,
-        correction: Vec<T>,
-        feedback: Vec<T>,
-        /// On state, on reference model, on references.
-        governor: Option<[Vec<T>; 3]>,
-    },
+    /// Those of [`RegulatorData::parts`].
+    Fixed(Vec<Vec<T>>),
     Scheduled(Box<Scheduled<T>>),
 }
 
@@ -52,14 +45,7 @@ impl<T: Float> RegulatorBlock<T> {
         };
         let numbers = match schedule {
             Some(schedule) => Numbers::Scheduled(Box::new(Scheduled::new(schedule))),
-            None => Numbers::Fixed {
-                prediction: entries(&data.prediction),
-                input: entries(&data.input),
-                output: entries(&data.output),
-                correction: entries(&data.correction),
-                feedback: entries(&data.feedback),
-                governor: data.governor.as_ref().map(|governor| governor.parts([n, k, r]).map(|part| entries(&part))),
-            },
+            None => Numbers::Fixed(data.parts().iter().map(entries).collect()),
         };
         let governor_bounds = data.governor.as_ref().map_or(Vec::new(), |governor| T::list(&governor.bounds));
         Self {
@@ -105,16 +91,19 @@ impl<T: Float> Block for RegulatorBlock<T> {
         let gain = |matrix, columns: usize| Gain::new(matrix, columns.max(1));
         let (read, references, bounds) = (&self.read, &self.references, &self.bounds);
         let found = match &mut self.numbers {
-            Numbers::Fixed { prediction, input, output, correction, feedback, governor } => {
+            Numbers::Fixed(parts) => {
                 let fit = || {
-                    let governor = match &governor {
-                        Some([state, model, references]) => Some(Governor {
+                    let [prediction, input, output, correction, feedback, _, _, governor @ ..] = &parts[..] else {
+                        return None;
+                    };
+                    let governor = match governor {
+                        [state, model, references] => Some(Governor {
                             on_state: gain(state, n)?,
                             on_model: gain(model, k)?,
                             on_references: gain(references, r)?,
                             bounds: &self.governor_bounds,
                         }),
-                        None => None,
+                        _ => None,
                     };
                     Some(Regulator {
                         prediction: gain(prediction, n)?,

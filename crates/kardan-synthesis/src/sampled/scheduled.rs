@@ -119,22 +119,17 @@ impl ScheduleData {
             Matrix::from_fn(part.rows(), part.columns(), |i, j| numbers[start + i * part.columns() + j])
         });
         let mut next = || parts.next();
-        let (prediction, input, output, correction) = (next()?, next()?, next()?, next()?);
-        let (feedback, force_input, on_forces) = (next()?, next()?, next()?);
-        let (model, model_input, bounds) =
-            (straight.model.clone(), straight.model_input.clone(), straight.bounds.clone());
+        // In the order of the parts.
         Some(RegulatorData {
-            prediction,
-            input,
-            output,
-            correction,
-            model,
-            model_input,
-            feedback,
-            bounds,
+            prediction: next()?,
+            input: next()?,
+            output: next()?,
+            correction: next()?,
+            feedback: next()?,
+            force_input: next()?,
+            on_forces: next()?,
             governor: None,
-            on_forces,
-            force_input,
+            ..straight.clone()
         })
     }
 

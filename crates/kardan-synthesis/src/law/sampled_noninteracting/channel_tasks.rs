@@ -70,7 +70,13 @@ pub(super) fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<Ou
             }
         };
         if let Some(key) = idle.iter().copied().find(|key| channel.has(key)) {
-            return Err(SynthesisError::IdleChannelKey { output: output.name, kind, key });
+            let name = &output.name;
+            return Err(SynthesisError::at(
+                format!("the channel of `{name}` controls {kind}, so that `{key}` has no meaning for it"),
+                name,
+                "this channel",
+                format!("remove `{key}`"),
+            ));
         }
         tasks.push(task);
         outputs.push(output);

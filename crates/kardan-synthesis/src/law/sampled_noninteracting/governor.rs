@@ -2,6 +2,7 @@
 
 use kardan_rt::functions::powf;
 
+use crate::matrix_parts::{side_by_side, stacked};
 use crate::sampled::{GovernorData, Problem, RegulatorData};
 use kardan_math::num::Matrix;
 
@@ -34,18 +35,13 @@ pub(super) fn governor(
         (0..INSTANTS).map(|i| (powf(horizon, i as f64 / (INSTANTS - 1) as f64)).round() as usize - 1).collect();
     instants.dedup();
     // [x̂; ξ; r]⁺ with u = −K [x̂; ξ; r].
-    let mut closed = Matrix::zeros(size, size);
-    for i in 0..n {
-        for j in 0..size {
-            let fed: f64 = (0..m).map(|l| data.input[(i, l)] * data.feedback[(l, j)]).sum();
-            closed[(i, j)] = if j < n { data.prediction[(i, j)] - fed } else { -fed };
-        }
-    }
-    for i in 0..k {
-        (0..k).for_each(|j| closed[(n + i, n + j)] = data.model[(i, j)]);
-        (0..r).for_each(|j| closed[(n + i, n + k + j)] = data.model_input[(i, j)]);
-    }
-    (0..r).for_each(|i| closed[(n + k + i, n + k + i)] = 1.0);
+    let estimate = Matrix::from_fn(n, size, |i, j| {
+        let fed: f64 = (0..m).map(|l| data.input[(i, l)] * data.feedback[(l, j)]).sum();
+        if j < n { data.prediction[(i, j)] - fed } else { -fed }
+    });
+    let model = side_by_side(&[&Matrix::zeros(k, n), &data.model, &data.model_input]);
+    let references = side_by_side(&[&Matrix::zeros(r, n + k), &Matrix::identity(r)]);
+    let mut closed = stacked(&[&estimate, &model, &references]);
     for (channel, torque) in responses {
         torque.iter().enumerate().for_each(|(i, x)| closed[(i, n + 2 * channel)] -= x);
     }

@@ -95,7 +95,7 @@ fn references(values: &Values) -> Vec<Reference> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let Some(clock) = clock(values)? else {
-        return Err(SynthesisError::SampledOnly(SAMPLED_NONINTERACTING.keyword));
+        return Err(SynthesisError::sampled_only(SAMPLED_NONINTERACTING.keyword));
     };
     let inputs = paired_inputs(values);
     let references = references(values);

@@ -3,7 +3,7 @@
 use kardan_rt::functions::{atan2, ln};
 
 use crate::counters::ReducedStates;
-use crate::observed::{Reading, distinguishable_torques, noise, reading};
+use crate::observed::{Reading, compensation, distinguishable_torques, noise, reading};
 use crate::observer::{extend, kalman};
 use crate::sampled::{filter, zoh_plant};
 use crate::{Request, SynthesisError, reading_variance, rounded};
@@ -37,11 +37,9 @@ pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<O
     let (plant, states) = (request.plant, request.plant.state_names());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
-    if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
-        return Err(SynthesisError::NotAShare(share));
-    }
+    keys.map(compensation).transpose()?;
     if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
-        return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
+        return Err(SynthesisError::idle_key("poles", "kalman"));
     }
     let measured = keys.and_then(|keys| keys.names("sensors")).unwrap_or(&states);
     let sensors: Vec<OutputSignal> = measured.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?;
@@ -49,7 +47,7 @@ pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<O
     let system = plant.system(inputs, &sensors);
     let (torques, _) = plant.torques(request.disturbances, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
+        .ok_or_else(|| SynthesisError::sampled_overflow(clock.period))?;
     let size = discrete.flow.rows();
     let c = system.c.to_f64();
     let output = Matrix::from_fn(c.rows(), size, |i, j| if j < c.columns() { c[(i, j)] } else { 0.0 });
@@ -69,7 +67,7 @@ pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<O
     let extended = extend(&system, &torques, &names);
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
     let noise = noise(keys, &extended, 10.0);
-    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let failed = |error| SynthesisError::observer(&extended.outputs, &error);
     let straight = plant.is_moved() || plant.point.position.iter().all(|angle| *angle == 0.0);
     if straight {
         kalman(&extended, &noise).map_err(failed)?;
@@ -82,8 +80,12 @@ pub(super) fn observer(request: &Request<'_>, spec: &DesignSpec<'_>) -> Result<O
         .iter()
         .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
         .collect();
-    let found = filter(&discrete.flow, &out.output, &intensities, &variances, clock.period)
-        .ok_or(SynthesisError::SampledRiccati("observer"))?;
+    let found = filter(&discrete.flow, &out.output, &intensities, &variances, clock.period).ok_or_else(|| {
+        SynthesisError::whole(
+            "the Riccati equation of the observer has no stabilising solution in floating point",
+            "add a sensor, estimate fewer torques, or choose other noises",
+        )
+    })?;
     let out = Observer { full: false, correction: found.gain, ..out };
     if !straight {
         return Ok(out);

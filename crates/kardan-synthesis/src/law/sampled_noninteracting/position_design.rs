@@ -3,6 +3,7 @@
 use kardan_rt::Bounds;
 
 use crate::decoupling::observable_quotient;
+use crate::matrix_parts::{columns_of, side_by_side, stacked};
 use crate::outputs::channels;
 use crate::sampled::{Problem, RegulatorData, Solution, Target, zoh_plant};
 use crate::{Request, SynthesisError, effective_inertia};
@@ -62,18 +63,25 @@ pub(super) fn designed(request: &Request<'_>, spec: &DesignSpec<'_>, forces: boo
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
-            return Err(SynthesisError::Unreached(outputs[k].name.clone()));
+            let name = &outputs[k].name;
+            let message = format!("no motor of the law acts on `{name}`");
+            return Err(SynthesisError::at(message, name, "not reached", "choose other motors or another output"));
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
     let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: spec.changes.to_vec(), clock };
-    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati("feedback"))?;
+    let solution = problem.solve().ok_or_else(|| {
+        SynthesisError::whole(
+            "the Riccati equation of the feedback has no stabilising solution in floating point",
+            "choose another sample time, a smaller bandwidth, larger acceptable errors, or a shorter `coasting_time`",
+        )
+    })?;
     let lift = quotient.projection.to_f64();
     let observed = observer(request, spec)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
     let force_input = pushed(request, external, spec)?;
     let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, spec.bounds)
-        .ok_or(SynthesisError::TooLarge)?;
+        .ok_or_else(SynthesisError::too_large)?;
     if values.word("governor") != Some("off") {
         let responses = unit_torque_responses(request, spec)?;
         data.governor = governor(&data, &problem, &responses);
@@ -88,7 +96,7 @@ fn pushed(request: &Request<'_>, shafts: &[usize], spec: &DesignSpec<'_>) -> Res
     let system = request.plant.system(inputs, &[]);
     let (torques, _) = request.plant.torques(shafts, &[]);
     let discrete = zoh_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
-        .ok_or(SynthesisError::SampledOverflow(clock.period))?;
+        .ok_or_else(|| SynthesisError::sampled_overflow(clock.period))?;
     let own = discrete.flow.rows() - shafts.len();
     Ok(Matrix::from_fn(own, shafts.len(), |i, j| discrete.state[(i, own + j)]))
 }
@@ -103,52 +111,34 @@ fn assemble(
     pushed: &Matrix<f64>,
     bounds: &[Bounds<f64>],
 ) -> Option<RegulatorData> {
-    let (m, c) = (problem.b.columns(), problem.targets.len());
-    let states = lift.columns();
-    let lagged = solution.on_lagged.columns();
-    let disturbances = observed.disturbances.len();
-    let own = states + lagged + disturbances;
-    let past = solution.on_past.columns();
+    let (m, p, own) = (problem.b.columns(), observed.output.rows(), observed.output.columns());
+    let (past, forces, disturbances) = (solution.on_past.columns(), pushed.columns(), observed.disturbances.len());
     let n = own + past;
-    let on_state = solution.on_state.multiply(lift);
-    let mut prediction = Matrix::zeros(n, n);
-    let mut input = Matrix::zeros(n, m);
-    for i in 0..own {
-        (0..n).for_each(|j| prediction[(i, j)] = observed.prediction[(i, j)]);
-        (0..m).for_each(|j| input[(i, j)] = observed.prediction[(i, n + j)]);
-    }
-    for i in 0..past {
-        if i < m {
-            input[(own + i, i)] = 1.0;
-        } else {
-            prediction[(own + i, own + i - m)] = 1.0;
-        }
-    }
-    let p = observed.output.rows();
-    let output = Matrix::from_fn(p, n, |i, j| if j < own { observed.output[(i, j)] } else { 0.0 });
-    let correction = Matrix::from_fn(n, p, |i, j| if i < own { observed.correction[(i, j)] } else { 0.0 });
+    let unit = |here: bool| f64::from(u8::from(here));
+    // The command becomes the last one, the others move on.
+    let moved = Matrix::from_fn(past, n, |i, j| unit(i >= m && j == own + i - m));
+    let commanded = Matrix::from_fn(past, m, |i, j| unit(i == j));
     let (model, model_input) = problem.models()?;
-    let feedback = Matrix::from_fn(m, n + 3 * c, |i, j| match j {
-        j if j < states => on_state[(i, j)],
-        j if j < states + lagged => solution.on_lagged[(i, j - states)],
-        j if j < own => compensation * solution.on_disturbance[(i, j - states - lagged)],
-        j if j < n => solution.on_past[(i, j - own)],
-        j if j < n + 2 * c => solution.on_model[(i, j - n)],
-        j => solution.on_reference[(i, j - n - 2 * c)],
-    });
-    let forces = pushed.columns();
+    let feedback = [
+        &solution.on_state.multiply(lift),
+        &solution.on_lagged,
+        &columns_of(&solution.on_disturbance, 0..disturbances).scale(&compensation),
+        &solution.on_past,
+        &solution.on_model,
+        &solution.on_reference,
+    ];
     Some(RegulatorData {
-        prediction,
-        input,
-        output,
-        correction,
+        prediction: stacked(&[&columns_of(&observed.prediction, 0..n), &moved]),
+        input: stacked(&[&columns_of(&observed.prediction, n..n + m), &commanded]),
+        output: side_by_side(&[&observed.output, &Matrix::zeros(p, past)]),
+        correction: stacked(&[&observed.correction, &Matrix::zeros(past, p)]),
         model,
         model_input,
-        feedback,
+        feedback: side_by_side(&feedback),
         bounds: bounds.to_vec(),
         governor: None,
-        on_forces: Matrix::from_fn(m, forces, |i, j| solution.on_disturbance[(i, disturbances + j)]),
-        force_input: Matrix::from_fn(n, forces, |i, j| if i < pushed.rows() { pushed[(i, j)] } else { 0.0 }),
+        on_forces: columns_of(&solution.on_disturbance, disturbances..disturbances + forces),
+        force_input: stacked(&[pushed, &Matrix::zeros(n - pushed.rows(), forces)]),
     })
 }
 

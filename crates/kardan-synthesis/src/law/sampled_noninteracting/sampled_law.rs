@@ -1,5 +1,6 @@
 //! The designed law: its states, its block, and its linear part at a position of the joints.
 
+use crate::matrix_parts::{columns_of, side_by_side, stacked};
 use crate::observed::{Reading, rows};
 use crate::sampled::{RegulatorBlock, RegulatorData, ScheduleData};
 use crate::{Block, Clock, Law, LinearLaw, Reference};
@@ -28,10 +29,10 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
-    /// x̂, ξ, last readings, governed references, commands: where each begins.
-    fn places(&self) -> [usize; 5] {
-        let [n, k, r, p, _] = self.data.sizes();
-        [0, n, n + k, n + k + p, n + k + p + r]
+    /// Where ξ, the last readings and the governed references begin, behind x̂; last come the commands.
+    fn places(&self) -> [usize; 3] {
+        let [n, k, _, p, _] = self.data.sizes();
+        [n, n + k, n + k + p]
     }
 
     /// The linear part with these numbers.
@@ -39,40 +40,31 @@ impl Sampled {
         let RegulatorData { prediction, input, output, correction, model, model_input, feedback, .. } = data;
         let [n, k, r, p, m] = self.data.sizes();
         let size = self.states.len();
-        let [_, models, readings, governed, _] = self.places();
         let [angles, speeds] = rows(&self.readings, self.shafts);
+        let zeros = Matrix::<f64>::zeros;
+        let minus = feedback.scale(&-1.0);
         // x̂ after the correction: (I − M C) x̂ + M y.
         let uncorrected = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
-        let on_estimate = Matrix::from_fn(m, n, |i, j| -feedback[(i, j)]);
+        let on_estimate = columns_of(&minus, 0..n);
         let on_states = on_estimate.multiply(&uncorrected);
         let on_readings = on_estimate.multiply(correction);
-        let command = Matrix::from_fn(m, size, |i, j| match j {
-            j if j < n => on_states[(i, j)],
-            j if (models..models + k).contains(&j) => -feedback[(i, n + j - models)],
-            _ => 0.0,
-        });
+        // Behind estimates and reference models there are readings, governed references and commands of the last sample.
+        let last = p + r + m;
+        let command = side_by_side(&[&on_states, &columns_of(&minus, n..n + k), &zeros(m, last)]);
         let next_of = |corrected: &Matrix<f64>, commanded: &Matrix<f64>| {
             prediction.multiply(corrected).plus(&input.multiply(commanded))
         };
-        let corrected = Matrix::from_fn(n, size, |i, j| if j < n { uncorrected[(i, j)] } else { 0.0 });
+        let corrected = side_by_side(&[&uncorrected, &zeros(n, k + last)]);
         let (next_estimate, next_from_readings) = (next_of(&corrected, &command), next_of(correction, &on_readings));
-        let last_command = self.places()[4];
-        let states = Matrix::from_fn(size, size, |i, j| match i {
-            i if i < n => next_estimate[(i, j)],
-            i if (models..models + k).contains(&i) && (models..models + k).contains(&j) => {
-                model[(i - models, j - models)]
-            }
-            i if i >= last_command => command[(i - last_command, j)],
-            _ => 0.0,
-        });
-        let from_readings = Matrix::from_fn(size, p, |i, j| match i {
-            i if i < n => next_from_readings[(i, j)],
-            i if (readings..readings + p).contains(&i) => f64::from(u8::from(i - readings == j)),
-            i if i >= last_command => on_readings[(i - last_command, j)],
-            _ => 0.0,
-        });
+        let next_model = side_by_side(&[&zeros(k, n), model, &zeros(k, last)]);
+        let readings = [&next_from_readings, &zeros(k, p), &Matrix::identity(p), &zeros(r, p), &on_readings];
+        let from_readings = stacked(&readings);
+        let on_references = columns_of(&minus, n + k..n + k + r);
+        let fed = |i: usize, j: usize| -> f64 { (0..m).map(|l| -input[(i, l)] * feedback[(l, n + k + j)]).sum() };
+        let next_from_references = Matrix::from_fn(n, r, fed);
+        let references = [&next_from_references, model_input, &zeros(p, r), &Matrix::identity(r), &on_references];
         LinearLaw {
-            states,
+            states: stacked(&[&next_estimate, &next_model, &zeros(p + r, size), &command]),
             angles: from_readings.multiply(&angles),
             speeds: from_readings.multiply(&speeds),
             disturbances: Matrix::zeros(size, 0),
@@ -81,14 +73,8 @@ impl Sampled {
             on_angles: on_readings.multiply(&angles),
             on_speeds: on_readings.multiply(&speeds),
             on_disturbances: Matrix::zeros(m, 0),
-            references: Matrix::from_fn(size, r, |i, j| match i {
-                i if i < n => (0..m).map(|l| -input[(i, l)] * feedback[(l, n + k + j)]).sum(),
-                i if (models..models + k).contains(&i) => model_input[(i - models, j)],
-                i if (governed..governed + r).contains(&i) => f64::from(u8::from(i - governed == j)),
-                i if i >= last_command => -feedback[(i - last_command, n + k + j)],
-                _ => 0.0,
-            }),
-            on_references: Matrix::from_fn(m, r, |i, j| -feedback[(i, n + k + j)]),
+            references: stacked(&references),
+            on_references,
             // Without sensors of its own the law reads true angles and speeds.
             errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
             on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
@@ -123,7 +109,7 @@ impl Law for Sampled {
         for (state, &shaft) in out.iter_mut().zip(&self.coordinates) {
             *state = angles[shaft];
         }
-        let [_, models, readings, governed, _] = self.places();
+        let [models, readings, governed] = self.places();
         // Reference models begin at the values of their outputs.
         for (k, shaft) in self.positions.iter().enumerate() {
             if let Some(shaft) = *shaft {

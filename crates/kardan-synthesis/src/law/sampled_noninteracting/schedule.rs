@@ -28,13 +28,12 @@ pub(super) enum Follows {
 pub(super) fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
     let setting = request.values.number("schedule");
     if let Some(points) = setting.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
-        return Err(SynthesisError::SchedulePoints(points));
+        let message = format!("`schedule` is {points}: it must be a whole number of positions from 1 to 256");
+        return Err(SynthesisError::whole(message, "write a whole number, such as 16"));
     }
     if request.plant.is_moved() {
         return match setting {
-            Some(points) if points != 1.0 => {
-                Err(SynthesisError::NoSchedule("it is designed at one operating point".into()))
-            }
+            Some(points) if points != 1.0 => Err(no_schedule("it is designed at one operating point")),
             _ => Ok(Follows::Nothing),
         };
     }
@@ -44,9 +43,15 @@ pub(super) fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> 
     }
     match turning(&request.plant.reduced) {
         Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
-        Err(reason) if setting.is_some() => Err(SynthesisError::NoSchedule(reason)),
+        Err(reason) if setting.is_some() => Err(no_schedule(&reason)),
         Err(reason) => Ok(Follows::Cannot(reason)),
     }
+}
+
+/// The law cannot follow the position of the joints, and why, as the end of a sentence.
+fn no_schedule(reason: &str) -> SynthesisError {
+    let help = "write `schedule = 1`, or leave it out: the law is then designed straight ahead";
+    SynthesisError::whole(format!("the law cannot follow the position of its joints: {reason}"), help)
 }
 
 /// The same design at positions over half a turn. Where the joints have the ratios of a point before, its numbers are taken.

@@ -44,7 +44,7 @@ pub(in crate::study) fn design_diagnostic(
     control: &ControlSpec,
     error: &SynthesisError,
 ) -> Diagnostic {
-    let Advice { named, label, help } = error.advice();
+    let Advice { named, label, help } = error.advice.clone();
     let out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
     let mut places: Vec<Place> =
         named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();

@@ -70,7 +70,7 @@ pub(in crate::study) fn motor_margins(view: &ControlLoop<'_>, motors: &[String])
 /// The margins of a motor of a sampled controller in a loop with several clocks, searched on the map over their common period.
 fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMargin> {
     let lifted = survey.lifted(motor)?;
-    let [down, up] = survey.motor_gain(motor)?;
+    let [down, up] = survey.gain_margin(Some(motor))?;
     let limited = |limit: &Limit| (limit.value > 0.0 && limit.value.is_finite()).then_some(limit.frequency);
     let found = ChannelMargins {
         gain: [down.value, up.value],

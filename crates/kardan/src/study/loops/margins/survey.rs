@@ -96,7 +96,7 @@ pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design:
     let only_motor =
         channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.is_sensor && !one.multirate_search);
     let gain_margin =
-        only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin().filter(|_| stable != Some(false)));
+        only_motor.map(of_motor).or_else(|| reduced_survey.gain_margin(None).filter(|_| stable != Some(false)));
     let hard = |[low, high]: [f64; 2]| low > 1.0 / LOW_MARGIN || high < LOW_MARGIN;
     let low_margins = channels.iter().any(|one| !one.is_sensor && low_margins(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
