@@ -84,10 +84,9 @@ pub(super) struct RunLoop {
     looked: Vec<f64>,
     /// Memory for states at the begin, in the middle and at the end of a part of a step.
     between: [Vec<f64>; 3],
-    derivative: Vec<f64>,
-    moved: Vec<f64>,
+    /// Directions that leave their mode at the time examined last, and whether limits of a motor do.
     reversed: Vec<usize>,
-    switching: Vec<usize>,
+    switching: bool,
     event_samples: EventSamples,
     initial_energy: f64,
     /// The work of the inputs when it was last evaluated, and the sum of the sizes of its changes until then, J.
@@ -194,10 +193,8 @@ impl RunLoop {
             chattering: Chattering::default(),
             zeno_events: 0,
             looked: vec![0.0; size],
-            derivative: vec![0.0; size],
-            moved: vec![0.0; size],
             reversed: Vec::new(),
-            switching: Vec::new(),
+            switching: false,
             state,
             initial_energy: 0.0,
             work: 0.0,

@@ -284,6 +284,7 @@ impl Machine {
             degrees_of_freedom: r,
             size: size + 2,
             commands: vec![0.0; inputs],
+            ahead: std::array::from_fn(|_| vec![0.0; size + 2]),
             torques: vec![0.0; inputs],
             applied: vec![0.0; inputs],
             force: vec![0.0; r],

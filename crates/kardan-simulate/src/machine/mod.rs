@@ -124,6 +124,8 @@ pub struct Machine {
     /// Of each source its steps and ramps.
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
+    /// Memory for the rates of the commands: slope of the state, and a state on the way.
+    ahead: [Vec<f64>; 2],
     /// Reported torques of the inputs.
     pub(super) torques: Vec<f64>,
     /// Their applied torques: with ripple.

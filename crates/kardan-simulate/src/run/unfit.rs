@@ -70,13 +70,14 @@ impl RunLoop {
             return Some(what);
         }
         let whole = at.max(BEGIN);
-        self.machine.derivative(at, &self.state, &mut self.derivative);
+        let (mut slopes, mut moved) = (self.state.clone(), self.state.clone());
+        self.machine.derivative(at, &self.state, &mut slopes);
         let mut later = BEYOND * whole;
         while later <= FAR * whole {
-            for ((moved, x), slope) in self.moved.iter_mut().zip(&self.state).zip(&self.derivative) {
+            for ((moved, x), slope) in moved.iter_mut().zip(&self.state).zip(&slopes) {
                 *moved = x + later * slope;
             }
-            let what = self.machine.not_finite(at + later, &self.moved, names);
+            let what = self.machine.not_finite(at + later, &moved, names);
             if let Some(what) = what.filter(|what| is_undefined(what)) {
                 return Some(what);
             }
