@@ -4,13 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use super::failing_sensor::FailingSensor;
 use super::machine::{Found, Machine};
-use super::readings::{Read, Readings};
-use super::sampler::{Compliance, Sampler, numbers_of, stiffness};
+use super::readings::Readings;
+use super::sampler::{Compliance, Read, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use kardan_expr::expr::Expr;
 use kardan_math::num::{StateArchive, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
-use kardan_mechanics::equations::{Domain, InputKind, Measured, UnilateralConstraint};
+use kardan_mechanics::equations::{Domain, InputKind, UnilateralConstraint};
 use kardan_mechanics::reduce::{Motion, Reduced};
 use kardan_results::signal_name::Quantity;
 use kardan_results::{Physical, Signal};
@@ -272,31 +272,18 @@ impl Columns<'_> {
         let all = reduced.equations.sensors.iter().chain(&reduced.equations.signal_sensors);
         for (name, sensor) in all {
             let measured = &sensor.measured;
-            let (shown, physical, quantity) = match measured {
-                Measured::Signal(signal) => {
-                    let source = scenario.sources.iter().position(|source| source.name == *signal);
-                    // In a file with an error it may be missing.
-                    let Some(source) = source else { continue };
-                    (name.clone(), scenario.sources[source].physical, Read::Source(source))
-                }
-                _ => {
-                    let (physical, quantity) = self.read(measured);
-                    (reduced.equations.reading(measured).of(name), physical, quantity)
-                }
-            };
-            let quantity = match (measured, Sampler::differentiates(sensor)) {
-                (Measured::Speed(name), true) => Read::Angle(reduced.coordinate(name).expect("a sensor names a shaft")),
-                _ => quantity,
+            let source = |signal: &str| scenario.sources.iter().position(|source| source.name == signal);
+            // In a file with an error a signal may be missing.
+            let Some(read) = Read::of(measured, reduced, Sampler::differentiates(sensor), source) else { continue };
+            let (shown, physical) = match read {
+                Read::Source(source) => (name.clone(), scenario.sources[source].physical),
+                _ => (reduced.equations.reading(measured).of(name), reduced.equations.reading(measured).physical()),
             };
             let description = format!("reading of sensor {name}");
             self.add(shown, physical, description, Read::Sensor(samplers.len()));
-            let seed = scenario.seed;
-            samplers.push(SensorColumn {
-                read: quantity,
-                sampler: Sampler::new(name, sensor, stiffness(reduced, measured), seed),
-                failing: FailingSensor::new(name, name, &scenario.faults.sensors, seed),
-                shown: 0.0,
-            });
+            let sampler = Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed);
+            let failing = FailingSensor::new(sampler, name, name, scenario);
+            samplers.push(SensorColumn { read, failing, shown: 0.0 });
         }
         samplers
     }
@@ -309,39 +296,12 @@ impl Columns<'_> {
         let description = format!("{kind}{} of {element} on {} {name}", physical.word(), domain.carrier());
         self.add(format!("{element}.{}", effort.of(name)), physical, description, read);
     }
-
-    /// The quantity that a sensor measures.
-    fn read(&self, measured: &Measured) -> (Physical, Read) {
-        let reduced = self.reduced;
-        let physical = reduced.equations.reading(measured).physical();
-        let shaft = |name: &str| reduced.coordinate(name).expect("a sensor names a shaft");
-        let torque = match measured {
-            Measured::Angle(s) => return (physical, Read::Angle(shaft(s))),
-            Measured::Speed(s) => return (physical, Read::Speed(shaft(s))),
-            Measured::SpringTorque(element) => {
-                Read::SpringDamper { springs: numbers_of(element, &reduced.equations.springs), dampers: Vec::new() }
-            }
-            Measured::NetTorque(s) => Read::NetTorque(shaft(s)),
-            Measured::ComplianceTorque(element, s) => {
-                let torque = Compliance::new(reduced, element, Some(shaft(s)));
-                Read::Compliance(torque.expect("a sensor names a compliance"))
-            }
-            Measured::ConstraintTorque(element, s) => {
-                let mut elements = reduced.constraint_elements().into_iter();
-                let k = elements.position(|e| e == element).expect("a sensor names a constraint");
-                Read::ConstraintTorque(k, shaft(s))
-            }
-            Measured::Signal(name) => unreachable!("the signal `{name}` is a source"),
-        };
-        (physical, torque)
-    }
 }
 
 /// A sensor that has a column.
 struct SensorColumn {
     /// The measured quantity.
     read: Read,
-    sampler: Sampler,
     failing: FailingSensor,
     /// The value of its column: its output, and where that is not a number, its previous output.
     shown: f64,
@@ -350,11 +310,10 @@ struct SensorColumn {
 impl SensorColumn {
     /// Reads if it is due, with its faults.
     fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
-        if self.sampler.next_time().is_some_and(|next| next > time) {
+        if self.failing.sampler.next_time().is_some_and(|next| next > time) {
             return;
         }
-        self.sampler.sample(time, exact);
-        let reading = self.failing.reading(self.sampler.zoh_output, time);
+        let reading = self.failing.read(time, exact);
         if reading.is_finite() || !self.failing.fails() {
             self.shown = reading;
         }
@@ -367,7 +326,7 @@ fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String,
     let places: Vec<Read> = sensors
         .into_iter()
         .map(|sensor| {
-            if sensor.sampler.is_ideal() && !sensor.failing.fails() {
+            if sensor.failing.sampler.is_ideal() && !sensor.failing.fails() {
                 return sensor.read;
             }
             real_sensors.push(sensor);
@@ -523,8 +482,7 @@ impl Outputs {
 
     /// The state that the next readings of the sensors depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
-            sampler.archive_state(archive);
+        for SensorColumn { failing, shown, .. } in &mut self.samplers {
             failing.archive_state(archive);
             archive.number(shown);
         }
@@ -541,7 +499,7 @@ impl Outputs {
 
     /// The next time at which a sampled sensor reads, s.
     pub fn next_sample(&self) -> f64 {
-        self.samplers.iter().filter_map(|sensor| sensor.sampler.next_time()).fold(f64::INFINITY, f64::min)
+        self.samplers.iter().filter_map(|sensor| sensor.failing.sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
     /// Evaluates the sources of signals and sensors at a point; before `sample` and `record`.

@@ -3,40 +3,10 @@
 
 use super::compiled_plan::{CompiledPlan, exact, sum, symbols};
 use super::machine::{Found, Machine};
-use super::sampler::Compliance;
+use super::sampler::{Compliance, Read};
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::num::Rational;
 use kardan_mechanics::reduce::{Acting, Motion, Reduced};
-
-/// The quantity of a signal or a sensor.
-#[derive(Debug, Clone)]
-pub(super) enum Read {
-    Angle(usize),
-    Speed(usize),
-    Torque(usize),
-    Command(usize),
-    Ripple(usize),
-    Multiplier(usize),
-    NetTorque(usize),
-    ConstraintTorque(usize, usize),
-    /// Sum of multipliers, each times a number.
-    Potentials(Vec<(usize, f64)>),
-    SpringDamper {
-        springs: Vec<usize>,
-        dampers: Vec<usize>,
-    },
-    Compliance(Compliance),
-    Friction(usize),
-    /// Torques of unilateral constraints, each times a number.
-    Unilaterals(Vec<(usize, f64)>),
-    /// The multiplier of a multiplier constraint, as a sum of those of independent rows, each times a number.
-    MultiplierConstraint(Vec<(usize, f64)>),
-    /// Its torque on a shaft: first its row as a sum of independent rows.
-    MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
-    Law(usize),
-    Source(usize),
-    Sensor(usize),
-}
 
 /// The plan of all readings.
 pub(super) struct Readings {
