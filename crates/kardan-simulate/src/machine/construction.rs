@@ -24,7 +24,6 @@ use kardan_math::num::{Cholesky, Matrix};
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::equations::Measured;
-use kardan_mechanics::program::Task;
 use kardan_mechanics::reduce::{Dynamics, Motion, Reduced, Work};
 use kardan_results::signal_name::SignalName;
 use kardan_synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation, TaskLaw};
@@ -101,14 +100,27 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
     found.unwrap_or_else(|| panic!("`{signal}`, which is read or output, is a source"))
 }
 
-/// A law among the inputs and sources of a run; `size` grows by its states.
-fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> ConnectedLaw {
-    let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
-    let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
-    let inputs: Vec<usize> = law.inputs().iter().map(input).collect();
+/// A law among the inputs and sources of a run; `size` grows by its states. The outputs of a task `of_blocks` are sources,
+/// those of other laws commands of inputs.
+fn connected_law(
+    law: &Arc<dyn Law>,
+    of_blocks: bool,
+    setup: &Setup<'_>,
+    drives: &[Drive],
+    size: &mut usize,
+) -> ConnectedLaw {
+    let (all, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
+    let input = |name: &String| all.iter().position(|i| i.element == *name).expect("a law commands inputs");
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    if of_blocks {
+        outputs.extend(law.inputs().iter().map(|name| source_of(name, setup)));
+    } else {
+        inputs.extend(law.inputs().iter().map(input));
+    }
     let references: Vec<usize> = law.references().iter().map(|reference| source_of(&reference.name, setup)).collect();
     let first = *size;
-    let limits: Vec<Option<f64>> = inputs.iter().map(|&input| drives[input].limit).collect();
+    let limits: Vec<Option<f64>> =
+        inputs.iter().map(|&input| drives[input].limit).chain(outputs.iter().map(|_| None)).collect();
     // A law with states may have anti-windup at the limits.
     let winds_up = !law.states().is_empty() && limits.iter().any(Option::is_some);
     let computer = match law.clock() {
@@ -127,13 +139,13 @@ fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: 
     ConnectedLaw {
         computer,
         reference_values: vec![0.0; references.len()],
-        commands: vec![0.0; inputs.len()],
+        commands: vec![0.0; limits.len()],
         torques: vec![0.0; inputs.len()],
         states: first..*size,
         limits,
         inputs,
-        outputs: Vec::new(),
-        exported: exported(&**law, scenario),
+        outputs,
+        exported: if of_blocks { Vec::new() } else { exported(&**law, scenario) },
         references,
         law: Arc::clone(law),
     }
@@ -154,33 +166,12 @@ fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> 
     law.exported().into_iter().filter_map(numbered).collect()
 }
 
-/// A task of blocks: its outputs are sources.
-fn task(task: &Arc<Task>, setup: &Setup<'_>) -> ConnectedLaw {
-    let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
-    let source = |name: &str| source_of(name, setup);
-    let clock = law.clock().expect("a task has a clock");
-    let outputs: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
-    let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-    ConnectedLaw {
-        computer: Computer::SampledRuntime(Box::new(SampledRuntime::new(&*law, clock, setup.reduced, setup.scenario))),
-        reference_values: vec![0.0; references.len()],
-        commands: vec![0.0; outputs.len()],
-        torques: Vec::new(),
-        states: 0..0,
-        limits: vec![None; outputs.len()],
-        inputs: Vec::new(),
-        outputs,
-        exported: Vec::new(),
-        references,
-        law,
-    }
-}
-
 /// Blocks, which compute before their readers, then the laws; `size` grows by their states.
 fn connected_laws(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<ConnectedLaw> {
-    let mut all: Vec<ConnectedLaw> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
-    all.extend(setup.laws.iter().map(|law| connected_law(law, setup, drives, size)));
-    all
+    let tasks = setup.scenario.tasks.iter().map(|task| -> Arc<dyn Law> { Arc::new(TaskLaw::new(task, setup.reduced)) });
+    let laws = setup.laws.iter().map(|law| (Arc::clone(law), false));
+    let all = tasks.map(|task| (task, true)).chain(laws);
+    all.map(|(law, of_blocks)| connected_law(&law, of_blocks, setup, drives, size)).collect()
 }
 
 /// The steps and ramps of each source.

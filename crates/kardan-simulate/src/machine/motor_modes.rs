@@ -47,9 +47,8 @@ impl Machine {
         self.forces(time, state);
         let switches = self.drives.iter().zip(&self.commands).any(|(drive, command)| drive.switches(*command, state));
         let rates = self.command_rates(time, state);
-        let too_fast = |(drive, rate): (&Drive, &f64)| {
-            drive.free_rate().is_some_and(|limit| rate.abs() > limit * (1.0 + 1e-6))
-        };
+        let too_fast =
+            |(drive, rate): (&Drive, &f64)| drive.free_rate().is_some_and(|limit| rate.abs() > limit * (1.0 + 1e-6));
         switches || self.drives.iter().zip(&rates).any(too_fast)
     }
 

@@ -191,8 +191,7 @@ fn interpolation_is_exact_at_both_ends_and_smooth_between_steps() {
         assert_eq!(x[..], solver.state[..]);
         // The slope at both ends is the right-hand side, by one-sided differences of second order.
         let d = 1e-5 * (solver.time - solver.previous_time);
-        for (end, way, from) in
-            [(solver.previous_time, d, &solver.previous[..]), (solver.time, -d, &solver.state[..])]
+        for (end, way, from) in [(solver.previous_time, d, &solver.previous[..]), (solver.time, -d, &solver.state[..])]
         {
             let (mut near, mut far, mut slope) = ([0.0; 4], [0.0; 4], [0.0; 4]);
             solver.interpolate(end + way, &mut near);
