@@ -44,8 +44,9 @@ impl Saturation {
 /// A motor in the loop: limit, then rate limit, then lag.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
-    /// The name of its effort: a torque, a force or a voltage.
+    /// The name of its effort, a torque, a force or a voltage, and the unit.
     pub(super) effort: &'static str,
+    pub(super) unit: &'static str,
     pub(super) limit: Option<f64>,
     /// Its torque limit at full supply, and its faults.
     pub(super) full_limit: Option<f64>,
@@ -116,6 +117,7 @@ impl Drive {
         let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
         Self {
             effort: domain.effort_word(),
+            unit: domain.effort().physical().unit(),
             limit: number(&motor.torque_limit),
             full_limit: number(&motor.torque_limit),
             faults,

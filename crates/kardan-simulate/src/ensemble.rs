@@ -60,7 +60,6 @@ struct Common {
     tolerances: (f64, Vec<f64>),
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
-    input_names: Vec<String>,
     /// The states of laws with a clock before a run.
     sampled_laws: Vec<u64>,
 }
@@ -158,10 +157,12 @@ impl<N: Lane> Group<N> {
         }
         let machine = || {
             let mut split_signals = None;
-            let machine = Machine::with(setup, |motion, found| {
+            let mut machine = Machine::with(setup, |motion, found| {
                 split_signals = Outputs::new(reduced, scenario).split_signals(motion, reduced, found);
                 split_signals.as_mut().map_or_else(Vec::new, |signals| std::mem::take(&mut signals.direct))
             });
+            // Texts of events, which name the directions, are not used.
+            machine.names.clear();
             let signals =
                 split_signals.ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute");
             signals.map(|signals| (machine, signals))
@@ -179,7 +180,6 @@ impl<N: Lane> Group<N> {
             start: reduced.state(&scenario.position, &scenario.speed),
             tolerances: (tolerance.relative, absolute),
             breakpoints,
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             sampled_laws: first.sampled_laws(),
         };
         let also = simd_taylor.also_places();
@@ -222,7 +222,7 @@ impl<N: Lane> Group<N> {
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
                 if own.sample() {
-                    own.settle(common);
+                    own.settle(&[]);
                 }
                 own.repeat(common.scenario.times.len() - own.next_row, simd_taylor.also_places());
                 own.run = None;
@@ -351,7 +351,7 @@ impl Own {
         if self.machine.next_tick() <= 0.0 {
             self.machine.tick(0.0, &self.state);
         }
-        self.machine.settle(0.0, &mut self.state, &[], true, &[], &common.input_names);
+        self.machine.settle(0.0, &mut self.state, &[], true);
         self.open(common);
     }
 
@@ -375,7 +375,7 @@ impl Own {
         self.evaluate_rates();
         self.rates_valid = self.machine.keeps_modes();
         if !self.rates_valid {
-            self.settle(common);
+            self.settle(&[]);
         }
         self.open(common);
     }
@@ -389,8 +389,8 @@ impl Own {
         at_sample
     }
 
-    fn settle(&mut self, common: &Common) {
-        self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
+    fn settle(&mut self, crossing: &[usize]) {
+        self.machine.settle(self.time, &mut self.state, crossing, false);
     }
 
     /// Evaluates the rates at the current state.
@@ -574,12 +574,11 @@ impl Own {
 
     /// Handles an event where a mode is left.
     fn happen(&mut self, common: &Common) {
-        // Event texts are not used here.
         let close = 1e-7 * common.scenario.duration.min(1.0);
         self.zeno_events = if self.time - self.last <= close { self.zeno_events + 1 } else { 0 };
         self.last = self.time;
         let crossing = std::mem::take(&mut self.reversed);
-        self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &common.input_names);
+        self.settle(&crossing);
         self.reversed = crossing;
     }
 

@@ -54,14 +54,8 @@ pub(super) struct RunLoop {
     resting: bool,
     pub(super) outputs: Outputs,
     pub(super) scenario: Scenario,
-    names: Vec<String>,
-    /// Elements of the multiplier constraints.
-    multiplier_names: Vec<String>,
     /// Constraints whose right sides vary with time.
     prescribing: Vec<String>,
-    input_names: Vec<String>,
-    input_units: Vec<&'static str>,
-    shafts: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and the reference of a tolerance where they are zero.
     state_names: Vec<(String, f64)>,
     time_grid: Vec<f64>,
@@ -135,9 +129,6 @@ impl RunLoop {
         let weakened = setup.scenario.faults.weakened(setup.reduced);
         let setup = Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup };
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
-        let multipliers = reduced.equations.multiplier_constraints.iter();
-        let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::with(setup, |motion, found| {
             outputs.compile(motion, reduced, found);
@@ -169,15 +160,10 @@ impl RunLoop {
             complete: false,
             resting: false,
             guard: Guard::new(machine.is_blind(), machine.kinks.of_state),
+            event_samples: EventSamples::new(machine.modes.len()),
             machine,
             outputs,
-            event_samples: EventSamples::new(names.len()),
-            names,
-            multiplier_names,
             prescribing: reduced.equations.moving.keys().cloned().collect(),
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
-            input_units: input_units(reduced),
-            shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             absolute,
             between: std::array::from_fn(|_| vec![0.0; size]),
@@ -333,12 +319,6 @@ fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
         reduced.coordinates.iter().map(move |&k| equations.domain(k).motion()[rate].of(&equations.coordinates[k]))
     };
     named(0).chain(named(1))
-}
-
-/// Units of the inputs.
-fn input_units(reduced: &Reduced) -> Vec<&'static str> {
-    let unit = |input| reduced.equations.domain_of(input).effort().physical().unit();
-    reduced.equations.inputs.iter().map(unit).collect()
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

@@ -236,6 +236,8 @@ impl Machine {
         let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
         let drives = drives(&reduced.equations, scenario, &mut size);
         let (laws, flow) = (connected_laws(&setup, &drives, &mut size), Flow::new(scenario, &mut size));
+        let multipliers = reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.clone());
+        let set_valued = reduced.equations.set_valued().map(|(element, _)| element.to_string());
         let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
         let parts =
             Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
@@ -246,6 +248,9 @@ impl Machine {
         let mut out = Self {
             relaxes: reduced.massless.is_some(),
             directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
+            names: set_valued.chain(multipliers).collect(),
+            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
+            shaft_names: reduced.equations.coordinates.clone(),
             jenkins,
             unilaterals,
             gear_losses,

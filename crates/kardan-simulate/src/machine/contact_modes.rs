@@ -55,11 +55,11 @@ impl Machine {
     }
 
     /// The formula of a unilateral constraint that is not finite at the point last evaluated, as text.
-    pub(super) fn unilateral_not_finite(&self, names: &[String]) -> Option<String> {
+    pub(super) fn unilateral_not_finite(&self) -> Option<String> {
         let mut unilaterals = 0..self.unilaterals.kinds.len();
         let unilateral = unilaterals.find(|k| self.invalid_formula(*k, f64::INFINITY).is_some())?;
         let what = if self.unilaterals.kinds[unilateral] == Kind::Lock { "`engaged`" } else { "the torque" };
-        let (name, value) = (&names[self.unilaterals.first + unilateral], self.mode_inputs(unilateral)[0]);
+        let (name, value) = (&self.names[self.unilaterals.first + unilateral], self.mode_inputs(unilateral)[0]);
         Some(format!("{what} of `{name}` is {value}"))
     }
 
@@ -232,7 +232,7 @@ impl Machine {
     }
 
     /// Soft stops and locks at the point last evaluated.
-    fn switch_unilaterals(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) {
+    fn switch_unilaterals(&mut self, everything: bool, events: &mut Vec<String>) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             let before = (self.modes[direction], self.unilaterals.engaged[unilateral]);
@@ -269,7 +269,7 @@ impl Machine {
                 (_, Mode::Backward, _) => "is pressed again",
                 _ => "is left",
             };
-            events.push(format!("{} {what}", names[direction]));
+            events.push(format!("{} {what}", self.names[direction]));
         }
     }
 
@@ -280,7 +280,6 @@ impl Machine {
         time: f64,
         state: &mut [f64],
         (crossing, everything): (&[usize], bool),
-        names: &[String],
         events: &mut Vec<String>,
     ) -> RestEvents {
         self.unilaterals.struck = false;
@@ -291,7 +290,7 @@ impl Machine {
         let arriving = |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Stop { .. });
         let mut arrived: Vec<usize> = crossing.iter().filter(arriving).copied().collect();
         let (engaged, mut released) = (self.unilaterals.engaged.clone(), false);
-        self.switch_unilaterals(everything, names, events);
+        self.switch_unilaterals(everything, events);
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             match self.unilaterals.kinds[unilateral] {
@@ -306,7 +305,7 @@ impl Machine {
                     self.slip_with_speed(direction);
                     released = true;
                     if !everything {
-                        events.push(format!("{} is released", names[direction]));
+                        events.push(format!("{} is released", self.names[direction]));
                     }
                 }
                 _ => {}
@@ -318,7 +317,7 @@ impl Machine {
         let jammed = self.gear_losses.lost.filter(|direction| crossing.contains(direction));
         let resting = match arrived.is_empty() && !everything && jammed.is_none() {
             true => None,
-            false => self.strike(time, state, (everything, jammed), names, events),
+            false => self.strike(time, state, (everything, jammed), events),
         };
         let plain =
             |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss);
@@ -343,7 +342,6 @@ impl Machine {
         time: f64,
         state: &mut [f64],
         (begins, jammed): (bool, Option<usize>),
-        names: &[String],
         events: &mut Vec<String>,
     ) -> Option<Vec<usize>> {
         let (r, first) = (self.degrees_of_freedom, self.unilaterals.first);
@@ -387,7 +385,7 @@ impl Machine {
         rebounds.drain(..self.multiplier_constraints.len());
         let one = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
-            format!("{} meets {speed:.6} {}", names[*k], self.unilaterals.units[*k - first])
+            format!("{} meets {speed:.6} {}", self.names[*k], self.unilaterals.units[*k - first])
         };
         if jammed.is_none() {
             state[self.size - 1] += lost;

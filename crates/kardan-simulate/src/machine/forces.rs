@@ -301,27 +301,22 @@ impl Machine {
         }
     }
 
-    /// The value that is not finite at a state, as text, with the operation that caused it; names are those of shafts,
-    /// inputs and friction directions.
-    pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
+    /// The value that is not finite at a state, as text, with the operation that caused it.
+    pub fn not_finite(&mut self, time: f64, state: &[f64]) -> Option<String> {
         let regular = self.forces(time, state);
         self.gear_losses.undefined = None;
         let mut from = self.dynamics.plan().plan.not_finite(self.work.values());
-        let mut what = self.value_not_finite(regular, names);
+        let mut what = self.value_not_finite(regular);
         if let Some((direction, operation)) = self.gear_losses.explain() {
-            (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", names.2[direction])));
+            (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", self.names[direction])));
         }
         let what = what?;
         Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
     }
 
     /// The same at the point whose forces were computed last, without the operation.
-    fn value_not_finite(
-        &mut self,
-        regular: bool,
-        (shafts, inputs, frictions): (&[String], &[String], &[String]),
-    ) -> Option<String> {
-        let r = self.degrees_of_freedom;
+    fn value_not_finite(&mut self, regular: bool) -> Option<String> {
+        let (r, shafts) = (self.degrees_of_freedom, &self.shaft_names);
         let find = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let kinematics = &self.work.kinematics;
         let name = |k: usize| &shafts[kinematics.coordinate_shaft(k)];
@@ -334,15 +329,15 @@ impl Machine {
         let drives = [(&self.commands, "command"), (&self.applied, "torque")];
         for (values, what) in drives {
             if let Some(input) = find(values) {
-                return Some(format!("the {what} of {} is {}", inputs[input], values[input]));
+                return Some(format!("the {what} of {} is {}", self.input_names[input], values[input]));
             }
         }
-        if let Some(what) = self.unilateral_not_finite(frictions) {
+        if let Some(what) = self.unilateral_not_finite() {
             return Some(what);
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
-        if let Some(k) = (0..frictions.len()).find(sliding) {
-            return Some(format!("the sliding speed of friction {} is not finite", frictions[k]));
+        if let Some(k) = (0..self.modes.len()).find(sliding) {
+            return Some(format!("the sliding speed of friction {} is not finite", self.names[k]));
         }
         if let Some(k) = find(&self.force) {
             return Some(format!("the force on {} is {}", name(k), self.force[k]));
@@ -353,7 +348,7 @@ impl Machine {
         self.accelerate();
         let k = find(&self.acceleration[..r])?;
         let shaft = self.work.kinematics.coordinate_shaft(k);
-        Some(format!("the acceleration of {} is {}", shafts[shaft], self.acceleration[k]))
+        Some(format!("the acceleration of {} is {}", self.shaft_names[shaft], self.acceleration[k]))
     }
 
     /// Pairs of numbers whose products add up to the power of the inputs, and to that of the viscous loss, W, at the point last evaluated.

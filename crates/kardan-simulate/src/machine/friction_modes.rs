@@ -219,20 +219,12 @@ impl Machine {
     /// `crossing` are slipping directions that have just come to rest; with `everything` all directions at rest are
     /// determined from their speeds (the beginning of a run). Speeds in directions at rest are set to zero by the
     /// smallest change in the metric of the inertia. Returns the events as text.
-    pub fn settle(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        crossing: &[usize],
-        everything: bool,
-        names: &[String],
-        input_names: &[String],
-    ) -> Vec<String> {
+    pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) -> Vec<String> {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.contradiction.clear();
-        self.settle_drives(time, state, everything, input_names, &mut events);
-        let rest_events = self.meet(time, state, (crossing, everything), names, &mut events);
+        self.settle_drives(time, state, everything, &mut events);
+        let rest_events = self.meet(time, state, (crossing, everything), &mut events);
         if !self.contradiction.is_empty() {
             return events;
         }
@@ -247,7 +239,8 @@ impl Machine {
         self.choose_modes(time, state, rest_events, everything);
         self.leave_stops();
         if !everything {
-            let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
+            let changed =
+                before.iter().zip(&self.modes).zip(&self.names).enumerate().filter(|(_, ((was, is), _))| was != is);
             let reported = changed.filter(|(k, _)| self.may_rest(*k) || !self.unilaterals.slips(*k));
             events.extend(reported.filter_map(|(k, ((_, is), name))| {
                 Some(format!("{name} {}", self.unilaterals.describe_mode(k, *is)?))

@@ -102,18 +102,13 @@ impl Machine {
     }
 
     /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
-    pub(crate) fn motor_loads(
-        &self,
-        (names, units): (&[String], &[&'static str]),
-        end: f64,
-        demand: impl Fn(&str) -> f64,
-    ) -> Vec<MotorLoad> {
+    pub(crate) fn motor_loads(&self, end: f64, demand: impl Fn(&str) -> f64) -> Vec<MotorLoad> {
         let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
         let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
             let commands = |connected: &&ConnectedLaw| connected.inputs.contains(&k);
             MotorLoad {
                 motor: name.clone(),
-                unit: units[k],
+                unit: drive.unit,
                 controller: self.laws.iter().find(commands).map(|connected| connected.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,
@@ -122,17 +117,11 @@ impl Machine {
                 at_rate_limit: drive.at_rate_limit.until(end),
             }
         };
-        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(motor_load).collect()
+        let all = self.input_names.iter().zip(&self.drives).enumerate();
+        all.filter(|(_, both)| limited(both)).map(motor_load).collect()
     }
 
-    pub(super) fn settle_drives(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        everything: bool,
-        names: &[String],
-        events: &mut Vec<String>,
-    ) {
+    pub(super) fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool, events: &mut Vec<String>) {
         self.forces(time, state);
         for k in 0..self.drives.len() {
             let command = self.commands[k];
@@ -140,7 +129,7 @@ impl Machine {
             let mode = drive.limit_mode(command);
             if mode != drive.limit_mode {
                 let what = if mode == Saturation::Free { "leaves" } else { "reaches" };
-                events.push(format!("{} {what} its {} limit", names[k], drive.effort));
+                events.push(format!("{} {what} its {} limit", self.input_names[k], drive.effort));
                 drive.limit_mode = mode;
             }
             let limited = drive.limited(command);

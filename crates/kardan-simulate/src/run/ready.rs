@@ -29,8 +29,7 @@ pub fn locking_gears(setup: Setup<'_>) -> Vec<String> {
     state[..start.len()].copy_from_slice(&start);
     machine.start_laws(&mut state);
     machine.enter_segment(0.0);
-    let directions: Vec<&str> = reduced.equations.set_valued().map(|(element, _)| element).collect();
-    machine.self_locking_gears(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
+    machine.self_locking_gears(&state).into_iter().map(|direction| machine.names[direction].clone()).collect()
 }
 
 /// A run that is compiled and has not started.

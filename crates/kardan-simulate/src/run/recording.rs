@@ -170,7 +170,7 @@ impl RunLoop {
             Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
-        let motor_loads = self.machine.motor_loads((&self.input_names, &self.input_units), end, |motor| {
+        let motor_loads = self.machine.motor_loads(end, |motor| {
             series.largest_torque_demand(motor).unwrap_or_default() // every input has a signal
         });
         self.notes.extend(motor_loads.iter().filter_map(|motor_load| {

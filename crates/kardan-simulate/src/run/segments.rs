@@ -17,14 +17,14 @@ impl RunLoop {
         if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
             let what = format!(
                 "`{}` starts {beyond:.6} {} past its rigid stop: choose a start inside the stop",
-                self.names[*direction],
+                self.machine.names[*direction],
                 self.machine.unit_of_direction(*direction),
             );
             return Err(failed(0.0, what));
         }
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
-        let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        let blows = self.machine.settle(0.0, &mut self.state, &[], true);
         if self.machine.unilaterals.struck {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }

@@ -225,7 +225,7 @@ impl RunLoop {
         let text = match (error, what) {
             _ if let Some(direction) = self.machine.gear_losses.lost => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
-                self.names[direction]
+                self.machine.names[direction]
             ),
             (_, Some(what)) if is_undefined(&what) => undefined(&what),
             (StepError::StepTooSmall { step, .. }, _) => format!(
