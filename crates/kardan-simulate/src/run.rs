@@ -58,7 +58,6 @@ pub(super) struct RunLoop {
     prescribing: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and the reference of a tolerance where they are zero.
     state_names: Vec<(String, f64)>,
-    time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
     notes: Vec<String>,
@@ -167,7 +166,6 @@ impl RunLoop {
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             absolute,
             between: std::array::from_fn(|_| vec![0.0; size]),
-            time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
             notes: Vec::new(),

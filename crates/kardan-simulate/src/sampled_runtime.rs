@@ -64,32 +64,23 @@ impl Source {
 #[derive(Default)]
 struct HealthCounts {
     samples: usize,
-    invalid_readings: Option<(usize, f64)>,
-    invalid_references: Option<(usize, f64)>,
-    bounded: Option<(usize, f64)>,
-    governed: Option<(usize, f64)>,
-    frozen: Option<(usize, f64)>,
+    /// With an invalid reading, an invalid reference, a bounded command, a governed reference, an unchanged state.
+    faulty: [Option<(usize, f64)>; 5],
 }
 
 impl HealthCounts {
     fn add(&mut self, time: f64, health: Health) {
         self.samples += 1;
-        let count = |so_far: &mut Option<(usize, f64)>, happened: bool| {
-            if happened {
-                *so_far = Some(so_far.map_or((1, time), |(count, first)| (count + 1, first)));
-            }
-        };
-        count(&mut self.invalid_readings, health.invalid_readings > 0);
-        count(&mut self.invalid_references, health.invalid_references > 0);
-        count(&mut self.bounded, health.commands_bounded > 0);
-        count(&mut self.governed, health.governed);
-        count(&mut self.frozen, health.estimate_frozen);
+        let invalid = [health.invalid_readings > 0, health.invalid_references > 0, health.commands_bounded > 0];
+        let happened = invalid.into_iter().chain([health.governed, health.estimate_frozen]);
+        for (so_far, _) in self.faulty.iter_mut().zip(happened).filter(|(_, happened)| *happened) {
+            *so_far = Some(so_far.map_or((1, time), |(count, first)| (count + 1, first)));
+        }
     }
 
     fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.count(&mut self.samples);
-        let Self { invalid_readings, invalid_references, bounded, governed, frozen, .. } = self;
-        for counted in [invalid_readings, invalid_references, bounded, governed, frozen] {
+        for counted in &mut self.faulty {
             let (mut count, mut first) = counted.unwrap_or((0, 0.0));
             archive.count(&mut count);
             archive.number(&mut first);
@@ -98,12 +89,13 @@ impl HealthCounts {
     }
 
     fn notes(&self, who: &str, keeps: &str) -> Vec<String> {
+        let [readings, references, bounded, governed, frozen] = self.faulty;
         let all = [
-            (self.invalid_readings, "a reading was not a number, and the controller used the last valid one"),
-            (self.invalid_references, "a reference was not finite, and the controller used the last valid one"),
-            (self.governed, "the governor limited a reference, because a motor would have reached its limit"),
-            (self.bounded, "the limits of a motor changed its command"),
-            (self.frozen, keeps),
+            (readings, "a reading was not a number, and the controller used the last valid one"),
+            (references, "a reference was not finite, and the controller used the last valid one"),
+            (governed, "the governor limited a reference, because a motor would have reached its limit"),
+            (bounded, "the limits of a motor changed its command"),
+            (frozen, keeps),
         ];
         let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
             let (count, first) = found?;

@@ -59,8 +59,7 @@ impl RunLoop {
             solver.end_at(end);
             return Ok(());
         }
-        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
-        shortened.map_err(|error| self.step_failed(error))
+        self.repeat_step(end)
     }
 
     /// Where the last step must end, before a time, so that it misses no event.

@@ -56,13 +56,11 @@ impl RunLoop {
                 let rows = &self.scenario.times[self.next_row..];
                 let signals = &mut self.outputs.signals;
                 if segment.read_block(rows, time, |k, values| signals[k].values.extend_from_slice(values)) {
-                    self.time_grid.extend_from_slice(&rows[..BLOCK]);
                     self.next_row += BLOCK;
                     continue;
                 }
                 segment.advance(at);
                 if segment.read(|k, value| signals[k].values.push(value)) {
-                    self.time_grid.push(row);
                     self.next_row += 1;
                     continue;
                 }
@@ -76,7 +74,6 @@ impl RunLoop {
                 let rows = &self.scenario.times[self.next_row..];
                 let count = rows.iter().take_while(|row| **row < time).count();
                 self.outputs.record_again(count);
-                self.time_grid.extend_from_slice(&rows[..count]);
                 self.next_row += count;
                 continue;
             }
@@ -88,7 +85,6 @@ impl RunLoop {
             self.outputs.sample(at);
             if row <= at {
                 self.outputs.record();
-                self.time_grid.push(row);
                 self.next_row += 1;
             }
         }
@@ -102,7 +98,6 @@ impl RunLoop {
         let Some((order, begin)) = self.solver.series(&mut self.machine, !self.complete) else { return false };
         self.complete = true;
         self.outputs.record_series(&self.machine, order, row - begin);
-        self.time_grid.push(row);
         self.next_row += 1;
         true
     }
@@ -166,8 +161,8 @@ impl RunLoop {
             Outcome::Completed | Outcome::Unbalanced { .. } => self.scenario.duration,
         };
         let encoder_readings = self.machine.encoder_readings();
-        let series =
-            Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
+        let time = self.scenario.times[..self.next_row].to_vec();
+        let series = Series { time, signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
         let motor_loads = self.machine.motor_loads(end, |motor| {

@@ -34,8 +34,7 @@ impl RunLoop {
         let cause = self.describe_failure(found, high);
         if low > from {
             // Within a step the states are less accurate than at its end.
-            let shortened = self.solver.shorten(&mut self.machine, low, &mut self.looked);
-            shortened.map_err(|error| self.step_failed(error))?;
+            self.repeat_step(low)?;
         }
         self.observe_until(low, None);
         self.solver.interpolate(low, &mut self.state);
