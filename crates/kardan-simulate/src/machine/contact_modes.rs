@@ -161,8 +161,8 @@ impl Machine {
         NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work))
     }
 
-    /// The distance of a unilateral constraint from leaving the mode that angles and speeds determine.
-    pub(super) fn unilateral_margin(&self, direction: usize) -> f64 {
+    /// The distance of a direction from leaving the mode that angles and speeds determine.
+    pub(crate) fn slip_margin(&self, direction: usize) -> f64 {
         match (self.unilaterals.kind(direction), self.modes[direction]) {
             (Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
             (Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss, mode) => {
@@ -209,7 +209,7 @@ impl Machine {
                 let [gap, speed] = self.gap(direction, offset);
                 gap < 0.0 && speed < 0.0
             }
-            Kind::Cushion { .. } => self.unilateral_margin(direction) < 0.0,
+            Kind::Cushion { .. } => self.slip_margin(direction) < 0.0,
             _ => false,
         }
     }
@@ -319,9 +319,7 @@ impl Machine {
             true => None,
             false => self.strike(time, state, (everything, jammed), events),
         };
-        let plain =
-            |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss);
-        arrived.extend(crossing.iter().filter(plain));
+        arrived.extend(crossing.iter().filter(|k| self.unilaterals.slips(**k)));
         // A clutch that was released and is pressed again while it does not turn is at rest.
         let pressed = |k: &usize| {
             matches!(self.unilaterals.kind(*k), Kind::Friction { .. })

@@ -249,8 +249,8 @@ impl Machine {
         for (k, torque) in self.gear_losses.losses() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
-        if let Some(direction) = self.gear_losses.jammed_direction() {
-            self.gear_losses.lost = Some(direction);
+        if self.gear_losses.jammed.is_some() {
+            self.gear_losses.lost = self.gear_losses.jammed;
             out.fill(f64::NAN);
         }
         if self.gear_losses.undefined.is_some() {

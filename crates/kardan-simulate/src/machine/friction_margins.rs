@@ -75,16 +75,6 @@ impl Machine {
         rooms.fold(room, |least, (_, room)| least.min(room))
     }
 
-    pub(crate) fn slip_margin(&self, direction: usize) -> f64 {
-        if direction >= self.unilaterals.first {
-            return self.unilateral_margin(direction);
-        }
-        match self.modes[direction] {
-            Mode::Stick => f64::INFINITY,
-            mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
-        }
-    }
-
     /// Slipping directions whose speed has the wrong sign at this time and point of the step, beyond rounding.
     pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();

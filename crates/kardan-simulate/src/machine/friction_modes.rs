@@ -65,13 +65,7 @@ impl Machine {
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, bounds, &mut torques);
         self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| directions[a]));
-        // Directions without a bound are scaled by their torque.
-        let c: Vec<f64> = (0..m)
-            .map(|a| {
-                let most = forward[a].max(backward[a]);
-                if most.is_finite() { most } else { torques[a].abs() }
-            })
-            .collect();
+        let c: Vec<f64> = (0..m).map(|a| bounds.scale(a, torques[a])).collect();
         let accelerations = (0..m)
             .map(|a| {
                 let row = &w[a * m..(a + 1) * m];
@@ -193,12 +187,7 @@ impl Machine {
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
         let coupling_terms =
             self.active_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.active_torque));
-        // Directions without a bound are scaled by their torque.
-        let size = |k: usize, torque: f64| {
-            let most = bounds.forward[k].max(bounds.backward[k]);
-            if most.is_finite() { most } else { torque.abs() }
-        };
-        let coupling_terms = coupling_terms.map(|(w, (&k, &torque))| (w * size(k, torque)).abs());
+        let coupling_terms = coupling_terms.map(|(w, (&k, &torque))| (w * bounds.scale(k, torque)).abs());
         let scale = terms + self.work.friction_bias[k].abs() + coupling_terms.sum::<f64>();
         if !acceleration.is_finite() || z[a] <= 0.0 {
             return None;

@@ -75,13 +75,13 @@ impl RunLoop {
             return;
         }
         self.machine.evaluate(self.time, &self.state);
-        let doubted = self.machine.ambiguous_gear();
+        let doubted = self.machine.gear_losses.ambiguous;
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
             let (low, end) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
                 self.solver.interpolate(at, &mut self.looked);
                 self.machine.evaluate(at, &self.looked);
-                self.machine.ambiguous_gear() == doubted
+                self.machine.gear_losses.ambiguous == doubted
             };
             let time = if doubtful(low) { low } else { halved(low, end, 0.0, doubtful).1 };
             let what = format!(
