@@ -3,9 +3,8 @@
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Descriptor, Equations, Radau};
-use super::taylor::{self, Taylor};
+use super::taylor::Taylor;
 use kardan_math::num::StateArchive;
-use kardan_mechanics::reduce::Reduced;
 use kardan_results::IntegrationMethod;
 
 /// A method with its memory.
@@ -37,29 +36,6 @@ macro_rules! each {
 }
 
 impl Integrator {
-    /// The reference method.
-    pub(super) fn dop853(relative: f64, absolute: &[f64]) -> Self {
-        Self::Dop853(Box::new(Dop853::new(relative, absolute)))
-    }
-
-    /// Taylor series, if the machine has them; with the series of the angles and of the speeds of some shafts.
-    pub(super) fn taylor(
-        relative: f64,
-        absolute: &[f64],
-        machine: &mut Machine,
-        shafts: &[Vec<usize>; 2],
-    ) -> Option<Self> {
-        let able = machine.prepare_series(taylor::order(relative), shafts);
-        // The values that decide pieces have terms where the states have none.
-        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
-    }
-
-    /// The method for stiff loops, if the machine has a Jacobian.
-    pub(super) fn radau(relative: f64, absolute: &[f64], machine: &mut Machine, reduced: &Reduced) -> Option<Self> {
-        let able = machine.prepare_jacobian(reduced);
-        able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
-    }
-
     /// Its method; `exact` where it was not needed.
     pub(super) fn method(&self, exact: bool) -> IntegrationMethod {
         match self {

@@ -13,10 +13,13 @@ mod switching;
 mod tolerance;
 mod unfit;
 
+use super::dop853::Dop853;
 use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
 use super::outputs::Outputs;
+use super::radau::Radau;
 use super::stiffness::is_stiff;
+use super::taylor::{self, Taylor};
 use super::{Machine, Scenario, Setup};
 use event_samples::{EventSamples, Guard};
 pub use jamming_gears::UNJAM;
@@ -143,7 +146,7 @@ impl RunLoop {
             chosen => chosen,
         };
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
-        let reference = || Integrator::dop853(tolerance.relative, &absolute);
+        let reference = || Integrator::Dop853(Box::new(Dop853::new(tolerance.relative, &absolute)));
         RunLoop {
             reference: solver.is_some().then(reference),
             referred: false,
@@ -297,17 +300,22 @@ fn solver_of(
     outputs: &mut Outputs,
 ) -> Option<Integrator> {
     machine.prepare_resolution(&[]);
-    let solver = match method {
+    match method {
         Method::Dop853 => None,
         Method::Taylor | Method::Automatic | Method::Stepping => {
-            Integrator::taylor(relative, absolute, machine, &outputs.shafts().unwrap_or_default())
+            if !machine.prepare_series(taylor::order(relative), &outputs.shafts().unwrap_or_default()) {
+                return None;
+            }
+            outputs.prepare_series(machine);
+            // The values that decide pieces have terms where the states have none.
+            Some(Integrator::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
         }
-        Method::Radau => Integrator::radau(relative, absolute, machine, reduced),
-    };
-    if matches!(solver, Some(Integrator::Taylor(_))) {
-        outputs.prepare_series(machine);
+        Method::Radau => {
+            let implicit = absolute.len() - 2;
+            let able = machine.prepare_jacobian(reduced);
+            able.then(|| Integrator::Radau(Box::new(Radau::new(relative, absolute, implicit))))
+        }
     }
-    solver
 }
 
 /// Names of reduced coordinates, then of their speeds.
