@@ -20,15 +20,15 @@ pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Phys
     Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
 }
 
-/// The columns of a run, as they are listed: name, kind, description and where the values come from.
+/// The columns of a run, as they are listed, with where their values come from.
 struct Columns<'a> {
     reduced: &'a Reduced,
-    list: Vec<(String, Physical, String, Read)>,
+    list: Vec<(Signal, Read)>,
 }
 
 impl Columns<'_> {
     fn add(&mut self, name: String, physical: Physical, description: String, read: Read) {
-        self.list.push((name, physical, description, read));
+        self.list.push((Signal { name, physical, description, values: Vec::new() }, read));
     }
 
     /// A quantity of an element.
@@ -321,7 +321,7 @@ impl SensorColumn {
 }
 
 /// Sensors that change the measured value; the columns of the others become those of the measured quantity.
-fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
+fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(Signal, Read)]) -> Vec<SensorColumn> {
     let mut real_sensors = Vec::new();
     let places: Vec<Read> = sensors
         .into_iter()
@@ -333,7 +333,7 @@ fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String,
             Read::Sensor(real_sensors.len() - 1)
         })
         .collect();
-    for (.., read) in columns {
+    for (_, read) in columns {
         if let Read::Sensor(k) = read {
             *read = places[*k].clone();
         }
@@ -393,16 +393,12 @@ impl Outputs {
         columns.add_unilaterals();
         columns.add_sources(&scenario.sources);
         let sensors = columns.add_sensors(scenario);
-        let mut columns = columns.list;
-        let samplers = resolve(sensors, &mut columns);
-        let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        let is_recorded =
-            |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
-        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| is_recorded(name)) {
-            reads.push(read);
-            signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
-        }
-        let as_all = scenario.recorded.as_ref().is_some_and(|recorded| recorded.as_all);
+        let samplers = resolve(sensors, &mut columns.list);
+        let recorded = scenario.recorded.as_ref();
+        let is_recorded = |(signal, _): &(Signal, Read)| recorded.is_none_or(|all| all.names.contains(&signal.name));
+        let (mut signals, reads): (Vec<Signal>, Vec<Read>) = columns.list.into_iter().filter(is_recorded).unzip();
+        signals.iter_mut().for_each(|signal| signal.values.reserve_exact(scenario.times.len()));
+        let as_all = recorded.is_some_and(|recorded| recorded.as_all);
         Self { reads, signals, samplers, readings: None, series: Vec::new(), as_all }
     }
 

@@ -117,11 +117,14 @@ impl Machine {
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
-    /// The same where speeds in sticking or slipping directions are prescribed.
-    pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
+    /// Computes angles and speeds of all shafts, for the speeds in sticking and slipping directions.
+    pub(super) fn find_shafts(&mut self, time: f64, state: &[f64]) {
+        let r = self.degrees_of_freedom;
+        // Other inputs count where speeds are prescribed.
         if self.moves || !self.jenkins.directions.is_empty() {
             self.give_time(time, state);
         }
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
     }
 
     /// The accelerations in the current modes, from the force with slip friction.
