@@ -3,6 +3,7 @@
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Descriptor, Equations, Radau};
+use super::rounding::Rounding;
 use super::taylor::Taylor;
 use kardan_math::num::StateArchive;
 use kardan_results::IntegrationMethod;
@@ -81,15 +82,16 @@ impl Integrator {
         }
     }
 
-    /// Repeats the last step so that it ends earlier, where states within it are less accurate than at its end.
-    /// `scratch` is memory for a state.
+    /// Ends the last step earlier: a series is evaluated there, others, whose states within a step are less accurate than
+    /// at its end, repeat it. `scratch` is memory for a state.
     pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
+        if let Self::Taylor(solver) = self {
+            solver.end_at(end);
+            return Ok(());
+        }
         let (from, next) = (self.previous_time(), self.next_step());
         scratch.copy_from_slice(self.previous_state());
-        match self {
-            Self::Taylor(_) => return Ok(()),
-            Self::Dop853(_) | Self::Radau(_) => self.start(machine, from, scratch),
-        }
+        self.start(machine, from, scratch);
         self.set_step(end - from);
         self.step(machine, end)?;
         self.set_step(next);
@@ -113,7 +115,7 @@ impl Integrator {
         Some((solver.order, solver.previous_time))
     }
 
-    /// Whether [`shorten`](Self::shorten) has an effect.
+    /// Whether a step is repeated up to an event in it.
     pub(super) fn shortens(&self) -> bool {
         matches!(self, Self::Dop853(_))
     }
@@ -169,10 +171,8 @@ impl Integrator {
         each!(self, solver => solver.counts)
     }
 
-    /// The largest error that rounding alone caused in each component in a measured step, and the largest of all in
-    /// tolerances.
-    pub(super) fn rounding(&self) -> (&[f64], f64) {
-        let rounding = each!(self, solver => &solver.rounding);
-        (&rounding.largest, rounding.tolerances)
+    /// The rounding errors of steps, as far as they were measured.
+    pub(super) fn rounding(&self) -> &Rounding {
+        each!(self, solver => &solver.rounding)
     }
 }

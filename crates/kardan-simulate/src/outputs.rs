@@ -46,17 +46,13 @@ impl Columns<'_> {
         let equations = &self.reduced.equations;
         for (k, shaft) in equations.coordinates.iter().enumerate() {
             let domain = equations.domain(k);
-            if domain != Domain::Charge {
-                for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
-                    let description = format!("{} of {} {shaft}", quantity.physical().word(), domain.carrier());
-                    self.add_of(quantity, shaft, description, read);
-                }
-                continue;
+            let through = domain == Domain::Charge;
+            let place = if through { "through".into() } else { format!("of {}", domain.carrier()) };
+            for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
+                self.add_of(quantity, shaft, format!("{} {place} {shaft}", quantity.physical().word()), read);
             }
-            self.add_of(Quantity::Charge, shaft, format!("charge through {shaft}"), Read::Angle(k));
-            self.add_of(Quantity::Current, shaft, format!("current through {shaft}"), Read::Speed(k));
             // A source has its own voltage.
-            if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+            if through && equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 // A current source counts it as the voltage that supplies power.
                 let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
                 let is_prescribed = equations.moving.keys().chain(own).any(|element| element == shaft);
@@ -128,6 +124,7 @@ impl Columns<'_> {
     /// Multipliers of multiplier constraints, and of those that follow from them, and their torques on shafts.
     fn add_multipliers(&mut self) {
         let equations = &self.reduced.equations;
+        let first = equations.set_valued().count();
         let number =
             |name: &str| equations.multiplier_constraints.iter().position(|constraint| constraint.element == *name);
         let own =
@@ -140,11 +137,12 @@ impl Columns<'_> {
             if equations.domain_of_multiplier(constraint) == Some(Domain::Charge) {
                 continue;
             }
-            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+            // The sign of a multiplier is opposite to that of a friction torque.
+            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (first + k, -rational_to_f64(x))).collect();
             let element = &constraint.element;
             let (multiplier, physical) = equations.multiplier_quantity(constraint);
             let description = format!("constraint multiplier of {element}");
-            self.add(multiplier.of(element), physical, description, Read::MultiplierConstraint(shares.clone()));
+            self.add(multiplier.of(element), physical, description, Read::Frictions(shares.clone()));
             for shaft in equations.shafts_of(&constraint.law) {
                 let parts: Vec<(usize, f64)> = Vec::clone(&parts);
                 self.on_body(element, shaft, "constraint ", Read::MultiplierOn(parts, shares.clone(), shaft));
@@ -215,7 +213,7 @@ impl Columns<'_> {
                 let shares =
                     own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
                 let effort = equations.domain_of(unilateral).effort();
-                self.add_effort(effort, &unilateral.element, Read::Unilaterals(shares.collect()));
+                self.add_effort(effort, &unilateral.element, Read::Frictions(shares.collect()));
             }
             let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
             if bent || equations.measures.contains_key(&unilateral.element) || differ() {
@@ -234,7 +232,7 @@ impl Columns<'_> {
                 directional.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x)
             };
             let shares = own.iter().map(|(k, directional)| (first + k, share(directional))).collect();
-            self.on_body(element, body, "constraint ", Read::Unilaterals(shares));
+            self.on_body(element, body, "constraint ", Read::Frictions(shares));
         }
     }
 
@@ -272,9 +270,11 @@ impl Columns<'_> {
         let all = reduced.equations.sensors.iter().chain(&reduced.equations.signal_sensors);
         for (name, sensor) in all {
             let measured = &sensor.measured;
-            let source = |signal: &str| scenario.sources.iter().position(|source| source.name == signal);
             // In a file with an error a signal may be missing.
-            let Some(read) = Read::of(measured, reduced, Sampler::differentiates(sensor), source) else { continue };
+            let Some(read) = Read::of(measured, reduced, Sampler::differentiates(sensor), |name| scenario.source(name))
+            else {
+                continue;
+            };
             let (shown, physical) = match read {
                 Read::Source(source) => (name.clone(), scenario.sources[source].physical),
                 _ => (reduced.equations.reading(measured).of(name), reduced.equations.reading(measured).physical()),

@@ -137,13 +137,9 @@ impl Shared<'_> {
                 self.motion.graph.scale(exact(*factor), torque)
             }
             Read::Friction(k) => self.frictions[*k],
-            Read::Unilaterals(shares) => {
-                let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
-                self.motion.graph.sum(Rational::ZERO, &terms)
-            }
-            Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
+            Read::Frictions(shares) => self.friction_torques(shares),
             Read::MultiplierOn(parts, shares, shaft) => {
-                let multiplier = self.enforced_multiplier(shares);
+                let multiplier = self.friction_torques(shares);
                 let rows = &self.motion.multiplier_constraints;
                 let entry = |k: usize| rows[k].row.iter().find(|(candidate, _)| candidate == shaft);
                 let entries: Vec<_> = parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
@@ -156,10 +152,9 @@ impl Shared<'_> {
         }
     }
 
-    /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
-    fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
-        let first = self.reduced.equations.set_valued().count();
-        let terms: Vec<_> = shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+    /// The sum of the torques of directions, each times a number.
+    fn friction_torques(&mut self, shares: &[(usize, f64)]) -> Expr {
+        let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
         self.motion.graph.sum(Rational::ZERO, &terms)
     }
 

@@ -163,11 +163,10 @@ pub(super) enum Read {
     },
     Compliance(Compliance),
     Friction(usize),
-    /// Torques of unilateral constraints, each times a number.
-    Unilaterals(Vec<(usize, f64)>),
-    /// The multiplier of a multiplier constraint, as a sum of those of independent rows, each times a number.
-    MultiplierConstraint(Vec<(usize, f64)>),
-    /// Its torque on a shaft: first its row as a sum of independent rows.
+    /// Sum of the torques of directions, each times a number: of unilateral constraints, or of the independent multiplier
+    /// constraints that one is a sum of.
+    Frictions(Vec<(usize, f64)>),
+    /// The torque of a multiplier constraint on a shaft: first its row as a sum of independent rows.
     MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
     Law(usize),
     Source(usize),

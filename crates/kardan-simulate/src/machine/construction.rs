@@ -96,7 +96,7 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
         Some(Measured::Signal(signal)) => signal,
         _ => name,
     };
-    let found = setup.scenario.sources.iter().position(|source| source.name == signal);
+    let found = setup.scenario.source(signal);
     found.unwrap_or_else(|| panic!("`{signal}`, which is read or output, is a source"))
 }
 
@@ -161,7 +161,7 @@ fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> 
     let controller = law.describe().controller;
     let numbered = |(name, exported): (String, ExportedSignal)| {
         let name = format!("{controller}.{name}");
-        Some((scenario.sources.iter().position(|source| source.name == name)?, exported))
+        Some((scenario.source(&name)?, exported))
     };
     law.exported().into_iter().filter_map(numbered).collect()
 }

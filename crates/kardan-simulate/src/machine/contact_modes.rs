@@ -501,8 +501,8 @@ impl Machine {
         }
     }
 
-    /// Stops that the motion begins beyond, with the penetration, rad.
-    pub(crate) fn beyond_stops(&mut self, time: f64, state: &[f64]) -> Vec<(usize, f64)> {
+    /// The first stop that the motion begins beyond, with the penetration, rad.
+    pub(crate) fn beyond_stop(&mut self, time: f64, state: &[f64]) -> Option<(usize, f64)> {
         self.give_time(time, state);
         self.update(state);
         let beyond = |unilateral: usize| {
@@ -511,7 +511,7 @@ impl Machine {
             let [gap, _] = self.gap(direction, offset);
             (gap < -self.gap_noise(direction, offset)).then_some((direction, -gap))
         };
-        (0..self.unilaterals.kinds.len()).filter_map(beyond).collect()
+        (0..self.unilaterals.kinds.len()).find_map(beyond)
     }
 
     /// The unit of angles of a unilateral constraint.

@@ -60,10 +60,7 @@ impl Timed {
     ) -> Self {
         let parts: Vec<Arc<Part>> = motion.timed.parts.iter().map(|(part, _)| Arc::clone(part)).collect();
         let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
-        let source = |name: &str| {
-            let found = scenario.sources.iter().position(|source| source.name == name);
-            found.expect("an output of a block is a source")
-        };
+        let source = |name: &str| scenario.source(name).expect("an output of a block is a source");
         let flows = scenario.flow.is_some();
         let plan = (flows || !sources.is_empty()).then(|| {
             let inputs = places.sources.clone().chain(places.timed.clone());

@@ -105,7 +105,7 @@ impl RunLoop {
     /// The note where the tolerance, relative to the largest value of a coordinate or a speed, is below its rounding
     /// error in a step.
     fn rounding_limit(&self, series: &Series) -> Option<String> {
-        let errors = self.state_names.iter().zip(self.solver.rounding().0);
+        let errors = self.state_names.iter().zip(&self.solver.rounding().largest);
         let relative = errors.filter_map(|((name, least), error)| {
             let signal = series.signal(name)?;
             let largest = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -190,7 +190,7 @@ impl RunLoop {
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
-                rounding: self.solver.rounding().1,
+                rounding: self.solver.rounding().tolerances,
                 method: self.solver.method(self.segments.steps > 0 && !self.stepped),
             },
         }

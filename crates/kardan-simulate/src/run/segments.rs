@@ -14,11 +14,11 @@ impl RunLoop {
         self.machine.enter_segment(0.0);
         // For a run that does not continue past this.
         self.initial_energy = self.machine.energy(0.0, &self.state);
-        if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
+        if let Some((direction, beyond)) = self.machine.beyond_stop(self.time, &self.state) {
             let what = format!(
                 "`{}` starts {beyond:.6} {} past its rigid stop: choose a start inside the stop",
-                self.machine.names[*direction],
-                self.machine.unit_of_direction(*direction),
+                self.machine.names[direction],
+                self.machine.unit_of_direction(direction),
             );
             return Err(failed(0.0, what));
         }

@@ -157,11 +157,11 @@ impl RunLoop {
     pub(super) fn shorten_step(&mut self, at: f64) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let end = at + BEYOND * (to - from);
-        if end < to { self.repeat_step(end) } else { Ok(()) }
+        if end < to { self.shorten(end) } else { Ok(()) }
     }
 
-    /// Repeats the last step so that it ends earlier.
-    pub(super) fn repeat_step(&mut self, end: f64) -> Result<(), Outcome> {
+    /// Ends the last step earlier.
+    pub(super) fn shorten(&mut self, end: f64) -> Result<(), Outcome> {
         let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
         shortened.map_err(|error| self.step_failed(error))
     }

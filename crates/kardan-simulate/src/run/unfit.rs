@@ -34,7 +34,7 @@ impl RunLoop {
         let cause = self.describe_failure(found, high);
         if low > from {
             // Within a step the states are less accurate than at its end.
-            self.repeat_step(low)?;
+            self.shorten(low)?;
         }
         self.observe_until(low, None);
         self.solver.interpolate(low, &mut self.state);
