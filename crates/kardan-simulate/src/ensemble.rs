@@ -7,7 +7,7 @@
 use kardan_native::lanes;
 use kardan_rt::Lanes;
 
-use super::machine::{Lane, Machine, Prospect, Setup, SimdTaylor};
+use super::machine::{Lane, Machine, Prospect, SAME, Setup, SimdTaylor};
 use super::outputs::{Outputs, SplitSignals};
 use super::readings::Readings;
 use super::run::absolute_tolerances;
@@ -36,8 +36,6 @@ const EVENT_SCAN_POINTS: usize = 12;
 const SIDE: usize = 8;
 /// Events in close succession after which the reference takes over a run.
 const MOST_ZENO_EVENTS: usize = 200;
-/// Relative difference below which two times are equal.
-const SAME: f64 = 1e-14;
 
 /// Receives the signals of a run that ends, by its number; `None` where the reference must take over.
 pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Series>) + 't;

@@ -296,6 +296,7 @@ impl Machine {
             torque_distribution: TorqueDistribution::new(multiplier_constraints.end, r),
             box_problem: BoxProblem::new(m),
             contradiction: Vec::new(),
+            happened: Vec::new(),
             response: Response::new(r),
             expansion: None,
             resolved: None,

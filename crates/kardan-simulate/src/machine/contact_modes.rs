@@ -232,7 +232,7 @@ impl Machine {
     }
 
     /// Soft stops and locks at the point last evaluated.
-    fn switch_unilaterals(&mut self, everything: bool, events: &mut Vec<String>) {
+    fn switch_unilaterals(&mut self, everything: bool) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             let before = (self.modes[direction], self.unilaterals.engaged[unilateral]);
@@ -269,7 +269,7 @@ impl Machine {
                 (_, Mode::Backward, _) => "is pressed again",
                 _ => "is left",
             };
-            events.push(format!("{} {what}", self.names[direction]));
+            self.happened.push(format!("{} {what}", self.names[direction]));
         }
     }
 
@@ -280,7 +280,6 @@ impl Machine {
         time: f64,
         state: &mut [f64],
         (crossing, everything): (&[usize], bool),
-        events: &mut Vec<String>,
     ) -> RestEvents {
         self.unilaterals.struck = false;
         if self.unilaterals.is_empty() {
@@ -290,7 +289,7 @@ impl Machine {
         let arriving = |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Stop { .. });
         let mut arrived: Vec<usize> = crossing.iter().filter(arriving).copied().collect();
         let (engaged, mut released) = (self.unilaterals.engaged.clone(), false);
-        self.switch_unilaterals(everything, events);
+        self.switch_unilaterals(everything);
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             match self.unilaterals.kinds[unilateral] {
@@ -305,7 +304,7 @@ impl Machine {
                     self.slip_with_speed(direction);
                     released = true;
                     if !everything {
-                        events.push(format!("{} is released", self.names[direction]));
+                        self.happened.push(format!("{} is released", self.names[direction]));
                     }
                 }
                 _ => {}
@@ -317,7 +316,7 @@ impl Machine {
         let jammed = self.gear_losses.lost.filter(|direction| crossing.contains(direction));
         let resting = match arrived.is_empty() && !everything && jammed.is_none() {
             true => None,
-            false => self.strike(time, state, (everything, jammed), events),
+            false => self.strike(time, state, (everything, jammed)),
         };
         arrived.extend(crossing.iter().filter(|k| self.unilaterals.slips(**k)));
         // A clutch that was released and is pressed again while it does not turn is at rest.
@@ -335,13 +334,7 @@ impl Machine {
 
     /// The impact at the point last evaluated, if engaged rigid directions close with a speed that they block; with the
     /// directions that are at rest after it. Gears that jam are rigid; the caller reports them and the energy.
-    fn strike(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        (begins, jammed): (bool, Option<usize>),
-        events: &mut Vec<String>,
-    ) -> Option<Vec<usize>> {
+    fn strike(&mut self, time: f64, state: &mut [f64], (begins, jammed): (bool, Option<usize>)) -> Option<Vec<usize>> {
         let (r, first) = (self.degrees_of_freedom, self.unilaterals.first);
         let rigid = |unilateral: &usize| match self.unilaterals.kinds[*unilateral] {
             Kind::OneWay => true,
@@ -388,7 +381,7 @@ impl Machine {
         if jammed.is_none() {
             state[self.size - 1] += lost;
             let what: Vec<String> = hit.iter().map(one).collect();
-            events.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
+            self.happened.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
         }
         self.unilaterals.struck = true;
         let component = |k: &usize| self.dynamics.friction_component(*k, &change, &self.work).abs();

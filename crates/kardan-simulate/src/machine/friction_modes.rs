@@ -210,12 +210,11 @@ impl Machine {
     /// smallest change in the metric of the inertia. Returns the events as text.
     pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) -> Vec<String> {
         let before = self.modes.clone();
-        let mut events = Vec::new();
         self.contradiction.clear();
-        self.settle_drives(time, state, everything, &mut events);
-        let rest_events = self.meet(time, state, (crossing, everything), &mut events);
+        self.settle_drives(time, state, everything);
+        let rest_events = self.meet(time, state, (crossing, everything));
         if !self.contradiction.is_empty() {
-            return events;
+            return std::mem::take(&mut self.happened);
         }
         if !everything
             && !self.unilaterals.struck
@@ -223,10 +222,11 @@ impl Machine {
             && self.modes.iter().all(|mode| *mode != Mode::Stick)
         {
             // No direction is at rest or comes to rest.
-            return events;
+            return std::mem::take(&mut self.happened);
         }
         self.choose_modes(time, state, rest_events, everything);
         self.leave_stops();
+        let mut events = std::mem::take(&mut self.happened);
         if !everything {
             let changed =
                 before.iter().zip(&self.modes).zip(&self.names).enumerate().filter(|(_, ((was, is), _))| was != is);

@@ -40,6 +40,7 @@ pub use expansion::Prospect;
 pub use expressions::Found;
 pub(super) use simd_taylor::{Lane, SimdTaylor};
 pub(super) use time_discontinuities::Discontinuity;
+pub(super) use timed::SAME;
 pub(super) use unilateral_kinds::InvalidBound;
 
 use std::ops::Range;
@@ -151,6 +152,8 @@ pub struct Machine {
     /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier constraints
     /// the number behind all others.
     pub(super) contradiction: Vec<usize>,
+    /// Its events so far, as text.
+    happened: Vec<String>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
     response: Option<Response>,

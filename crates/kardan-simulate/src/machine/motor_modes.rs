@@ -121,7 +121,7 @@ impl Machine {
         all.filter(|(_, both)| limited(both)).map(motor_load).collect()
     }
 
-    pub(super) fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool, events: &mut Vec<String>) {
+    pub(super) fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool) {
         self.forces(time, state);
         for k in 0..self.drives.len() {
             let command = self.commands[k];
@@ -129,7 +129,7 @@ impl Machine {
             let mode = drive.limit_mode(command);
             if mode != drive.limit_mode {
                 let what = if mode == Saturation::Free { "leaves" } else { "reaches" };
-                events.push(format!("{} {what} its {} limit", self.input_names[k], drive.effort));
+                self.happened.push(format!("{} {what} its {} limit", self.input_names[k], drive.effort));
                 drive.limit_mode = mode;
             }
             let limited = drive.limited(command);

@@ -15,7 +15,7 @@ use super::expressions::Places;
 
 /// Relative difference of two times that are equal: breakpoints of two parts, or of a part and an event, that differ by
 /// rounding.
-const SAME: f64 = 1e-14;
+pub(crate) const SAME: f64 = 1e-14;
 
 /// The coefficients of a polynomial shifted to a later time.
 pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {

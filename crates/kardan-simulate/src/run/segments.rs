@@ -3,10 +3,8 @@
 
 use super::{Chattering, RunLoop, failed};
 use crate::Profile;
+use crate::machine::SAME;
 use kardan_results::{Event, Outcome, Physical};
-
-/// Relative difference below which two times are equal.
-pub(super) const SAME: f64 = 1e-14;
 
 impl RunLoop {
     /// Actions at the start.

@@ -1,12 +1,12 @@
 //! One step of the integrator, of an exact solution or of rest, up to the next event or the end of the segment.
 
 use super::jamming_gears::UNJAM;
-use super::segments::SAME;
 use super::unfit::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
 use crate::halving::halved;
 use crate::linear::LinearSegment;
+use crate::machine::SAME;
 use kardan_results::{Outcome, Physical, Signal};
 
 /// Steps between two reports of the progress.
