@@ -44,6 +44,7 @@ impl Saturation {
 /// A motor in the loop: limit, then rate limit, then lag.
 #[derive(Debug, Clone)]
 pub(super) struct Drive {
+    pub(super) name: String,
     /// The name of its effort, a torque, a force or a voltage, and the unit.
     pub(super) effort: &'static str,
     pub(super) unit: &'static str,
@@ -109,6 +110,7 @@ impl Spans {
 impl Drive {
     /// A motor whose rate limiter and lag have these indices in the state, if it has them.
     pub(super) fn new(
+        name: String,
         motor: &Motor,
         domain: Domain,
         [rate_state, lag_state]: [Option<usize>; 2],
@@ -116,6 +118,7 @@ impl Drive {
     ) -> Self {
         let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
         Self {
+            name,
             effort: domain.effort_word(),
             unit: domain.effort().physical().unit(),
             limit: number(&motor.torque_limit),

@@ -1,6 +1,5 @@
 //! Construction of a machine.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::Machine;
@@ -43,7 +42,7 @@ fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<D
         };
         let states = [place(motor.rate_limit.is_some()), place(motor.lag.is_some())];
         let own = scenario.faults.motors.iter().filter(|fault| fault.name == input.element);
-        Drive::new(&motor, equations.domain_of(input), states, own.cloned().collect())
+        Drive::new(input.element.clone(), &motor, equations.domain_of(input), states, own.cloned().collect())
     };
     equations.inputs.iter().map(drive).collect()
 }
@@ -180,8 +179,14 @@ fn profiles(scenario: &Scenario) -> Vec<Profile> {
     (0..scenario.sources.len()).map(profile).collect()
 }
 
-/// The compiled expressions of a loop, and the indices of its inputs and outputs.
+/// The compiled expressions of a loop, the indices of its inputs and outputs, and what they were written from.
 struct Compiled {
+    drives: Vec<Drive>,
+    laws: Vec<ConnectedLaw>,
+    flow: Option<Flow>,
+    targets: Vec<SourceTarget>,
+    /// The number of states, without work and loss.
+    states: usize,
     dynamics: Dynamics,
     work: Work,
     places: Places,
@@ -192,17 +197,21 @@ struct Compiled {
 }
 
 impl Compiled {
-    fn new(
-        reduced: &Reduced,
-        scenario: &Scenario,
-        (parts, states): (Parts<'_>, Range<usize>),
-        also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>,
-    ) -> Self {
+    fn new(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
+        let (reduced, scenario) = (setup.reduced, setup.scenario);
+        let motion_states = 2 * reduced.degrees_of_freedom();
+        let mut states = motion_states;
+        let drives = drives(&reduced.equations, scenario, &mut states);
+        let (laws, flow) = (connected_laws(&setup, &drives, &mut states), Flow::new(scenario, &mut states));
+        let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
+        let parts =
+            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
         let (mut places, mut timed, mut kinks, mut gear_losses) = Default::default();
         let mut moving =
             vec![false; reduced.equations.set_valued().count() + reduced.equations.multiplier_constraints.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (mut extension, mut found, sources, discontinuities) = extend(motion, reduced, parts, states);
+            let (mut extension, mut found, sources, discontinuities) =
+                extend(motion, reduced, parts, motion_states..states);
             kinks = Kinks::new(motion, &discontinuities, (&extension, &found));
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             gear_losses = GearLosses::new(motion, reduced, &extension.inputs);
@@ -215,7 +224,7 @@ impl Compiled {
             places = found;
             extension
         });
-        Self { dynamics, work, places, timed, kinks, gear_losses, moving }
+        Self { drives, laws, flow, targets, states, dynamics, work, places, timed, kinks, gear_losses, moving }
     }
 }
 
@@ -233,30 +242,23 @@ impl Machine {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();
-        let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
-        let drives = drives(&reduced.equations, scenario, &mut size);
-        let (laws, flow) = (connected_laws(&setup, &drives, &mut size), Flow::new(scenario, &mut size));
         let multipliers = reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.clone());
         let set_valued = reduced.equations.set_valued().map(|(element, _)| element.to_string());
-        let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let parts =
-            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
-        let Compiled { dynamics, work, places, timed, kinks, gear_losses, moving } =
-            Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
+        let Compiled { drives, laws, flow, targets, states, dynamics, work, places, timed, kinks, gear_losses, moving } =
+            Compiled::new(setup, also);
         let (jenkins, unilaterals) = (JenkinsElements::new(reduced), Unilaterals::new(&reduced.equations));
         let bounds = unilaterals.bounds(dynamics.breakaway_torques(), multiplier_constraints.len());
         let mut out = Self {
             relaxes: reduced.massless.is_some(),
             directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
             names: set_valued.chain(multipliers).collect(),
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             shaft_names: reduced.equations.coordinates.clone(),
             jenkins,
             unilaterals,
             gear_losses,
             bounds,
             own_laws: laws.iter().any(ConnectedLaw::is_own),
-            zoh_output: vec![0.0; inputs],
+            zoh_output: vec![0.0; drives.len()],
             places,
             laws,
             targets,
@@ -278,11 +280,11 @@ impl Machine {
             step_length: 0.0,
             step_speeds: vec![0.0; r],
             degrees_of_freedom: r,
-            size: size + 2,
-            commands: vec![0.0; inputs],
-            ahead: std::array::from_fn(|_| vec![0.0; size + 2]),
-            torques: vec![0.0; inputs],
-            applied: vec![0.0; inputs],
+            size: states + 2,
+            commands: vec![0.0; drives.len()],
+            ahead: std::array::from_fn(|_| vec![0.0; states + 2]),
+            torques: vec![0.0; drives.len()],
+            applied: vec![0.0; drives.len()],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
             weighted: vec![0.0; multiplier_constraints.end * r],

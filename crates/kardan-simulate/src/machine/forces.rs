@@ -332,7 +332,7 @@ impl Machine {
         let drives = [(&self.commands, "command"), (&self.applied, "torque")];
         for (values, what) in drives {
             if let Some(input) = find(values) {
-                return Some(format!("the {what} of {} is {}", self.input_names[input], values[input]));
+                return Some(format!("the {what} of {} is {}", self.drives[input].name, values[input]));
             }
         }
         if let Some(what) = self.unilateral_not_finite() {

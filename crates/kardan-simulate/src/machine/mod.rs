@@ -76,9 +76,8 @@ pub struct Machine {
     /// Frictions of motions without inertia, and all other directions.
     jenkins: JenkinsElements,
     directions: Vec<usize>,
-    /// Names of the elements of all directions, those of multiplier constraints last; of the inputs; of the shafts.
+    /// Names of the elements of all directions, those of multiplier constraints last; of the shafts.
     pub(super) names: Vec<String>,
-    input_names: Vec<String>,
     shaft_names: Vec<String>,
     laws: Vec<ConnectedLaw>,
     /// Whether any of them has its own code that computes at every instant.

@@ -103,22 +103,21 @@ impl Machine {
 
     /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
     pub(crate) fn motor_loads(&self, end: f64, demand: impl Fn(&str) -> f64) -> Vec<MotorLoad> {
-        let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
-        let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
+        let limited = |(_, drive): &(usize, &Drive)| drive.limit.is_some() || drive.rate.is_some();
+        let motor_load = |(k, drive): (usize, &Drive)| {
             let commands = |connected: &&ConnectedLaw| connected.inputs.contains(&k);
             MotorLoad {
-                motor: name.clone(),
+                motor: drive.name.clone(),
                 unit: drive.unit,
                 controller: self.laws.iter().find(commands).map(|connected| connected.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,
-                demand: demand(name),
+                demand: demand(&drive.name),
                 at_torque_limit: drive.at_limit.until(end),
                 at_rate_limit: drive.at_rate_limit.until(end),
             }
         };
-        let all = self.input_names.iter().zip(&self.drives).enumerate();
-        all.filter(|(_, both)| limited(both)).map(motor_load).collect()
+        self.drives.iter().enumerate().filter(limited).map(motor_load).collect()
     }
 
     pub(super) fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool) {
@@ -129,7 +128,7 @@ impl Machine {
             let mode = drive.limit_mode(command);
             if mode != drive.limit_mode {
                 let what = if mode == Saturation::Free { "leaves" } else { "reaches" };
-                self.happened.push(format!("{} {what} its {} limit", self.input_names[k], drive.effort));
+                self.happened.push(format!("{} {what} its {} limit", drive.name, drive.effort));
                 drive.limit_mode = mode;
             }
             let limited = drive.limited(command);
