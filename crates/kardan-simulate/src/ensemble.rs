@@ -340,9 +340,7 @@ impl Own {
     fn begin(&mut self, number: usize, run: &LaneRun, common: &Common) {
         (self.run, self.rates_valid) = (Some(number), false);
         self.machine.begin_anew(&common.coefficients, &run.values, (&common.sampled_laws, run.seed));
-        self.state.fill(0.0);
-        self.state[..common.start.len()].copy_from_slice(&common.start);
-        self.machine.start_laws(&mut self.state);
+        self.machine.start(&common.start, &mut self.state);
         self.series.signals.iter_mut().for_each(|signal| signal.values.clear());
         (self.time, self.next_row, self.steps, self.zeno_events, self.last) = (0.0, 0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);

@@ -136,11 +136,10 @@ impl RunLoop {
             outputs.compile(motion, reduced, found);
             Vec::new()
         });
-        let (r, size) = (machine.degrees_of_freedom(), machine.size());
+        let size = machine.size();
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
-        state[..2 * r].copy_from_slice(&reduced.state(&scenario.position, &scenario.speed));
-        machine.start_laws(&mut state);
+        machine.start(&reduced.state(&scenario.position, &scenario.speed), &mut state);
         let method = match tolerance.method {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             chosen => chosen,
