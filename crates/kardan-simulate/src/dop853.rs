@@ -102,7 +102,7 @@ pub struct Dop853 {
     /// Coefficients of the interpolation polynomial, see `interpolate`.
     dense: [Vec<f64>; 6],
     dense_ready: bool,
-    /// Proposed length of the next step; 0 when still to be chosen.
+    /// Proposed length of the next step; 0 when still to be chosen. The caller may set another one.
     pub(super) next: f64,
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
@@ -162,7 +162,7 @@ impl Dop853 {
 
     /// Sets the solver to `state` (n components) at `time` and evaluates the slope there; all history except the counts
     /// is cleared. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
-    /// [`Dop853::set_step`] hints one.
+    /// [`Dop853::next`] is set.
     ///
     /// # Panics
     /// If `state` has not n components, or `time` is not finite.
@@ -176,15 +176,6 @@ impl Dop853 {
         self.next = 0.0;
         self.last_error = LEAST_ERROR;
         self.forget_step();
-    }
-
-    /// Hints the length of the next step, in the unit of time; 0 requests the starting heuristic.
-    ///
-    /// # Panics
-    /// If `step` is negative or NaN.
-    pub fn set_step(&mut self, step: f64) {
-        assert!(step >= 0.0, "the hinted step is {step}");
-        self.next = step;
     }
 
     /// Makes one accepted step from [`Dop853::time`], at most to `until`.

@@ -136,7 +136,7 @@ impl Integrator {
     /// The length that the next step is to have, where the method does not choose it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
         match self {
-            Self::Dop853(solver) => solver.set_step(step),
+            Self::Dop853(solver) => solver.next = step,
             Self::Radau(solver) => solver.next = step,
             Self::Taylor(_) => {}
         }

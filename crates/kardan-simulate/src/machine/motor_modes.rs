@@ -21,9 +21,8 @@ impl Machine {
             return;
         }
         self.forces(time, state);
-        let torques = self.torques.clone();
-        for (drive, torque) in self.drives.iter_mut().zip(torques).filter(|(drive, _)| begins(drive)) {
-            drive.stuck = torque;
+        for (drive, torque) in self.drives.iter_mut().zip(&self.torques).filter(|(drive, _)| begins(drive)) {
+            drive.stuck = *torque;
         }
     }
 

@@ -246,7 +246,7 @@ fn no_phase_hides_the_error_of_a_step() {
     for k in 0..4000 {
         let phase = f64::from(k) * 1e-3;
         solver.start(0.0, &[1000.0 + cos(phase), -sin(phase)], &mut rhs);
-        solver.set_step(1.7);
+        solver.next = 1.7;
         solver.step(10.0, &mut rhs).unwrap();
         let angle = phase + solver.time;
         assert!(distance(&solver.state, &[1000.0 + cos(angle), -sin(angle)]) < 1e-7, "{phase} {}", solver.time);
@@ -275,7 +275,7 @@ fn lands_on_until_bit_for_bit_and_keeps_its_step() {
     solver.step(until, &mut rhs).unwrap();
     assert_eq!(solver.time, until);
     let until = until + 0.1;
-    solver.set_step(0.0995);
+    solver.next = 0.0995;
     solver.step(until, &mut rhs).unwrap();
     assert_eq!(solver.time, until);
     assert!((solver.state[0] - exp(sin(until))).abs() < 1e-9);
@@ -308,7 +308,7 @@ fn restart_takes_the_hint_and_costs_one_evaluation() {
     solver.start(0.25, &[2.0], &mut rhs);
     assert_eq!((solver.previous_time, solver.next), (0.25, 0.0));
     assert_eq!(solver.previous, [2.0]);
-    solver.set_step(0.125);
+    solver.next = 0.125;
     solver.step(1.0, &mut rhs).unwrap();
     assert_eq!(solver.time, 0.375);
     assert_eq!(solver.counts.evaluations, before + 1 + 12);
@@ -340,7 +340,7 @@ fn shrinks_into_the_domain_and_stops_at_its_border() {
     let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = if x[0] > 0.25 { -x[0].sqrt() } else { f64::NAN };
     let mut solver = Dop853::new(1e-8, &[1e-8]);
     solver.start(0.0, &[1.0], &mut rhs);
-    solver.set_step(1.9);
+    solver.next = 1.9;
     let error = loop {
         if let Err(error) = solver.step(2.0, &mut rhs) {
             break error;
