@@ -11,9 +11,10 @@ use kardan_results::Span;
 const AT_LIMIT: f64 = 1e-6;
 
 /// Whether a limit of a motor acts: on its torque, or on the rate of that.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Saturation {
     /// The command is within it.
+    #[default]
     Free,
     /// The upper limit acts: the torque is at it, or rises at the rate limit.
     High,
@@ -42,7 +43,7 @@ impl Saturation {
 }
 
 /// A motor in the loop: limit, then rate limit, then lag.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Drive {
     pub(super) name: String,
     /// The name of its effort, a torque, a force or a voltage, and the unit.
@@ -124,23 +125,18 @@ impl Drive {
             limit: number(&motor.torque_limit),
             full_limit: number(&motor.torque_limit),
             faults,
-            stuck: 0.0,
             rate: number(&motor.rate_limit),
             lag: number(&motor.lag),
             ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
-            limit_mode: Saturation::Free,
-            rate_mode: Saturation::Free,
             rate_state,
             lag_state,
-            at_limit: Spans::default(),
-            at_rate_limit: Spans::default(),
+            ..Self::default()
         }
     }
 
     /// Resets to the start of a run.
     pub(super) fn begin_anew(&mut self) {
-        (self.limit_mode, self.rate_mode) = (Saturation::Free, Saturation::Free);
-        (self.at_limit, self.at_rate_limit) = Default::default();
+        (self.limit_mode, self.rate_mode, self.at_limit, self.at_rate_limit) = Default::default();
     }
 
     /// Its modes, and the state of its limits.

@@ -40,7 +40,7 @@ impl Period {
 }
 
 /// A sensor with its last reading (zero-order hold).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sampler {
     /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
     /// 1.
@@ -63,18 +63,7 @@ pub(super) struct Sampler {
 impl Sampler {
     /// A sensor without resolution, noise or delay.
     pub fn ideal() -> Self {
-        Self {
-            resolution: None,
-            stiffness: 1.0,
-            phase: 0.0,
-            period: None,
-            differentiate: false,
-            next: 0,
-            last_angle: f64::NAN,
-            noise: None,
-            notes: None,
-            zoh_output: 0.0,
-        }
+        Self { stiffness: 1.0, last_angle: f64::NAN, ..Self::default() }
     }
 
     /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1. Its noise depends on its name

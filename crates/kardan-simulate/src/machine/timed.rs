@@ -77,8 +77,6 @@ impl Timed {
             parts,
             time: motion.timed.time.is_some(),
             blocks: motion.timed.blocks.iter().map(|(name, _)| (source(name), 0.0)).collect(),
-            ramps: Vec::new(),
-            limits_rest: false,
             follows: vec![1.0; sources.len()],
             sources,
             flows,
@@ -86,6 +84,7 @@ impl Timed {
             current: vec![0.0; places.timed.len()],
             plan,
             values: vec![0.0; values.len()],
+            ..Self::default()
         }
     }
 
