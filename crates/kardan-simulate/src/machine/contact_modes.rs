@@ -226,11 +226,6 @@ impl Machine {
         locks.map(|(unilateral, _)| (self.unilaterals.first + unilateral, self.lock_margin(unilateral)))
     }
 
-    /// Whether a lock switches at the point last evaluated.
-    pub(super) fn a_lock_turns(&self) -> bool {
-        !self.unilaterals.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
-    }
-
     /// Soft stops and locks at the point last evaluated.
     fn switch_unilaterals(&mut self, everything: bool) {
         for unilateral in 0..self.unilaterals.kinds.len() {

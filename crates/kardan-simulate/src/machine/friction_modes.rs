@@ -97,18 +97,13 @@ impl Machine {
         (weighted, w)
     }
 
-    /// Whether any direction is active that [`Machine::breaks_away`] evaluates.
-    pub fn may_break_away(&self) -> bool {
-        !(self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks)
-    }
-
     /// Whether the sticking directions exceed their limits at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if !self.may_break_away() {
+        if self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks {
             return false;
         }
         self.evaluate(time, state);
-        self.leave_rest().is_some() || self.any_jenkins_slips() || self.a_lock_turns()
+        self.leave_rest().is_some() || self.jenkins_slip() || self.lock_margins().any(|(_, margin)| margin < 0.0)
     }
 
     /// The next modes of the directions at rest at the point last evaluated, if they do not all stay at rest. The same
