@@ -81,29 +81,15 @@ impl Counts {
 ///
 /// `f` is called as `rhs(time, state, slope)` and must write all of `slope`. It may be called at trial states outside
 /// its domain; it is to return NaN there, upon which the step shrinks.
-///
-/// ```
-/// use kardan_simulate::dop853::Dop853;
-///
-/// let mut oscillator = |_: f64, x: &[f64], slope: &mut [f64]| {
-///     slope[0] = x[1];
-///     slope[1] = -x[0];
-/// };
-/// let mut solver = Dop853::new(1e-10, &[1e-10; 2]);
-/// solver.start(0.0, &[1.0, 0.0], &mut oscillator);
-/// while solver.time() < 3.0 {
-///     solver.step(3.0, &mut oscillator)?;
-/// }
-/// assert!((solver.state()[0] - 3f64.cos()).abs() < 1e-8);
-/// # Ok::<(), kardan_simulate::dop853::StepError>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct Dop853 {
     relative: f64,
     absolute: Vec<f64>,
     controlled: usize,
+    /// Begin and end of the last accepted step; equal where there is none.
     pub(super) previous_time: f64,
     pub(super) time: f64,
+    /// The states there.
     pub(super) previous: Vec<f64>,
     pub(super) state: Vec<f64>,
     trial: Vec<f64>,
@@ -116,11 +102,12 @@ pub struct Dop853 {
     /// Coefficients of the interpolation polynomial, see `interpolate`.
     dense: [Vec<f64>; 6],
     dense_ready: bool,
-    /// Proposed length of the next step; 0 when still to be chosen.
+    /// Proposed length of the next step; 0 when still to be chosen. The caller may set another one.
     pub(super) next: f64,
     /// Error norm of the last accepted step, memory of the PI controller.
     last_error: f64,
     pub(super) counts: Counts,
+    /// The rounding errors of steps: they are measured, and count as allowed, where a step would be shortened below them.
     pub(super) rounding: Rounding,
 }
 
@@ -175,7 +162,7 @@ impl Dop853 {
 
     /// Sets the solver to `state` (n components) at `time` and evaluates the slope there; all history except the counts
     /// is cleared. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
-    /// [`Dop853::set_step`] hints one.
+    /// [`Dop853::next`] is set.
     ///
     /// # Panics
     /// If `state` has not n components, or `time` is not finite.
@@ -191,34 +178,20 @@ impl Dop853 {
         self.forget_step();
     }
 
-    /// Hints the length of the next step, in the unit of time; 0 requests the starting heuristic.
-    ///
-    /// # Panics
-    /// If `step` is negative or NaN.
-    pub fn set_step(&mut self, step: f64) {
-        assert!(step >= 0.0, "the hinted step is {step}");
-        self.next = step;
-    }
-
-    /// The length that the controller proposes for the next step; 0 after a start, where it is still to be chosen.
-    pub fn next_step(&self) -> f64 {
-        self.next
-    }
-
     /// Makes one accepted step from [`Dop853::time`], at most to `until`.
     ///
     /// A step that would end beyond `until`, or so short of it that less than 1 % of the step would remain, ends on
     /// `until` bit for bit. A step shortened in this way does not shrink the proposal for the next one.
     ///
     /// # Errors
-    /// - [`StepError::NotFinite`]: state or slope is not finite at `time()`, or at every trial step down to the
+    /// - [`StepError::NotFinite`]: state or slope is not finite at `time`, or at every trial step down to the
     ///   shortest one;
     /// - [`StepError::StepTooSmall`]: the error test fails down to steps of 16 units in the last place of the time.
     ///
     /// After an error the solver is where it was before, without an interval for dense output.
     ///
     /// # Panics
-    /// If `until` is not finite or not after `time()`.
+    /// If `until` is not finite or not after `time`.
     pub fn step(&mut self, until: f64, rhs: &mut impl FnMut(f64, &[f64], &mut [f64])) -> Result<(), StepError> {
         assert!(until.is_finite() && until > self.time, "cannot step from {} to {until}", self.time);
         self.forget_step();
@@ -283,7 +256,7 @@ impl Dop853 {
     /// output is ready; the proposal for the next step stays.
     ///
     /// # Panics
-    /// If `until` is not finite or not after `time()`, or the slope is not zero.
+    /// If `until` is not finite or not after `time`, or the slope is not zero.
     pub fn rest(&mut self, until: f64) {
         assert!(until.is_finite() && until > self.time && self.rests(), "cannot rest from {} to {until}", self.time);
         self.forget_step();
@@ -291,31 +264,6 @@ impl Dop853 {
         self.dense.iter_mut().for_each(|coefficients| coefficients.fill(0.0));
         self.dense_ready = true;
         self.counts.accepted += 1;
-    }
-
-    /// Start of the last accepted step; equal to [`Dop853::time`] when there is none.
-    pub fn previous_time(&self) -> f64 {
-        self.previous_time
-    }
-
-    /// End of the last accepted step.
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// State at [`Dop853::previous_time`], n components.
-    pub fn previous_state(&self) -> &[f64] {
-        &self.previous
-    }
-
-    /// State at [`Dop853::time`], n components.
-    pub fn state(&self) -> &[f64] {
-        &self.state
-    }
-
-    /// Accepted steps, rejected steps and evaluations since [`Dop853::new`].
-    pub fn counts(&self) -> Counts {
-        self.counts
     }
 
     /// Makes [`Dop853::interpolate`] ready for the last accepted step: 3 evaluations of `rhs` inside the step; none
@@ -349,7 +297,7 @@ impl Dop853 {
         self.dense_ready = true;
     }
 
-    /// Writes the state at `time` in `[previous_time(), time()]` to `out` (n components).
+    /// Writes the state at `time` in `[previous_time, time]` to `out` (n components).
     ///
     /// With `θ = (time − previous_time)/h` and `ϑ = 1 − θ` it is the polynomial of degree 7
     /// `x₀ + θ (x₁ − x₀) + θϑ (r₂ + θ (r₃ + ϑ (r₄ + θ (r₅ + ϑ (r₆ + θ r₇)))))` of \[HNW, II.10\]: state and slope are
@@ -419,17 +367,6 @@ impl Dop853 {
             change.iter_mut().zip(&slopes[0]).for_each(|(change, slope)| *change -= slope);
         });
         rounding.in_step(h, absolute.iter().zip(&*state).map(|(absolute, x)| absolute + *relative * x.abs()));
-    }
-
-    /// The largest error that rounding alone caused in each component in a measured step. Steps are not shortened below
-    /// it; it is measured where a step would be.
-    pub fn rounding(&self) -> &[f64] {
-        &self.rounding.largest
-    }
-
-    /// The largest of these errors at their measurement, in the tolerances of that time.
-    pub fn rounding_in_tolerances(&self) -> f64 {
-        self.rounding.tolerances
     }
 
     /// Makes the trial state at `end` the present one; the slope there is in stage 12.

@@ -7,7 +7,7 @@
 use kardan_native::lanes;
 use kardan_rt::Lanes;
 
-use super::machine::{Lane, Machine, Prospect, Setup, SimdTaylor};
+use super::machine::{Lane, Machine, Prospect, SAME, Setup, SimdTaylor};
 use super::outputs::{Outputs, SplitSignals};
 use super::readings::Readings;
 use super::run::absolute_tolerances;
@@ -36,8 +36,6 @@ const EVENT_SCAN_POINTS: usize = 12;
 const SIDE: usize = 8;
 /// Events in close succession after which the reference takes over a run.
 const MOST_ZENO_EVENTS: usize = 200;
-/// Relative difference below which two times are equal.
-const SAME: f64 = 1e-14;
 
 /// Receives the signals of a run that ends, by its number; `None` where the reference must take over.
 pub type TakeRun<'t> = dyn FnMut(usize, Option<&mut Series>) + 't;
@@ -60,7 +58,6 @@ struct Common {
     tolerances: (f64, Vec<f64>),
     /// Times at which lines of sources change, and the end, s.
     breakpoints: Vec<f64>,
-    input_names: Vec<String>,
     /// The states of laws with a clock before a run.
     sampled_laws: Vec<u64>,
 }
@@ -158,10 +155,12 @@ impl<N: Lane> Group<N> {
         }
         let machine = || {
             let mut split_signals = None;
-            let machine = Machine::with(setup, |motion, found| {
+            let mut machine = Machine::with(setup, |motion, found| {
                 split_signals = Outputs::new(reduced, scenario).split_signals(motion, reduced, found);
                 split_signals.as_mut().map_or_else(Vec::new, |signals| std::mem::take(&mut signals.direct))
             });
+            // Texts of events, which name the directions, are not used.
+            machine.names.clear();
             let signals =
                 split_signals.ok_or("a figure or a requirement reads a signal that SIMD lanes do not compute");
             signals.map(|signals| (machine, signals))
@@ -179,7 +178,6 @@ impl<N: Lane> Group<N> {
             start: reduced.state(&scenario.position, &scenario.speed),
             tolerances: (tolerance.relative, absolute),
             breakpoints,
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
             sampled_laws: first.sampled_laws(),
         };
         let also = simd_taylor.also_places();
@@ -222,7 +220,7 @@ impl<N: Lane> Group<N> {
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
                 if own.sample() {
-                    own.settle(common);
+                    own.settle(&[]);
                 }
                 own.repeat(common.scenario.times.len() - own.next_row, simd_taylor.also_places());
                 own.run = None;
@@ -342,16 +340,14 @@ impl Own {
     fn begin(&mut self, number: usize, run: &LaneRun, common: &Common) {
         (self.run, self.rates_valid) = (Some(number), false);
         self.machine.begin_anew(&common.coefficients, &run.values, (&common.sampled_laws, run.seed));
-        self.state.fill(0.0);
-        self.state[..common.start.len()].copy_from_slice(&common.start);
-        self.machine.start_laws(&mut self.state);
+        self.machine.start(&common.start, &mut self.state);
         self.series.signals.iter_mut().for_each(|signal| signal.values.clear());
         (self.time, self.next_row, self.steps, self.zeno_events, self.last) = (0.0, 0, 0, 0, 0.0);
         self.machine.enter_segment(0.0);
         if self.machine.next_tick() <= 0.0 {
             self.machine.tick(0.0, &self.state);
         }
-        self.machine.settle(0.0, &mut self.state, &[], true, &[], &common.input_names);
+        self.machine.settle(0.0, &mut self.state, &[], true);
         self.open(common);
     }
 
@@ -375,7 +371,7 @@ impl Own {
         self.evaluate_rates();
         self.rates_valid = self.machine.keeps_modes();
         if !self.rates_valid {
-            self.settle(common);
+            self.settle(&[]);
         }
         self.open(common);
     }
@@ -389,8 +385,8 @@ impl Own {
         at_sample
     }
 
-    fn settle(&mut self, common: &Common) {
-        self.machine.settle(self.time, &mut self.state, &[], false, &[], &common.input_names);
+    fn settle(&mut self, crossing: &[usize]) {
+        self.machine.settle(self.time, &mut self.state, crossing, false);
     }
 
     /// Evaluates the rates at the current state.
@@ -574,12 +570,11 @@ impl Own {
 
     /// Handles an event where a mode is left.
     fn happen(&mut self, common: &Common) {
-        // Event texts are not used here.
         let close = 1e-7 * common.scenario.duration.min(1.0);
         self.zeno_events = if self.time - self.last <= close { self.zeno_events + 1 } else { 0 };
         self.last = self.time;
         let crossing = std::mem::take(&mut self.reversed);
-        self.machine.settle(self.time, &mut self.state, &crossing, false, &[], &common.input_names);
+        self.settle(&crossing);
         self.reversed = crossing;
     }
 

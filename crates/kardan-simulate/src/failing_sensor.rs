@@ -1,13 +1,15 @@
-//! Readings of a sensor while it fails.
+//! A sensor in a run that may fail.
 
-use super::{SensorFault, SensorFaultKind};
+use super::sampler::Sampler;
+use super::{Scenario, SensorFault, SensorFaultKind};
 use kardan_math::num::{Random, StateArchive};
 
 /// Times closer than this are equal, s.
 const INSTANT: f64 = 1e-9;
 
-/// The faults of a sensor, and its stuck value: all readers, at whatever times, read the same.
+/// A sensor with its faults, and its stuck value: all readers, at whatever times, read the same.
 pub(super) struct FailingSensor {
+    pub sampler: Sampler,
     faults: Vec<SensorFault>,
     /// The random seed of a fault's noise, together with the time of a reading.
     seed: u64,
@@ -18,11 +20,11 @@ pub(super) struct FailingSensor {
 }
 
 impl FailingSensor {
-    /// Those among the faults of a run that concern a signal, by the name of its sensor; noise depends on that and the seed alone.
-    pub fn new(signal: &str, sensor: &str, faults: &[SensorFault], seed: u64) -> Self {
-        let faults = faults.iter().filter(|fault| fault.concerns(signal)).cloned().collect();
-        let seed = Random::named(seed, &format!("fault of {sensor}")).next_u64();
-        Self { faults, seed, last: 0.0, stuck: f64::NEG_INFINITY }
+    /// With those faults of a run that concern a signal; their noise depends on the name of the sensor and the seed alone.
+    pub fn new(sampler: Sampler, signal: &str, sensor: &str, scenario: &Scenario) -> Self {
+        let faults = scenario.faults.sensors.iter().filter(|fault| fault.concerns(signal)).cloned().collect();
+        let seed = Random::named(scenario.seed, &format!("fault of {sensor}")).next_u64();
+        Self { sampler, faults, seed, last: 0.0, stuck: f64::NEG_INFINITY }
     }
 
     /// Whether it ever fails.
@@ -30,18 +32,21 @@ impl FailingSensor {
         !self.faults.is_empty()
     }
 
-    /// When it is stuck next, s: from then on it keeps the output of that time.
-    pub fn next_stuck(&self) -> Option<f64> {
+    /// When it reads next by itself, s: without a sample time where it is stuck next, as it then keeps the output of
+    /// that time.
+    pub fn next_time(&self) -> Option<f64> {
         // One that begins during another one does not count separately.
         let is_first =
             |at: f64| self.faults.iter().find(|fault| fault.is_active(at)).is_some_and(|fault| fault.at == at);
         let stuck = |fault: &&SensorFault| fault.kind == SensorFaultKind::Stuck && fault.at > self.stuck;
         let all = self.faults.iter().filter(stuck).filter(|fault| is_first(fault.at));
-        all.map(|fault| fault.at).min_by(f64::total_cmp)
+        self.sampler.next_time().or_else(|| all.map(|fault| fault.at).min_by(f64::total_cmp))
     }
 
-    /// Its output for this reading: NaN where it is lost.
-    pub fn reading(&mut self, value: f64, time: f64) -> f64 {
+    /// Reads if it is time, and returns its output: NaN where it is lost.
+    pub fn read(&mut self, time: f64, exact: impl FnOnce() -> f64) -> f64 {
+        self.sampler.sample(time, exact);
+        let value = self.sampler.zoh_output;
         let Some(fault) = self.faults.iter().find(|fault| fault.is_active(time)) else {
             self.last = value;
             return value;
@@ -69,6 +74,7 @@ impl FailingSensor {
 
     /// The state that its next readings depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
+        self.sampler.archive_state(archive);
         archive.number(&mut self.last);
         archive.number(&mut self.stuck);
     }

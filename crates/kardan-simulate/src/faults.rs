@@ -148,17 +148,15 @@ pub struct Faults {
 impl Faults {
     /// When a fault begins or ends, s.
     pub fn times(&self) -> impl Iterator<Item = f64> {
-        let sensors = self.sensors.iter().map(|fault| [fault.at, fault.until]);
-        let motors = self.motors.iter().map(|fault| [fault.at, fault.until]);
-        let units = self.units.iter().map(|fault| [fault.at, fault.until]);
-        let mechanics = self.mechanics.iter().map(|fault| [fault.at, fault.until]);
-        sensors.chain(motors).chain(units).chain(mechanics).flatten()
+        fn of<Kind>(faults: &[Failing<Kind>]) -> impl Iterator<Item = f64> {
+            faults.iter().flat_map(|fault| [fault.at, fault.until])
+        }
+        of(&self.sensors).chain(of(&self.motors)).chain(of(&self.units)).chain(of(&self.mechanics))
     }
 
     /// Whether there are no faults.
     pub fn is_empty(&self) -> bool {
-        let Self { sensors, motors, units, mechanics } = self;
-        sensors.is_empty() && motors.is_empty() && units.is_empty() && mechanics.is_empty()
+        self.times().next().is_none()
     }
 
     /// These and others; the part for which two of them would be active at the same time, if there is one.

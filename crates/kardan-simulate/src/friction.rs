@@ -59,6 +59,12 @@ impl Bounds<'_> {
         if sense.is_sign_negative() { self.backward[direction] } else { self.forward[direction] }
     }
 
+    /// The larger one of a direction; of one without a bound the size of its torque.
+    pub(super) fn scale(&self, direction: usize, torque: f64) -> f64 {
+        let most = self.forward[direction].max(self.backward[direction]);
+        if most.is_finite() { most } else { torque.abs() }
+    }
+
     /// Whether a torque is within them, with a margin.
     pub fn contains(&self, direction: usize, torque: f64) -> bool {
         torque.abs() < self.of(direction, torque) * (1.0 - 1e-12)

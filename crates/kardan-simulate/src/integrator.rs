@@ -3,9 +3,9 @@
 use super::dop853::{Counts, Dop853, StepError};
 use super::machine::{Machine, Prospect};
 use super::radau::{Descriptor, Equations, Radau};
-use super::taylor::{self, Taylor};
+use super::rounding::Rounding;
+use super::taylor::Taylor;
 use kardan_math::num::StateArchive;
-use kardan_mechanics::reduce::Reduced;
 use kardan_results::IntegrationMethod;
 
 /// A method with its memory.
@@ -37,29 +37,6 @@ macro_rules! each {
 }
 
 impl Integrator {
-    /// The reference method.
-    pub(super) fn dop853(relative: f64, absolute: &[f64]) -> Self {
-        Self::Dop853(Box::new(Dop853::new(relative, absolute)))
-    }
-
-    /// Taylor series, if the machine has them; with the series of the angles and of the speeds of some shafts.
-    pub(super) fn taylor(
-        relative: f64,
-        absolute: &[f64],
-        machine: &mut Machine,
-        shafts: &[Vec<usize>; 2],
-    ) -> Option<Self> {
-        let able = machine.prepare_series(taylor::order(relative), shafts);
-        // The values that decide pieces have terms where the states have none.
-        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
-    }
-
-    /// The method for stiff loops, if the machine has a Jacobian.
-    pub(super) fn radau(relative: f64, absolute: &[f64], machine: &mut Machine, reduced: &Reduced) -> Option<Self> {
-        let able = machine.prepare_jacobian(reduced);
-        able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
-    }
-
     /// Its method; `exact` where it was not needed.
     pub(super) fn method(&self, exact: bool) -> IntegrationMethod {
         match self {
@@ -105,15 +82,16 @@ impl Integrator {
         }
     }
 
-    /// Repeats the last step so that it ends earlier, where states within it are less accurate than at its end.
-    /// `scratch` is memory for a state.
+    /// Ends the last step earlier: a series is evaluated there, others, whose states within a step are less accurate than
+    /// at its end, repeat it. `scratch` is memory for a state.
     pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
+        if let Self::Taylor(solver) = self {
+            solver.end_at(end);
+            return Ok(());
+        }
         let (from, next) = (self.previous_time(), self.next_step());
         scratch.copy_from_slice(self.previous_state());
-        match self {
-            Self::Taylor(_) => return Ok(()),
-            Self::Dop853(_) | Self::Radau(_) => self.start(machine, from, scratch),
-        }
+        self.start(machine, from, scratch);
         self.set_step(end - from);
         self.step(machine, end)?;
         self.set_step(next);
@@ -137,7 +115,7 @@ impl Integrator {
         Some((solver.order, solver.previous_time))
     }
 
-    /// Whether [`shorten`](Self::shorten) has an effect.
+    /// Whether a step is repeated up to an event in it.
     pub(super) fn shortens(&self) -> bool {
         matches!(self, Self::Dop853(_))
     }
@@ -158,7 +136,7 @@ impl Integrator {
     /// The length that the next step is to have, where the method does not choose it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
         match self {
-            Self::Dop853(solver) => solver.set_step(step),
+            Self::Dop853(solver) => solver.next = step,
             Self::Radau(solver) => solver.next = step,
             Self::Taylor(_) => {}
         }
@@ -193,10 +171,8 @@ impl Integrator {
         each!(self, solver => solver.counts)
     }
 
-    /// The largest error that rounding alone caused in each component in a measured step, and the largest of all in
-    /// tolerances.
-    pub(super) fn rounding(&self) -> (&[f64], f64) {
-        let rounding = each!(self, solver => &solver.rounding);
-        (&rounding.largest, rounding.tolerances)
+    /// The rounding errors of steps, as far as they were measured.
+    pub(super) fn rounding(&self) -> &Rounding {
+        each!(self, solver => &solver.rounding)
     }
 }

@@ -18,7 +18,7 @@
 
 mod compiled_plan;
 mod counts;
-pub mod dop853;
+mod dop853;
 mod drive;
 mod ensemble;
 mod failing_sensor;

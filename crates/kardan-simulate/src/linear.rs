@@ -9,6 +9,8 @@
 //! the two solutions differ by more than the tolerance (stiff springs between large angles), the integrator takes over
 //! the loop.
 
+use std::ops::Range;
+
 use super::{Machine, outputs::Outputs, recurrence::Recurrence};
 use faer::Mat;
 use kardan_math::num::{LANES, Matrix, Panels, balance, dot, exponential, product, scaled, unscaled};
@@ -278,41 +280,45 @@ impl Probe<'_> {
         time
     }
 
-    /// M, and Q of the power of the inputs and of the loss, read with vectors of a length.
-    fn equations(&mut self, states: usize, length: f64) -> (Matrix<f64>, [Matrix<f64>; 2]) {
-        let order = states + 2;
-        let rest = self.rates(&[]).to_vec();
-        let factors = |probe: &Self| probe.machine.power_factors();
-        let mut rows: [Vec<[Vec<f64>; 2]>; 2] =
-            factors(self).map(|pairs| pairs.iter().map(|_| [vec![0.0; order], vec![0.0; order]]).collect());
-        let still = factors(self);
-        let mut generator = Matrix::zeros(order, order);
-        (0..states).for_each(|i| generator[(i, states)] = rest[i]);
-        generator[(states + 1, states)] = 1.0;
-        for (rows, still) in rows.iter_mut().zip(&still) {
-            rows.iter_mut().zip(still).for_each(|(row, pair)| (0..2).for_each(|e| row[e][states] = pair[e]));
-        }
+    /// Functions that are affine in (x, t − t₀) as rows over z, `read` at vectors of a length.
+    fn affine(
+        &mut self,
+        states: usize,
+        length: f64,
+        mut read: impl FnMut(&mut Self, &[(usize, f64)]) -> Vec<f64>,
+    ) -> Matrix<f64> {
+        let rest = read(self, &[]);
+        let mut out = Matrix::zeros(rest.len(), states + 2);
+        rest.iter().enumerate().for_each(|(k, value)| out[(k, states)] = *value);
         let steady = self.machine.is_steady();
         for variable in (0..=states).filter(|&k| k < states || !steady) {
             let column = if variable < states { variable } else { states + 1 };
-            let plus = self.rates(&[(variable, length)]).to_vec();
-            let ahead = factors(self);
-            let minus = self.rates(&[(variable, -length)]).to_vec();
-            let behind = factors(self);
-            let slope = |plus: f64, minus: f64| (plus - minus) / (2.0 * length);
-            (0..states).for_each(|i| generator[(i, column)] = slope(plus[i], minus[i]));
-            for (rows, (ahead, behind)) in rows.iter_mut().zip(ahead.iter().zip(&behind)) {
-                for (row, (ahead, behind)) in rows.iter_mut().zip(ahead.iter().zip(behind)) {
-                    (0..2).for_each(|e| row[e][column] = slope(ahead[e], behind[e]));
-                }
-            }
+            let (plus, minus) = (read(self, &[(variable, length)]), read(self, &[(variable, -length)]));
+            (0..rest.len()).for_each(|k| out[(k, column)] = (plus[k] - minus[k]) / (2.0 * length));
         }
-        // The power is a sum of products of two of these.
-        let quadratic = |pairs: &Vec<[Vec<f64>; 2]>| {
-            let entry = |i: usize, j: usize| pairs.iter().map(|[a, b]| 0.5 * (a[i] * b[j] + a[j] * b[i])).sum();
+        out
+    }
+
+    /// M, and Q of the power of the inputs and of the loss, read with vectors of a length.
+    fn equations(&mut self, states: usize, length: f64) -> (Matrix<f64>, [Matrix<f64>; 2]) {
+        let order = states + 2;
+        // Rates, and pairs of factors whose products add up to the powers.
+        let rows = self.affine(states, length, |probe, at| {
+            let mut values = probe.rates(at)[..states].to_vec();
+            values.extend(probe.machine.power_factors().into_iter().flatten().flatten());
+            values
+        });
+        let mut generator = Matrix::from_fn(order, order, |i, j| if i < states { rows[(i, j)] } else { 0.0 });
+        generator[(states + 1, states)] = 1.0;
+        let quadratic = |factors: Range<usize>| {
+            let entry = |i: usize, j: usize| {
+                let products = factors.clone().step_by(2).map(|k| (rows.row(k), rows.row(k + 1)));
+                products.map(|(a, b)| 0.5 * (a[i] * b[j] + a[j] * b[i])).sum()
+            };
             Matrix::from_fn(order, order, entry)
         };
-        (generator, rows.each_ref().map(quadratic))
+        let inputs = states + 2 * self.machine.power_factors()[0].len();
+        (generator, [quadratic(states..inputs), quadratic(inputs..rows.rows())])
     }
 
     /// The signals over z.
@@ -320,22 +326,11 @@ impl Probe<'_> {
         if outputs.samples() {
             return None;
         }
-        let mut values = |probe: &mut Self, at: &[(usize, f64)]| -> Vec<f64> {
+        Some(self.affine(states, 1.0, |probe, at| {
             let time = probe.place(at);
             outputs.observe(probe.machine, time, &probe.state);
             probe.evaluations += 1;
             (0..outputs.signals.len()).map(|k| outputs.value(k)).collect()
-        };
-        let rest = values(self, &[]);
-        let mut readout = Matrix::zeros(rest.len(), states + 2);
-        rest.iter().enumerate().for_each(|(k, value)| readout[(k, states)] = *value);
-        for place in (0..=states).filter(|&k| k < states || !self.machine.is_steady()).collect::<Vec<_>>() {
-            let (plus, minus) = (values(self, &[(place, 1.0)]), values(self, &[(place, -1.0)]));
-            let column = if place < states { place } else { states + 1 };
-            for (k, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
-                readout[(k, column)] = 0.5 * (plus - minus);
-            }
-        }
-        Some(readout)
+        }))
     }
 }

@@ -4,13 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use super::failing_sensor::FailingSensor;
 use super::machine::{Found, Machine};
-use super::readings::{Read, Readings};
-use super::sampler::{Compliance, Sampler, numbers_of, stiffness};
+use super::readings::Readings;
+use super::sampler::{Compliance, Read, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use kardan_expr::expr::Expr;
 use kardan_math::num::{StateArchive, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
-use kardan_mechanics::equations::{Domain, InputKind, Measured, UnilateralConstraint};
+use kardan_mechanics::equations::{Domain, InputKind, UnilateralConstraint};
 use kardan_mechanics::reduce::{Motion, Reduced};
 use kardan_results::signal_name::Quantity;
 use kardan_results::{Physical, Signal};
@@ -20,15 +20,15 @@ pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Phys
     Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
 }
 
-/// The columns of a run, as they are listed: name, kind, description and where the values come from.
+/// The columns of a run, as they are listed, with where their values come from.
 struct Columns<'a> {
     reduced: &'a Reduced,
-    list: Vec<(String, Physical, String, Read)>,
+    list: Vec<(Signal, Read)>,
 }
 
 impl Columns<'_> {
     fn add(&mut self, name: String, physical: Physical, description: String, read: Read) {
-        self.list.push((name, physical, description, read));
+        self.list.push((Signal { name, physical, description, values: Vec::new() }, read));
     }
 
     /// A quantity of an element.
@@ -46,17 +46,13 @@ impl Columns<'_> {
         let equations = &self.reduced.equations;
         for (k, shaft) in equations.coordinates.iter().enumerate() {
             let domain = equations.domain(k);
-            if domain != Domain::Charge {
-                for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
-                    let description = format!("{} of {} {shaft}", quantity.physical().word(), domain.carrier());
-                    self.add_of(quantity, shaft, description, read);
-                }
-                continue;
+            let through = domain == Domain::Charge;
+            let place = if through { "through".into() } else { format!("of {}", domain.carrier()) };
+            for (quantity, read) in domain.motion().into_iter().zip([Read::Angle(k), Read::Speed(k)]) {
+                self.add_of(quantity, shaft, format!("{} {place} {shaft}", quantity.physical().word()), read);
             }
-            self.add_of(Quantity::Charge, shaft, format!("charge through {shaft}"), Read::Angle(k));
-            self.add_of(Quantity::Current, shaft, format!("current through {shaft}"), Read::Speed(k));
             // A source has its own voltage.
-            if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+            if through && equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 // A current source counts it as the voltage that supplies power.
                 let own = equations.multiplier_constraints.iter().map(|constraint| &constraint.element);
                 let is_prescribed = equations.moving.keys().chain(own).any(|element| element == shaft);
@@ -128,6 +124,7 @@ impl Columns<'_> {
     /// Multipliers of multiplier constraints, and of those that follow from them, and their torques on shafts.
     fn add_multipliers(&mut self) {
         let equations = &self.reduced.equations;
+        let first = equations.set_valued().count();
         let number =
             |name: &str| equations.multiplier_constraints.iter().position(|constraint| constraint.element == *name);
         let own =
@@ -140,11 +137,12 @@ impl Columns<'_> {
             if equations.domain_of_multiplier(constraint) == Some(Domain::Charge) {
                 continue;
             }
-            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (*k, rational_to_f64(x))).collect();
+            // The sign of a multiplier is opposite to that of a friction torque.
+            let shares: Vec<(usize, f64)> = shares.iter().map(|(k, x)| (first + k, -rational_to_f64(x))).collect();
             let element = &constraint.element;
             let (multiplier, physical) = equations.multiplier_quantity(constraint);
             let description = format!("constraint multiplier of {element}");
-            self.add(multiplier.of(element), physical, description, Read::MultiplierConstraint(shares.clone()));
+            self.add(multiplier.of(element), physical, description, Read::Frictions(shares.clone()));
             for shaft in equations.shafts_of(&constraint.law) {
                 let parts: Vec<(usize, f64)> = Vec::clone(&parts);
                 self.on_body(element, shaft, "constraint ", Read::MultiplierOn(parts, shares.clone(), shaft));
@@ -215,7 +213,7 @@ impl Columns<'_> {
                 let shares =
                     own.iter().map(|(other, one)| (first + other, if one.value.is_upper() { -1.0 } else { 1.0 }));
                 let effort = equations.domain_of(unilateral).effort();
-                self.add_effort(effort, &unilateral.element, Read::Unilaterals(shares.collect()));
+                self.add_effort(effort, &unilateral.element, Read::Frictions(shares.collect()));
             }
             let differ = || unilateral.row_f64().iter().any(|(_, x)| x.abs() != 1.0);
             if bent || equations.measures.contains_key(&unilateral.element) || differ() {
@@ -234,7 +232,7 @@ impl Columns<'_> {
                 directional.row_f64().iter().find(|(k, _)| *k == body).map_or(0.0, |(_, x)| -x)
             };
             let shares = own.iter().map(|(k, directional)| (first + k, share(directional))).collect();
-            self.on_body(element, body, "constraint ", Read::Unilaterals(shares));
+            self.on_body(element, body, "constraint ", Read::Frictions(shares));
         }
     }
 
@@ -272,31 +270,20 @@ impl Columns<'_> {
         let all = reduced.equations.sensors.iter().chain(&reduced.equations.signal_sensors);
         for (name, sensor) in all {
             let measured = &sensor.measured;
-            let (shown, physical, quantity) = match measured {
-                Measured::Signal(signal) => {
-                    let source = scenario.sources.iter().position(|source| source.name == *signal);
-                    // In a file with an error it may be missing.
-                    let Some(source) = source else { continue };
-                    (name.clone(), scenario.sources[source].physical, Read::Source(source))
-                }
-                _ => {
-                    let (physical, quantity) = self.read(measured);
-                    (reduced.equations.reading(measured).of(name), physical, quantity)
-                }
+            // In a file with an error a signal may be missing.
+            let Some(read) = Read::of(measured, reduced, Sampler::differentiates(sensor), |name| scenario.source(name))
+            else {
+                continue;
             };
-            let quantity = match (measured, Sampler::differentiates(sensor)) {
-                (Measured::Speed(name), true) => Read::Angle(reduced.coordinate(name).expect("a sensor names a shaft")),
-                _ => quantity,
+            let (shown, physical) = match read {
+                Read::Source(source) => (name.clone(), scenario.sources[source].physical),
+                _ => (reduced.equations.reading(measured).of(name), reduced.equations.reading(measured).physical()),
             };
             let description = format!("reading of sensor {name}");
             self.add(shown, physical, description, Read::Sensor(samplers.len()));
-            let seed = scenario.seed;
-            samplers.push(SensorColumn {
-                read: quantity,
-                sampler: Sampler::new(name, sensor, stiffness(reduced, measured), seed),
-                failing: FailingSensor::new(name, name, &scenario.faults.sensors, seed),
-                shown: 0.0,
-            });
+            let sampler = Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed);
+            let failing = FailingSensor::new(sampler, name, name, scenario);
+            samplers.push(SensorColumn { read, failing, shown: 0.0 });
         }
         samplers
     }
@@ -309,39 +296,12 @@ impl Columns<'_> {
         let description = format!("{kind}{} of {element} on {} {name}", physical.word(), domain.carrier());
         self.add(format!("{element}.{}", effort.of(name)), physical, description, read);
     }
-
-    /// The quantity that a sensor measures.
-    fn read(&self, measured: &Measured) -> (Physical, Read) {
-        let reduced = self.reduced;
-        let physical = reduced.equations.reading(measured).physical();
-        let shaft = |name: &str| reduced.coordinate(name).expect("a sensor names a shaft");
-        let torque = match measured {
-            Measured::Angle(s) => return (physical, Read::Angle(shaft(s))),
-            Measured::Speed(s) => return (physical, Read::Speed(shaft(s))),
-            Measured::SpringTorque(element) => {
-                Read::SpringDamper { springs: numbers_of(element, &reduced.equations.springs), dampers: Vec::new() }
-            }
-            Measured::NetTorque(s) => Read::NetTorque(shaft(s)),
-            Measured::ComplianceTorque(element, s) => {
-                let torque = Compliance::new(reduced, element, Some(shaft(s)));
-                Read::Compliance(torque.expect("a sensor names a compliance"))
-            }
-            Measured::ConstraintTorque(element, s) => {
-                let mut elements = reduced.constraint_elements().into_iter();
-                let k = elements.position(|e| e == element).expect("a sensor names a constraint");
-                Read::ConstraintTorque(k, shaft(s))
-            }
-            Measured::Signal(name) => unreachable!("the signal `{name}` is a source"),
-        };
-        (physical, torque)
-    }
 }
 
 /// A sensor that has a column.
 struct SensorColumn {
     /// The measured quantity.
     read: Read,
-    sampler: Sampler,
     failing: FailingSensor,
     /// The value of its column: its output, and where that is not a number, its previous output.
     shown: f64,
@@ -350,11 +310,10 @@ struct SensorColumn {
 impl SensorColumn {
     /// Reads if it is due, with its faults.
     fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
-        if self.sampler.next_time().is_some_and(|next| next > time) {
+        if self.failing.sampler.next_time().is_some_and(|next| next > time) {
             return;
         }
-        self.sampler.sample(time, exact);
-        let reading = self.failing.reading(self.sampler.zoh_output, time);
+        let reading = self.failing.read(time, exact);
         if reading.is_finite() || !self.failing.fails() {
             self.shown = reading;
         }
@@ -362,19 +321,19 @@ impl SensorColumn {
 }
 
 /// Sensors that change the measured value; the columns of the others become those of the measured quantity.
-fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(String, Physical, String, Read)]) -> Vec<SensorColumn> {
+fn resolve(sensors: Vec<SensorColumn>, columns: &mut [(Signal, Read)]) -> Vec<SensorColumn> {
     let mut real_sensors = Vec::new();
     let places: Vec<Read> = sensors
         .into_iter()
         .map(|sensor| {
-            if sensor.sampler.is_ideal() && !sensor.failing.fails() {
+            if sensor.failing.sampler.is_ideal() && !sensor.failing.fails() {
                 return sensor.read;
             }
             real_sensors.push(sensor);
             Read::Sensor(real_sensors.len() - 1)
         })
         .collect();
-    for (.., read) in columns {
+    for (_, read) in columns {
         if let Read::Sensor(k) = read {
             *read = places[*k].clone();
         }
@@ -434,16 +393,12 @@ impl Outputs {
         columns.add_unilaterals();
         columns.add_sources(&scenario.sources);
         let sensors = columns.add_sensors(scenario);
-        let mut columns = columns.list;
-        let samplers = resolve(sensors, &mut columns);
-        let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        let is_recorded =
-            |name: &String| scenario.recorded.as_ref().is_none_or(|recorded| recorded.names.contains(name));
-        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| is_recorded(name)) {
-            reads.push(read);
-            signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
-        }
-        let as_all = scenario.recorded.as_ref().is_some_and(|recorded| recorded.as_all);
+        let samplers = resolve(sensors, &mut columns.list);
+        let recorded = scenario.recorded.as_ref();
+        let is_recorded = |(signal, _): &(Signal, Read)| recorded.is_none_or(|all| all.names.contains(&signal.name));
+        let (mut signals, reads): (Vec<Signal>, Vec<Read>) = columns.list.into_iter().filter(is_recorded).unzip();
+        signals.iter_mut().for_each(|signal| signal.values.reserve_exact(scenario.times.len()));
+        let as_all = recorded.is_some_and(|recorded| recorded.as_all);
         Self { reads, signals, samplers, readings: None, series: Vec::new(), as_all }
     }
 
@@ -523,8 +478,7 @@ impl Outputs {
 
     /// The state that the next readings of the sensors depend on.
     pub fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        for SensorColumn { sampler, failing, shown, .. } in &mut self.samplers {
-            sampler.archive_state(archive);
+        for SensorColumn { failing, shown, .. } in &mut self.samplers {
             failing.archive_state(archive);
             archive.number(shown);
         }
@@ -541,7 +495,7 @@ impl Outputs {
 
     /// The next time at which a sampled sensor reads, s.
     pub fn next_sample(&self) -> f64 {
-        self.samplers.iter().filter_map(|sensor| sensor.sampler.next_time()).fold(f64::INFINITY, f64::min)
+        self.samplers.iter().filter_map(|sensor| sensor.failing.sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
     /// Evaluates the sources of signals and sensors at a point; before `sample` and `record`.

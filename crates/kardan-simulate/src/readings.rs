@@ -3,40 +3,10 @@
 
 use super::compiled_plan::{CompiledPlan, exact, sum, symbols};
 use super::machine::{Found, Machine};
-use super::sampler::Compliance;
+use super::sampler::{Compliance, Read};
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::num::Rational;
 use kardan_mechanics::reduce::{Acting, Motion, Reduced};
-
-/// The quantity of a signal or a sensor.
-#[derive(Debug, Clone)]
-pub(super) enum Read {
-    Angle(usize),
-    Speed(usize),
-    Torque(usize),
-    Command(usize),
-    Ripple(usize),
-    Multiplier(usize),
-    NetTorque(usize),
-    ConstraintTorque(usize, usize),
-    /// Sum of multipliers, each times a number.
-    Potentials(Vec<(usize, f64)>),
-    SpringDamper {
-        springs: Vec<usize>,
-        dampers: Vec<usize>,
-    },
-    Compliance(Compliance),
-    Friction(usize),
-    /// Torques of unilateral constraints, each times a number.
-    Unilaterals(Vec<(usize, f64)>),
-    /// The multiplier of a multiplier constraint, as a sum of those of independent rows, each times a number.
-    MultiplierConstraint(Vec<(usize, f64)>),
-    /// Its torque on a shaft: first its row as a sum of independent rows.
-    MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
-    Law(usize),
-    Source(usize),
-    Sensor(usize),
-}
 
 /// The plan of all readings.
 pub(super) struct Readings {
@@ -167,13 +137,9 @@ impl Shared<'_> {
                 self.motion.graph.scale(exact(*factor), torque)
             }
             Read::Friction(k) => self.frictions[*k],
-            Read::Unilaterals(shares) => {
-                let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
-                self.motion.graph.sum(Rational::ZERO, &terms)
-            }
-            Read::MultiplierConstraint(shares) => self.enforced_multiplier(shares),
+            Read::Frictions(shares) => self.friction_torques(shares),
             Read::MultiplierOn(parts, shares, shaft) => {
-                let multiplier = self.enforced_multiplier(shares);
+                let multiplier = self.friction_torques(shares);
                 let rows = &self.motion.multiplier_constraints;
                 let entry = |k: usize| rows[k].row.iter().find(|(candidate, _)| candidate == shaft);
                 let entries: Vec<_> = parts.iter().filter_map(|(k, x)| Some((entry(*k)?.1, exact(*x)))).collect();
@@ -186,10 +152,9 @@ impl Shared<'_> {
         }
     }
 
-    /// The multiplier of a constraint that is enforced by one: its sign is opposite to that of a friction torque.
-    fn enforced_multiplier(&mut self, shares: &[(usize, f64)]) -> Expr {
-        let first = self.reduced.equations.set_valued().count();
-        let terms: Vec<_> = shares.iter().map(|(row, x)| (self.frictions[first + row], exact(-x))).collect();
+    /// The sum of the torques of directions, each times a number.
+    fn friction_torques(&mut self, shares: &[(usize, f64)]) -> Expr {
+        let terms: Vec<_> = shares.iter().map(|(k, x)| (self.frictions[*k], exact(*x))).collect();
         self.motion.graph.sum(Rational::ZERO, &terms)
     }
 

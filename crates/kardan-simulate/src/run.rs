@@ -13,10 +13,13 @@ mod switching;
 mod tolerance;
 mod unfit;
 
+use super::dop853::Dop853;
 use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
 use super::outputs::Outputs;
+use super::radau::Radau;
 use super::stiffness::is_stiff;
+use super::taylor::{self, Taylor};
 use super::{Machine, Scenario, Setup};
 use event_samples::{EventSamples, Guard};
 pub use jamming_gears::UNJAM;
@@ -54,17 +57,10 @@ pub(super) struct RunLoop {
     resting: bool,
     pub(super) outputs: Outputs,
     pub(super) scenario: Scenario,
-    names: Vec<String>,
-    /// Elements of the multiplier constraints.
-    multiplier_names: Vec<String>,
     /// Constraints whose right sides vary with time.
     prescribing: Vec<String>,
-    input_names: Vec<String>,
-    input_units: Vec<&'static str>,
-    shafts: Vec<String>,
     /// Names of reduced coordinates and of their speeds, and the reference of a tolerance where they are zero.
     state_names: Vec<(String, f64)>,
-    time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
     notes: Vec<String>,
@@ -84,10 +80,9 @@ pub(super) struct RunLoop {
     looked: Vec<f64>,
     /// Memory for states at the begin, in the middle and at the end of a part of a step.
     between: [Vec<f64>; 3],
-    derivative: Vec<f64>,
-    moved: Vec<f64>,
+    /// Directions that leave their mode at the time examined last, and whether limits of a motor do.
     reversed: Vec<usize>,
-    switching: Vec<usize>,
+    switching: bool,
     event_samples: EventSamples,
     initial_energy: f64,
     /// The work of the inputs when it was last evaluated, and the sum of the sizes of its changes until then, J.
@@ -136,25 +131,21 @@ impl RunLoop {
         let weakened = setup.scenario.faults.weakened(setup.reduced);
         let setup = Setup { reduced: weakened.as_ref().unwrap_or(setup.reduced), ..setup };
         let (reduced, scenario) = (setup.reduced, setup.scenario);
-        let names: Vec<String> = reduced.equations.set_valued().map(|(element, _)| element.to_string()).collect();
-        let multipliers = reduced.equations.multiplier_constraints.iter();
-        let multiplier_names = multipliers.map(|constraint| constraint.element.clone()).collect();
         let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::with(setup, |motion, found| {
             outputs.compile(motion, reduced, found);
             Vec::new()
         });
-        let (r, size) = (machine.degrees_of_freedom(), machine.size());
+        let size = machine.size();
         let absolute = absolute_tolerances(reduced, tolerance, size);
         let mut state = vec![0.0; size];
-        state[..2 * r].copy_from_slice(&reduced.state(&scenario.position, &scenario.speed));
-        machine.start_laws(&mut state);
+        machine.start(&reduced.state(&scenario.position, &scenario.speed), &mut state);
         let method = match tolerance.method {
             Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
             chosen => chosen,
         };
         let solver = solver_of(method, (tolerance.relative, &absolute), (&mut machine, reduced), &mut outputs);
-        let reference = || Integrator::dop853(tolerance.relative, &absolute);
+        let reference = || Integrator::Dop853(Box::new(Dop853::new(tolerance.relative, &absolute)));
         RunLoop {
             reference: solver.is_some().then(reference),
             referred: false,
@@ -170,19 +161,13 @@ impl RunLoop {
             complete: false,
             resting: false,
             guard: Guard::new(machine.is_blind(), machine.kinks.of_state),
+            event_samples: EventSamples::new(machine.modes.len()),
             machine,
             outputs,
-            event_samples: EventSamples::new(names.len()),
-            names,
-            multiplier_names,
             prescribing: reduced.equations.moving.keys().cloned().collect(),
-            input_names: reduced.equations.inputs.iter().map(|input| input.element.clone()).collect(),
-            input_units: input_units(reduced),
-            shafts: reduced.equations.coordinates.clone(),
             state_names: state_names(reduced).zip(absolute.iter().map(|x| x / tolerance.relative)).collect(),
             absolute,
             between: std::array::from_fn(|_| vec![0.0; size]),
-            time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
             notes: Vec::new(),
@@ -194,10 +179,8 @@ impl RunLoop {
             chattering: Chattering::default(),
             zeno_events: 0,
             looked: vec![0.0; size],
-            derivative: vec![0.0; size],
-            moved: vec![0.0; size],
             reversed: Vec::new(),
-            switching: Vec::new(),
+            switching: false,
             state,
             initial_energy: 0.0,
             work: 0.0,
@@ -316,17 +299,22 @@ fn solver_of(
     outputs: &mut Outputs,
 ) -> Option<Integrator> {
     machine.prepare_resolution(&[]);
-    let solver = match method {
+    match method {
         Method::Dop853 => None,
         Method::Taylor | Method::Automatic | Method::Stepping => {
-            Integrator::taylor(relative, absolute, machine, &outputs.shafts().unwrap_or_default())
+            if !machine.prepare_series(taylor::order(relative), &outputs.shafts().unwrap_or_default()) {
+                return None;
+            }
+            outputs.prepare_series(machine);
+            // The values that decide pieces have terms where the states have none.
+            Some(Integrator::Taylor(Box::new(Taylor::new(relative, absolute, machine.has_kinks()))))
         }
-        Method::Radau => Integrator::radau(relative, absolute, machine, reduced),
-    };
-    if matches!(solver, Some(Integrator::Taylor(_))) {
-        outputs.prepare_series(machine);
+        Method::Radau => {
+            let implicit = absolute.len() - 2;
+            let able = machine.prepare_jacobian(reduced);
+            able.then(|| Integrator::Radau(Box::new(Radau::new(relative, absolute, implicit))))
+        }
     }
-    solver
 }
 
 /// Names of reduced coordinates, then of their speeds.
@@ -336,12 +324,6 @@ fn state_names(reduced: &Reduced) -> impl Iterator<Item = String> {
         reduced.coordinates.iter().map(move |&k| equations.domain(k).motion()[rate].of(&equations.coordinates[k]))
     };
     named(0).chain(named(1))
-}
-
-/// Units of the inputs.
-fn input_units(reduced: &Reduced) -> Vec<&'static str> {
-    let unit = |input| reduced.equations.domain_of(input).effort().physical().unit();
-    reduced.equations.inputs.iter().map(unit).collect()
 }
 
 fn failed(time: f64, cause: String) -> Outcome {

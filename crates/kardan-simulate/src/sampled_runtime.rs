@@ -6,10 +6,9 @@ use kardan_rt::Health;
 
 use super::counts::{EncoderReading, FlippedReading, Notes};
 use super::failing_sensor::FailingSensor;
-use super::sampler::{Period, Quantity, Sampler, stiffness};
+use super::sampler::{Period, Read, Sampler, stiffness};
 use super::{Scenario, UnitFault, UnitFaultKind};
 use kardan_math::num::{Random, StateArchive};
-use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::{Dynamics, Reduced, Work};
 use kardan_results::signal_name::SignalName;
 use kardan_synthesis::{Clock, ExportedSignal, Frozen, Law, LawRuntime, Observation};
@@ -47,24 +46,17 @@ pub(super) struct SampledRuntime {
 struct Source {
     /// Name of the sensor.
     name: String,
-    quantity: Quantity,
-    sampler: Sampler,
+    read: Read,
     failing: FailingSensor,
     /// Its output at its last reading, where it has a sample time.
     last_reading: f64,
 }
 
 impl Source {
-    /// When it reads next, s, by itself; at the begin of a stuck fault even without a sample time.
-    fn next_time(&self) -> Option<f64> {
-        self.sampler.next_time().or_else(|| self.failing.next_stuck())
-    }
-
     /// Reads, with the faults that are active.
     fn read(&mut self, now: f64, model: (&Dynamics, &Work), references: &[f64]) {
-        let Self { quantity, sampler, failing, .. } = self;
-        sampler.sample(now, || quantity.read(model, references));
-        self.last_reading = failing.reading(sampler.zoh_output, now);
+        let Self { read, failing, last_reading, .. } = self;
+        *last_reading = failing.read(now, || read.now(model, references));
     }
 }
 
@@ -72,32 +64,23 @@ impl Source {
 #[derive(Default)]
 struct HealthCounts {
     samples: usize,
-    invalid_readings: Option<(usize, f64)>,
-    invalid_references: Option<(usize, f64)>,
-    bounded: Option<(usize, f64)>,
-    governed: Option<(usize, f64)>,
-    frozen: Option<(usize, f64)>,
+    /// With an invalid reading, an invalid reference, a bounded command, a governed reference, an unchanged state.
+    faulty: [Option<(usize, f64)>; 5],
 }
 
 impl HealthCounts {
     fn add(&mut self, time: f64, health: Health) {
         self.samples += 1;
-        let count = |so_far: &mut Option<(usize, f64)>, happened: bool| {
-            if happened {
-                *so_far = Some(so_far.map_or((1, time), |(count, first)| (count + 1, first)));
-            }
-        };
-        count(&mut self.invalid_readings, health.invalid_readings > 0);
-        count(&mut self.invalid_references, health.invalid_references > 0);
-        count(&mut self.bounded, health.commands_bounded > 0);
-        count(&mut self.governed, health.governed);
-        count(&mut self.frozen, health.estimate_frozen);
+        let invalid = [health.invalid_readings > 0, health.invalid_references > 0, health.commands_bounded > 0];
+        let happened = invalid.into_iter().chain([health.governed, health.estimate_frozen]);
+        for (so_far, _) in self.faulty.iter_mut().zip(happened).filter(|(_, happened)| *happened) {
+            *so_far = Some(so_far.map_or((1, time), |(count, first)| (count + 1, first)));
+        }
     }
 
     fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
         archive.count(&mut self.samples);
-        let Self { invalid_readings, invalid_references, bounded, governed, frozen, .. } = self;
-        for counted in [invalid_readings, invalid_references, bounded, governed, frozen] {
+        for counted in &mut self.faulty {
             let (mut count, mut first) = counted.unwrap_or((0, 0.0));
             archive.count(&mut count);
             archive.number(&mut first);
@@ -106,12 +89,13 @@ impl HealthCounts {
     }
 
     fn notes(&self, who: &str, keeps: &str) -> Vec<String> {
+        let [readings, references, bounded, governed, frozen] = self.faulty;
         let all = [
-            (self.invalid_readings, "a reading was not a number, and the controller used the last valid one"),
-            (self.invalid_references, "a reference was not finite, and the controller used the last valid one"),
-            (self.governed, "the governor limited a reference, because a motor would have reached its limit"),
-            (self.bounded, "the limits of a motor changed its command"),
-            (self.frozen, keeps),
+            (readings, "a reading was not a number, and the controller used the last valid one"),
+            (references, "a reference was not finite, and the controller used the last valid one"),
+            (governed, "the governor limited a reference, because a motor would have reached its limit"),
+            (bounded, "the limits of a motor changed its command"),
+            (frozen, keeps),
         ];
         let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
             let (count, first) = found?;
@@ -125,9 +109,8 @@ impl SampledRuntime {
     /// A law at its clock.
     ///
     /// # Panics
-    /// If a sensor of the law measures a quantity that depends on accelerations (its design rejects that).
+    /// If a sensor of the law measures a signal that is none of its references (its design rejects that).
     pub fn new(law: &dyn Law, clock: Clock, reduced: &Reduced, scenario: &Scenario) -> Self {
-        let (faults, seed) = (&scenario.faults.sensors, scenario.seed);
         let named = !scenario.faults.units.is_empty();
         let controller = if named { law.describe().controller } else { String::new() };
         let sensors: Vec<Source> = law
@@ -137,17 +120,17 @@ impl SampledRuntime {
                 let head = SignalName::new(&signal.name).element;
                 let sensor = reduced.equations.sensor(head);
                 let differentiates = sensor.is_some_and(Sampler::differentiates);
-                let reference = || law.references().iter().position(|reference| reference.name == head);
-                let quantity = match signal.measured {
-                    Measured::Signal(_) => reference().map(Quantity::Reference),
-                    _ => Quantity::of(&signal.measured, reduced, differentiates),
-                };
-                let quantity = quantity.expect("a law measures angles, speeds, twists and declared signals");
+                let reference = |_: &str| law.references().iter().position(|reference| reference.name == head);
+                let read = Read::of(&signal.measured, reduced, differentiates, reference);
                 let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
-                    Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
+                    Sampler::new(head, sensor, stiffness(reduced, &signal.measured), scenario.seed)
                 });
-                let failing = FailingSensor::new(&signal.name, head, faults, seed);
-                Source { name: head.to_string(), quantity, sampler, failing, last_reading: 0.0 }
+                Source {
+                    name: head.to_string(),
+                    read: read.expect("a signal that a law measures is a reference"),
+                    failing: FailingSensor::new(sampler, &signal.name, head, scenario),
+                    last_reading: 0.0,
+                }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -164,7 +147,7 @@ impl SampledRuntime {
             readings: vec![0.0; sensors.len()],
             sensors,
             faults: scenario.faults.units.iter().filter(|fault| fault.name == controller).cloned().collect(),
-            random: Random::named(seed, &format!("jitter of {controller}")),
+            random: Random::named(scenario.seed, &format!("jitter of {controller}")),
             down: false,
             average: vec![0.0; inputs],
             health_counts: HealthCounts::default(),
@@ -173,7 +156,7 @@ impl SampledRuntime {
 
     /// Reseeds the noise of its sensors.
     pub fn draw_anew(&mut self, seed: u64) {
-        self.sensors.iter_mut().for_each(|source| source.sampler.draw_anew(&source.name, seed));
+        self.sensors.iter_mut().for_each(|source| source.failing.sampler.draw_anew(&source.name, seed));
     }
 
     /// Its clock and its whole state.
@@ -191,8 +174,7 @@ impl SampledRuntime {
             archive.numbers(command);
         });
         self.queue.extend(waiting);
-        for Source { sampler, failing, last_reading, .. } in &mut self.sensors {
-            sampler.archive_state(archive);
+        for Source { failing, last_reading, .. } in &mut self.sensors {
             failing.archive_state(archive);
             archive.number(last_reading);
         }
@@ -205,24 +187,24 @@ impl SampledRuntime {
     /// Records the readings of its counting sensors, of which the first has that number in the whole loop; flips some
     /// readings. Returns the number of the next sensor.
     pub fn note_counts(&mut self, first: usize, flipped: &[FlippedReading]) -> usize {
-        let counting = self.sensors.iter_mut().filter(|source| source.sampler.resolution.is_some());
+        let counting = self.sensors.iter_mut().filter(|source| source.failing.sampler.resolution.is_some());
         let own = |number| flipped.iter().filter(move |flipped| flipped.sensor == number).copied().collect();
         counting.fold(first, |number, source| {
-            source.sampler.notes = Some(Box::new(Notes::new(source.name.clone(), own(number))));
+            source.failing.sampler.notes = Some(Box::new(Notes::new(source.name.clone(), own(number))));
             number + 1
         })
     }
 
     /// The readings of its sensors, where recording was requested.
     pub fn encoder_readings(&mut self) -> impl Iterator<Item = EncoderReading> {
-        self.sensors.iter_mut().filter_map(|source| Some(source.sampler.notes.take()?.encoder_readings))
+        self.sensors.iter_mut().filter_map(|source| Some(source.failing.sampler.notes.take()?.encoder_readings))
     }
 
     /// Sensors that measure a torque by the twist of springs compute it with the stiffness of these.
     pub fn take_springs(&mut self, dynamics: &Dynamics) {
-        for Source { quantity, sampler, .. } in &mut self.sensors {
-            if let Quantity::Springs(springs) = quantity {
-                sampler.stiffness = springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum();
+        for Source { read, failing, .. } in &mut self.sensors {
+            if let Read::SpringDamper { springs, .. } = read {
+                failing.sampler.stiffness = springs.iter().map(|spring| dynamics.spring_stiffness(*spring)).sum();
             }
         }
     }
@@ -242,7 +224,7 @@ impl SampledRuntime {
 
     /// The next instant with an action, s.
     pub fn next_time(&self) -> f64 {
-        let sensors = self.sensors.iter().filter_map(Source::next_time);
+        let sensors = self.sensors.iter().filter_map(|source| source.failing.next_time());
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
@@ -258,7 +240,7 @@ impl SampledRuntime {
     ) {
         let now = time + SAME * self.clock.period;
         for source in &mut self.sensors {
-            if source.next_time().is_some_and(|reading_time| reading_time <= now) {
+            if source.failing.next_time().is_some_and(|reading_time| reading_time <= now) {
                 source.read(now, model, references);
             }
         }
@@ -275,7 +257,7 @@ impl SampledRuntime {
             if fault == Some(UnitFaultKind::Stale) {
                 break;
             }
-            if source.sampler.next_time().is_none() {
+            if source.failing.sampler.next_time().is_none() {
                 source.read(now, model, references);
             }
             *reading = source.last_reading;

@@ -1,4 +1,4 @@
-//! A sensor in a run: resolution, phase, zero-order hold.
+//! A sensor in a run: what it measures, its resolution, phase and zero-order hold.
 
 use super::counts::Notes;
 use kardan_math::num::{Random, Rational, StateArchive, rational_to_f64};
@@ -40,7 +40,7 @@ impl Period {
 }
 
 /// A sensor with its last reading (zero-order hold).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Sampler {
     /// Its counting step, SI, and the scale of its output: torque per twist where it measures a torque by a twist, else
     /// 1.
@@ -63,18 +63,7 @@ pub(super) struct Sampler {
 impl Sampler {
     /// A sensor without resolution, noise or delay.
     pub fn ideal() -> Self {
-        Self {
-            resolution: None,
-            stiffness: 1.0,
-            phase: 0.0,
-            period: None,
-            differentiate: false,
-            next: 0,
-            last_angle: f64::NAN,
-            noise: None,
-            notes: None,
-            zoh_output: 0.0,
-        }
+        Self { stiffness: 1.0, last_angle: f64::NAN, ..Self::default() }
     }
 
     /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1. Its noise depends on its name
@@ -144,15 +133,33 @@ impl Sampler {
     }
 }
 
-/// The quantity that a controller measures.
+/// The quantity of a signal or a sensor.
 #[derive(Debug, Clone)]
-pub(super) enum Quantity {
+pub(super) enum Read {
     Angle(usize),
     Speed(usize),
-    Springs(Vec<usize>),
+    Torque(usize),
+    Command(usize),
+    Ripple(usize),
+    Multiplier(usize),
+    NetTorque(usize),
+    ConstraintTorque(usize, usize),
+    /// Sum of multipliers, each times a number.
+    Potentials(Vec<(usize, f64)>),
+    SpringDamper {
+        springs: Vec<usize>,
+        dampers: Vec<usize>,
+    },
     Compliance(Compliance),
-    /// A signal, by its number among the references of the law.
-    Reference(usize),
+    Friction(usize),
+    /// Sum of the torques of directions, each times a number: of unilateral constraints, or of the independent multiplier
+    /// constraints that one is a sum of.
+    Frictions(Vec<(usize, f64)>),
+    /// The torque of a multiplier constraint on a shaft: first its row as a sum of independent rows.
+    MultiplierOn(Vec<(usize, f64)>, Vec<(usize, f64)>, usize),
+    Law(usize),
+    Source(usize),
+    Sensor(usize),
 }
 
 /// The torque of a compliant element times a factor: by springs and dampers, by number.
@@ -186,29 +193,48 @@ impl Compliance {
     }
 }
 
-impl Quantity {
-    /// The source of the reading of a sensor of a mechanism; `None` for torques that depend on accelerations.
-    pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
+impl Read {
+    /// What a sensor measures; `None` for a signal that has no number by `source`. A speed that the sensor
+    /// `differentiates` is read as an angle.
+    pub fn of(
+        measured: &Measured,
+        reduced: &Reduced,
+        differentiates: bool,
+        source: impl Fn(&str) -> Option<usize>,
+    ) -> Option<Self> {
         let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
-        match measured {
-            Measured::Speed(name) if !differentiates => Some(Self::Speed(shaft(name))),
-            Measured::Angle(name) | Measured::Speed(name) => Some(Self::Angle(shaft(name))),
-            Measured::SpringTorque(element) => Some(Self::Springs(numbers_of(element, &reduced.equations.springs))),
-            Measured::ComplianceTorque(element, name) => {
-                Compliance::new(reduced, element, Some(shaft(name))).map(Self::Compliance)
+        Some(match measured {
+            Measured::Speed(name) if !differentiates => Self::Speed(shaft(name)),
+            Measured::Angle(name) | Measured::Speed(name) => Self::Angle(shaft(name)),
+            Measured::SpringTorque(element) => {
+                Self::SpringDamper { springs: numbers_of(element, &reduced.equations.springs), dampers: Vec::new() }
             }
-            Measured::ConstraintTorque(..) | Measured::NetTorque(_) | Measured::Signal(_) => None,
-        }
+            Measured::NetTorque(name) => Self::NetTorque(shaft(name)),
+            Measured::ComplianceTorque(element, name) => {
+                let torque = Compliance::new(reduced, element, Some(shaft(name)));
+                Self::Compliance(torque.expect("a sensor names a compliance"))
+            }
+            Measured::ConstraintTorque(element, name) => {
+                let mut elements = reduced.constraint_elements().into_iter();
+                let k = elements.position(|e| e == element).expect("a sensor names a constraint");
+                Self::ConstraintTorque(k, shaft(name))
+            }
+            Measured::Signal(name) => Self::Source(source(name)?),
+        })
     }
 
-    /// The measured value now, where the references of the law are these.
-    pub fn read(&self, (dynamics, work): (&Dynamics, &Work), references: &[f64]) -> f64 {
+    /// The value now of what a law measures, of whose references a source is one.
+    ///
+    /// # Panics
+    /// If it depends on accelerations (the design of the law rejects that).
+    pub fn now(&self, (dynamics, work): (&Dynamics, &Work), references: &[f64]) -> f64 {
         match self {
-            Self::Reference(k) => references[*k],
+            Self::Source(k) => references[*k],
             Self::Angle(shaft) => work.kinematics.angles[*shaft],
             Self::Speed(shaft) => work.kinematics.speeds[*shaft],
-            Self::Springs(springs) => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),
+            Self::SpringDamper { springs, .. } => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),
             Self::Compliance(compliance) => compliance.read(dynamics, work),
+            other => unreachable!("no law measures {other:?}"),
         }
     }
 }

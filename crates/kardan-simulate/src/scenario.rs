@@ -102,10 +102,17 @@ pub struct Scenario {
     pub speed: Vec<f64>,
 }
 
+impl Scenario {
+    /// The number of the source of a name.
+    pub(super) fn source(&self, name: &str) -> Option<usize> {
+        self.sources.iter().position(|source| source.name == name)
+    }
+}
+
 /// A signal over time: straight lines between breakpoints, with jumps at them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile {
-    /// `(start, value just after it, slope)`, sorted by start; the value is 0 before the first.
+    /// `(value, slope, start)` of each line, sorted by start; the value is 0 before the first.
     pieces: Vec<(f64, f64, f64)>,
 }
 
@@ -124,13 +131,11 @@ impl Profile {
         let mut out = Self::default();
         for event in sorted {
             let from = out.value(event.at);
-            out.pieces.retain(|(start, _, _)| *start < event.at);
+            out.pieces.retain(|(.., start)| *start < event.at);
             if event.over > 0.0 {
-                out.pieces.push((event.at, from, (event.to - from) / event.over));
-                out.pieces.push((event.at + event.over, event.to, 0.0));
-            } else {
-                out.pieces.push((event.at, event.to, 0.0));
+                out.pieces.push((from, (event.to - from) / event.over, event.at));
             }
+            out.pieces.push((event.to, 0.0, event.at + event.over.max(0.0)));
         }
         out
     }
@@ -138,15 +143,13 @@ impl Profile {
     /// Has one value from a time on, and none before it.
     pub(super) fn set_constant(&mut self, from: f64, value: f64) {
         self.pieces.clear();
-        self.pieces.push((from, value, 0.0));
+        self.pieces.push((value, 0.0, from));
     }
 
     /// Its pieces, which may have been set from outside.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        archive.list(&mut self.pieces, (0.0, 0.0, 0.0), |archive, (start, value, slope)| {
-            archive.number(start);
-            archive.number(value);
-            archive.number(slope);
+        archive.list(&mut self.pieces, (0.0, 0.0, 0.0), |archive, (value, slope, start)| {
+            [start, value, slope].into_iter().for_each(|x| archive.number(x));
         });
     }
 
@@ -158,20 +161,17 @@ impl Profile {
 
     /// `(value, slope, start)` of the line that is valid from a time on.
     pub fn piece(&self, time: f64) -> (f64, f64, f64) {
-        match self.pieces.iter().rev().find(|(start, _, _)| *start <= time) {
-            Some((start, value, slope)) => (*value, *slope, *start),
-            None => (0.0, 0.0, 0.0),
-        }
+        self.pieces.iter().rev().find(|(.., start)| *start <= time).copied().unwrap_or_default()
     }
 
     /// Whether it only steps.
     pub(super) fn is_level(&self) -> bool {
-        self.pieces.iter().all(|(.., slope)| *slope == 0.0)
+        self.pieces.iter().all(|(_, slope, _)| *slope == 0.0)
     }
 
     /// Times where the line changes, s.
     pub fn breakpoints(&self) -> impl Iterator<Item = f64> {
-        self.pieces.iter().map(|(start, _, _)| *start)
+        self.pieces.iter().map(|(.., start)| *start)
     }
 }
 

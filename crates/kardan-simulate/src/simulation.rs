@@ -221,8 +221,7 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::Unknown`] with the nearest name.
     pub fn signal(&self, name: &str) -> Result<SignalId, SimulationError> {
-        let found = self.signals().find(|(_, candidate, _)| *candidate == name).map(|(id, ..)| id);
-        found.ok_or_else(|| unknown(name, "read", self.signals().map(|(_, name, _)| name)))
+        find(name, "read", self.signals())
     }
 
     /// The signal of that name that can be set: `ref_rk`, `driver.tau`.
@@ -230,8 +229,7 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::Unknown`] with the nearest name.
     pub fn input(&self, name: &str) -> Result<InputId, SimulationError> {
-        let found = self.inputs().find(|(_, candidate, _)| *candidate == name).map(|(id, ..)| id);
-        found.ok_or_else(|| unknown(name, "set", self.inputs().map(|(_, name, _)| name)))
+        find(name, "set", self.inputs())
     }
 
     /// Sets a signal (SI) from now on.
@@ -351,6 +349,13 @@ impl Simulation {
     }
 }
 
-fn unknown<'a>(name: &str, what: &'static str, candidates: impl Iterator<Item = &'a str> + Clone) -> SimulationError {
-    SimulationError::Unknown { name: name.into(), what, help: unknown_name(name, candidates) }
+/// The signal of a name among those that can be read or set.
+fn find<'a, Id>(
+    name: &str,
+    what: &'static str,
+    mut all: impl Iterator<Item = (Id, &'a str, Physical)> + Clone,
+) -> Result<Id, SimulationError> {
+    let names = all.clone().map(|(_, name, _)| name);
+    let found = all.find(|(_, candidate, _)| *candidate == name).map(|(id, ..)| id);
+    found.ok_or_else(|| SimulationError::Unknown { name: name.into(), what, help: unknown_name(name, names) })
 }

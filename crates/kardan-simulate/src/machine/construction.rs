@@ -1,6 +1,5 @@
 //! Construction of a machine.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::Machine;
@@ -24,7 +23,6 @@ use kardan_math::num::{Cholesky, Matrix};
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::equations::Measured;
-use kardan_mechanics::program::Task;
 use kardan_mechanics::reduce::{Dynamics, Motion, Reduced, Work};
 use kardan_results::signal_name::SignalName;
 use kardan_synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation, TaskLaw};
@@ -44,7 +42,7 @@ fn drives(equations: &Equations, scenario: &Scenario, size: &mut usize) -> Vec<D
         };
         let states = [place(motor.rate_limit.is_some()), place(motor.lag.is_some())];
         let own = scenario.faults.motors.iter().filter(|fault| fault.name == input.element);
-        Drive::new(&motor, equations.domain_of(input), states, own.cloned().collect())
+        Drive::new(input.element.clone(), &motor, equations.domain_of(input), states, own.cloned().collect())
     };
     equations.inputs.iter().map(drive).collect()
 }
@@ -97,18 +95,31 @@ fn source_of(name: &str, setup: &Setup<'_>) -> usize {
         Some(Measured::Signal(signal)) => signal,
         _ => name,
     };
-    let found = setup.scenario.sources.iter().position(|source| source.name == signal);
+    let found = setup.scenario.source(signal);
     found.unwrap_or_else(|| panic!("`{signal}`, which is read or output, is a source"))
 }
 
-/// A law among the inputs and sources of a run; `size` grows by its states.
-fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> ConnectedLaw {
-    let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
-    let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
-    let inputs: Vec<usize> = law.inputs().iter().map(input).collect();
+/// A law among the inputs and sources of a run; `size` grows by its states. The outputs of a task `of_blocks` are sources,
+/// those of other laws commands of inputs.
+fn connected_law(
+    law: &Arc<dyn Law>,
+    of_blocks: bool,
+    setup: &Setup<'_>,
+    drives: &[Drive],
+    size: &mut usize,
+) -> ConnectedLaw {
+    let (all, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
+    let input = |name: &String| all.iter().position(|i| i.element == *name).expect("a law commands inputs");
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    if of_blocks {
+        outputs.extend(law.inputs().iter().map(|name| source_of(name, setup)));
+    } else {
+        inputs.extend(law.inputs().iter().map(input));
+    }
     let references: Vec<usize> = law.references().iter().map(|reference| source_of(&reference.name, setup)).collect();
     let first = *size;
-    let limits: Vec<Option<f64>> = inputs.iter().map(|&input| drives[input].limit).collect();
+    let limits: Vec<Option<f64>> =
+        inputs.iter().map(|&input| drives[input].limit).chain(outputs.iter().map(|_| None)).collect();
     // A law with states may have anti-windup at the limits.
     let winds_up = !law.states().is_empty() && limits.iter().any(Option::is_some);
     let computer = match law.clock() {
@@ -127,13 +138,13 @@ fn connected_law(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: 
     ConnectedLaw {
         computer,
         reference_values: vec![0.0; references.len()],
-        commands: vec![0.0; inputs.len()],
+        commands: vec![0.0; limits.len()],
         torques: vec![0.0; inputs.len()],
         states: first..*size,
         limits,
         inputs,
-        outputs: Vec::new(),
-        exported: exported(&**law, scenario),
+        outputs,
+        exported: if of_blocks { Vec::new() } else { exported(&**law, scenario) },
         references,
         law: Arc::clone(law),
     }
@@ -149,38 +160,17 @@ fn exported(law: &dyn Law, scenario: &Scenario) -> Vec<(usize, ExportedSignal)> 
     let controller = law.describe().controller;
     let numbered = |(name, exported): (String, ExportedSignal)| {
         let name = format!("{controller}.{name}");
-        Some((scenario.sources.iter().position(|source| source.name == name)?, exported))
+        Some((scenario.source(&name)?, exported))
     };
     law.exported().into_iter().filter_map(numbered).collect()
 }
 
-/// A task of blocks: its outputs are sources.
-fn task(task: &Arc<Task>, setup: &Setup<'_>) -> ConnectedLaw {
-    let law: Arc<dyn Law> = Arc::new(TaskLaw::new(task, setup.reduced));
-    let source = |name: &str| source_of(name, setup);
-    let clock = law.clock().expect("a task has a clock");
-    let outputs: Vec<usize> = law.inputs().iter().map(|name| source(name)).collect();
-    let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-    ConnectedLaw {
-        computer: Computer::SampledRuntime(Box::new(SampledRuntime::new(&*law, clock, setup.reduced, setup.scenario))),
-        reference_values: vec![0.0; references.len()],
-        commands: vec![0.0; outputs.len()],
-        torques: Vec::new(),
-        states: 0..0,
-        limits: vec![None; outputs.len()],
-        inputs: Vec::new(),
-        outputs,
-        exported: Vec::new(),
-        references,
-        law,
-    }
-}
-
 /// Blocks, which compute before their readers, then the laws; `size` grows by their states.
 fn connected_laws(setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Vec<ConnectedLaw> {
-    let mut all: Vec<ConnectedLaw> = setup.scenario.tasks.iter().map(|one| task(one, setup)).collect();
-    all.extend(setup.laws.iter().map(|law| connected_law(law, setup, drives, size)));
-    all
+    let tasks = setup.scenario.tasks.iter().map(|task| -> Arc<dyn Law> { Arc::new(TaskLaw::new(task, setup.reduced)) });
+    let laws = setup.laws.iter().map(|law| (Arc::clone(law), false));
+    let all = tasks.map(|task| (task, true)).chain(laws);
+    all.map(|(law, of_blocks)| connected_law(&law, of_blocks, setup, drives, size)).collect()
 }
 
 /// The steps and ramps of each source.
@@ -189,8 +179,14 @@ fn profiles(scenario: &Scenario) -> Vec<Profile> {
     (0..scenario.sources.len()).map(profile).collect()
 }
 
-/// The compiled expressions of a loop, and the indices of its inputs and outputs.
+/// The compiled expressions of a loop, the indices of its inputs and outputs, and what they were written from.
 struct Compiled {
+    drives: Vec<Drive>,
+    laws: Vec<ConnectedLaw>,
+    flow: Option<Flow>,
+    targets: Vec<SourceTarget>,
+    /// The number of states, without work and loss.
+    states: usize,
     dynamics: Dynamics,
     work: Work,
     places: Places,
@@ -201,17 +197,21 @@ struct Compiled {
 }
 
 impl Compiled {
-    fn new(
-        reduced: &Reduced,
-        scenario: &Scenario,
-        (parts, states): (Parts<'_>, Range<usize>),
-        also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>,
-    ) -> Self {
+    fn new(setup: Setup<'_>, also: impl FnOnce(&mut Motion, &Found) -> Vec<Expr>) -> Self {
+        let (reduced, scenario) = (setup.reduced, setup.scenario);
+        let motion_states = 2 * reduced.degrees_of_freedom();
+        let mut states = motion_states;
+        let drives = drives(&reduced.equations, scenario, &mut states);
+        let (laws, flow) = (connected_laws(&setup, &drives, &mut states), Flow::new(scenario, &mut states));
+        let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
+        let parts =
+            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
         let (mut places, mut timed, mut kinks, mut gear_losses) = Default::default();
         let mut moving =
             vec![false; reduced.equations.set_valued().count() + reduced.equations.multiplier_constraints.len()];
         let (dynamics, work) = Dynamics::extended(reduced, |motion| {
-            let (mut extension, mut found, sources, discontinuities) = extend(motion, reduced, parts, states);
+            let (mut extension, mut found, sources, discontinuities) =
+                extend(motion, reduced, parts, motion_states..states);
             kinks = Kinks::new(motion, &discontinuities, (&extension, &found));
             timed = Timed::new(motion, scenario, (&extension, &found), &sources);
             gear_losses = GearLosses::new(motion, reduced, &extension.inputs);
@@ -224,7 +224,7 @@ impl Compiled {
             places = found;
             extension
         });
-        Self { dynamics, work, places, timed, kinks, gear_losses, moving }
+        Self { drives, laws, flow, targets, states, dynamics, work, places, timed, kinks, gear_losses, moving }
     }
 }
 
@@ -242,25 +242,23 @@ impl Machine {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
         let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.set_valued().count());
         let multiplier_constraints = m..m + reduced.equations.multiplier_constraints.len();
-        let (inputs, mut size) = (reduced.equations.inputs.len(), 2 * r);
-        let drives = drives(&reduced.equations, scenario, &mut size);
-        let (laws, flow) = (connected_laws(&setup, &drives, &mut size), Flow::new(scenario, &mut size));
-        let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
-        let parts =
-            Parts { drives: &drives, laws: &laws, targets: &targets, signals: &scenario.signals, flow: flow.as_ref() };
-        let Compiled { dynamics, work, places, timed, kinks, gear_losses, moving } =
-            Compiled::new(reduced, scenario, (parts, 2 * r..size), also);
+        let multipliers = reduced.equations.multiplier_constraints.iter().map(|constraint| constraint.element.clone());
+        let set_valued = reduced.equations.set_valued().map(|(element, _)| element.to_string());
+        let Compiled { drives, laws, flow, targets, states, dynamics, work, places, timed, kinks, gear_losses, moving } =
+            Compiled::new(setup, also);
         let (jenkins, unilaterals) = (JenkinsElements::new(reduced), Unilaterals::new(&reduced.equations));
         let bounds = unilaterals.bounds(dynamics.breakaway_torques(), multiplier_constraints.len());
         let mut out = Self {
             relaxes: reduced.massless.is_some(),
             directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
+            names: set_valued.chain(multipliers).collect(),
+            shaft_names: reduced.equations.coordinates.clone(),
             jenkins,
             unilaterals,
             gear_losses,
             bounds,
             own_laws: laws.iter().any(ConnectedLaw::is_own),
-            zoh_output: vec![0.0; inputs],
+            zoh_output: vec![0.0; drives.len()],
             places,
             laws,
             targets,
@@ -282,10 +280,11 @@ impl Machine {
             step_length: 0.0,
             step_speeds: vec![0.0; r],
             degrees_of_freedom: r,
-            size: size + 2,
-            commands: vec![0.0; inputs],
-            torques: vec![0.0; inputs],
-            applied: vec![0.0; inputs],
+            size: states + 2,
+            commands: vec![0.0; drives.len()],
+            ahead: std::array::from_fn(|_| vec![0.0; states + 2]),
+            torques: vec![0.0; drives.len()],
+            applied: vec![0.0; drives.len()],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
             weighted: vec![0.0; multiplier_constraints.end * r],
@@ -299,6 +298,7 @@ impl Machine {
             torque_distribution: TorqueDistribution::new(multiplier_constraints.end, r),
             box_problem: BoxProblem::new(m),
             contradiction: Vec::new(),
+            happened: Vec::new(),
             response: Response::new(r),
             expansion: None,
             resolved: None,

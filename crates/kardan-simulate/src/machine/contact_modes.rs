@@ -55,11 +55,11 @@ impl Machine {
     }
 
     /// The formula of a unilateral constraint that is not finite at the point last evaluated, as text.
-    pub(super) fn unilateral_not_finite(&self, names: &[String]) -> Option<String> {
+    pub(super) fn unilateral_not_finite(&self) -> Option<String> {
         let mut unilaterals = 0..self.unilaterals.kinds.len();
         let unilateral = unilaterals.find(|k| self.invalid_formula(*k, f64::INFINITY).is_some())?;
         let what = if self.unilaterals.kinds[unilateral] == Kind::Lock { "`engaged`" } else { "the torque" };
-        let (name, value) = (&names[self.unilaterals.first + unilateral], self.mode_inputs(unilateral)[0]);
+        let (name, value) = (&self.names[self.unilaterals.first + unilateral], self.mode_inputs(unilateral)[0]);
         Some(format!("{what} of `{name}` is {value}"))
     }
 
@@ -161,8 +161,8 @@ impl Machine {
         NOISE * (offset.abs() + self.dynamics.friction_angles(direction, &self.work))
     }
 
-    /// The distance of a unilateral constraint from leaving the mode that angles and speeds determine.
-    pub(super) fn unilateral_margin(&self, direction: usize) -> f64 {
+    /// The distance of a direction from leaving the mode that angles and speeds determine.
+    pub(crate) fn slip_margin(&self, direction: usize) -> f64 {
         match (self.unilaterals.kind(direction), self.modes[direction]) {
             (Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss, Mode::Stick) | (Kind::Lock, _) => f64::INFINITY,
             (Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss, mode) => {
@@ -209,7 +209,7 @@ impl Machine {
                 let [gap, speed] = self.gap(direction, offset);
                 gap < 0.0 && speed < 0.0
             }
-            Kind::Cushion { .. } => self.unilateral_margin(direction) < 0.0,
+            Kind::Cushion { .. } => self.slip_margin(direction) < 0.0,
             _ => false,
         }
     }
@@ -226,13 +226,8 @@ impl Machine {
         locks.map(|(unilateral, _)| (self.unilaterals.first + unilateral, self.lock_margin(unilateral)))
     }
 
-    /// Whether a lock switches at the point last evaluated.
-    pub(super) fn a_lock_turns(&self) -> bool {
-        !self.unilaterals.is_empty() && self.lock_margins().any(|(_, margin)| margin < 0.0)
-    }
-
     /// Soft stops and locks at the point last evaluated.
-    fn switch_unilaterals(&mut self, everything: bool, names: &[String], events: &mut Vec<String>) {
+    fn switch_unilaterals(&mut self, everything: bool) {
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             let before = (self.modes[direction], self.unilaterals.engaged[unilateral]);
@@ -269,7 +264,7 @@ impl Machine {
                 (_, Mode::Backward, _) => "is pressed again",
                 _ => "is left",
             };
-            events.push(format!("{} {what}", names[direction]));
+            self.happened.push(format!("{} {what}", self.names[direction]));
         }
     }
 
@@ -280,8 +275,6 @@ impl Machine {
         time: f64,
         state: &mut [f64],
         (crossing, everything): (&[usize], bool),
-        names: &[String],
-        events: &mut Vec<String>,
     ) -> RestEvents {
         self.unilaterals.struck = false;
         if self.unilaterals.is_empty() {
@@ -291,7 +284,7 @@ impl Machine {
         let arriving = |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Stop { .. });
         let mut arrived: Vec<usize> = crossing.iter().filter(arriving).copied().collect();
         let (engaged, mut released) = (self.unilaterals.engaged.clone(), false);
-        self.switch_unilaterals(everything, names, events);
+        self.switch_unilaterals(everything);
         for unilateral in 0..self.unilaterals.kinds.len() {
             let direction = self.unilaterals.first + unilateral;
             match self.unilaterals.kinds[unilateral] {
@@ -306,7 +299,7 @@ impl Machine {
                     self.slip_with_speed(direction);
                     released = true;
                     if !everything {
-                        events.push(format!("{} is released", names[direction]));
+                        self.happened.push(format!("{} is released", self.names[direction]));
                     }
                 }
                 _ => {}
@@ -318,11 +311,9 @@ impl Machine {
         let jammed = self.gear_losses.lost.filter(|direction| crossing.contains(direction));
         let resting = match arrived.is_empty() && !everything && jammed.is_none() {
             true => None,
-            false => self.strike(time, state, (everything, jammed), names, events),
+            false => self.strike(time, state, (everything, jammed)),
         };
-        let plain =
-            |k: &&usize| matches!(self.unilaterals.kind(**k), Kind::Friction { .. } | Kind::OneWay | Kind::GearLoss);
-        arrived.extend(crossing.iter().filter(plain));
+        arrived.extend(crossing.iter().filter(|k| self.unilaterals.slips(**k)));
         // A clutch that was released and is pressed again while it does not turn is at rest.
         let pressed = |k: &usize| {
             matches!(self.unilaterals.kind(*k), Kind::Friction { .. })
@@ -338,14 +329,7 @@ impl Machine {
 
     /// The impact at the point last evaluated, if engaged rigid directions close with a speed that they block; with the
     /// directions that are at rest after it. Gears that jam are rigid; the caller reports them and the energy.
-    fn strike(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        (begins, jammed): (bool, Option<usize>),
-        names: &[String],
-        events: &mut Vec<String>,
-    ) -> Option<Vec<usize>> {
+    fn strike(&mut self, time: f64, state: &mut [f64], (begins, jammed): (bool, Option<usize>)) -> Option<Vec<usize>> {
         let (r, first) = (self.degrees_of_freedom, self.unilaterals.first);
         let rigid = |unilateral: &usize| match self.unilaterals.kinds[*unilateral] {
             Kind::OneWay => true,
@@ -387,12 +371,12 @@ impl Machine {
         rebounds.drain(..self.multiplier_constraints.len());
         let one = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
-            format!("{} meets {speed:.6} {}", names[*k], self.unilaterals.units[*k - first])
+            format!("{} meets {speed:.6} {}", self.names[*k], self.unilaterals.units[*k - first])
         };
         if jammed.is_none() {
             state[self.size - 1] += lost;
             let what: Vec<String> = hit.iter().map(one).collect();
-            events.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
+            self.happened.push(format!("{}: the impact dissipates {lost:.6} J", what.join(", ")));
         }
         self.unilaterals.struck = true;
         let component = |k: &usize| self.dynamics.friction_component(*k, &change, &self.work).abs();
@@ -505,8 +489,8 @@ impl Machine {
         }
     }
 
-    /// Stops that the motion begins beyond, with the penetration, rad.
-    pub(crate) fn beyond_stops(&mut self, time: f64, state: &[f64]) -> Vec<(usize, f64)> {
+    /// The first stop that the motion begins beyond, with the penetration, rad.
+    pub(crate) fn beyond_stop(&mut self, time: f64, state: &[f64]) -> Option<(usize, f64)> {
         self.give_time(time, state);
         self.update(state);
         let beyond = |unilateral: usize| {
@@ -515,7 +499,7 @@ impl Machine {
             let [gap, _] = self.gap(direction, offset);
             (gap < -self.gap_noise(direction, offset)).then_some((direction, -gap))
         };
-        (0..self.unilaterals.kinds.len()).filter_map(beyond).collect()
+        (0..self.unilaterals.kinds.len()).find_map(beyond)
     }
 
     /// The unit of angles of a unilateral constraint.

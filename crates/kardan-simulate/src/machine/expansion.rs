@@ -8,7 +8,7 @@
 use kardan_rt::functions::{powf, powi};
 
 use super::unilateral_kinds::{Kind, Unilaterals};
-use crate::drive::{Drive, Limit};
+use crate::drive::{Drive, Saturation};
 use crate::friction::{Bounds, Mode};
 use kardan_expr::plan::PiecedSeries;
 use kardan_math::num::bracket;
@@ -139,9 +139,8 @@ impl Expansion {
                 prospect = prospect.and(margin(scratch, length, series.of(*place), sign, limit));
             };
             match drive.limit_mode {
-                Limit::Inside => [1.0, -1.0].into_iter().for_each(|sign| watch_margin(sign, limit)),
-                Limit::High => watch_margin(1.0, -limit),
-                Limit::Low => watch_margin(-1.0, -limit),
+                Saturation::Free => [1.0, -1.0].into_iter().for_each(|sign| watch_margin(sign, limit)),
+                active => watch_margin(active.sign(), -limit),
             }
         }
         prospect

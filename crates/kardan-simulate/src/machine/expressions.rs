@@ -11,7 +11,7 @@ use crate::compiled_plan::{exact, sum};
 use crate::drive::Drive;
 use crate::faults::{MotorFault, MotorFaultKind, in_steps};
 use crate::scenario::{SourceSignal, SourceTarget};
-use kardan_expr::expr::{Expr, Function, Graph, OfTime, Symbol};
+use kardan_expr::expr::{Expr, Function, OfTime, Symbol};
 use kardan_math::num::{Matrix, Rational, rational_from_f64};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::FrictionLaw;
@@ -445,31 +445,21 @@ fn set_valued(all: &mut Loop<'_>, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>, Vec
     (torques, speeds, unilaterals)
 }
 
-/// Expressions of some outputs whose zeros are points where they have a jump or kink: those of the time alone, and
-/// others.
-fn split_kinks(graph: &mut Graph, outputs: &[Expr], run_parameters: &[Symbol]) -> [Vec<Expr>; 2] {
-    let mut all = Vec::new();
-    for output in outputs {
-        all.extend(graph.kinks(*output));
-    }
-    all.sort();
-    all.dedup();
-    let of_time = |kink: &Expr| graph.symbols(&[*kink]).iter().all(|symbol| run_parameters.contains(symbol));
-    let varying = |kink: &Expr| !graph.symbols(&[*kink]).is_empty();
-    let (of_time, of_motion) = all.into_iter().filter(varying).partition(of_time);
-    [of_time, of_motion]
-}
-
 /// The numbers that vanish where forces, rates, or active constraints have a jump or kink; returns those of the time
 /// alone.
 fn add_kinks(all: &mut Loop<'_>) -> Vec<Expr> {
     let Places { forces, rates, commands, unilateral_torques, unilaterals, .. } = &all.places;
     let outputs = [forces, rates, commands, unilateral_torques, unilaterals].into_iter().cloned().flatten();
-    let outputs: Vec<Expr> = outputs.map(|output| all.outputs[output].1).collect();
     let mut time_symbols = all.inputs[all.places.sources.clone()].to_vec();
     time_symbols.extend_from_slice(&all.inputs[all.places.follows_signal.clone()]);
     time_symbols.extend(all.motion.timed.symbols(&all.motion.graph));
-    let [of_time, of_state] = split_kinks(&mut all.motion.graph, &outputs, &time_symbols);
+    let graph = &mut all.motion.graph;
+    let mut kinks: Vec<Expr> = outputs.flat_map(|output| graph.kinks(all.outputs[output].1)).collect();
+    kinks.sort();
+    kinks.dedup();
+    kinks.retain(|kink| !graph.symbols(&[*kink]).is_empty());
+    let is_of_time = |kink: &Expr| graph.symbols(&[*kink]).iter().all(|symbol| time_symbols.contains(symbol));
+    let (of_time, of_state) = kinks.into_iter().partition(is_of_time);
     all.places.kinks = all.found("bend", of_state);
     of_time
 }

@@ -26,10 +26,7 @@ impl Flow {
     /// Those of a scenario; `size` grows by their states.
     pub fn new(scenario: &Scenario, size: &mut usize) -> Option<Self> {
         let task = scenario.flow.clone()?;
-        let number = |name: &str| {
-            let found = scenario.sources.iter().position(|source| source.name == name);
-            found.unwrap_or_else(|| panic!("`{name}`, which blocks read or output, is a source"))
-        };
+        let number = |name: &str| scenario.source(name).expect("blocks read and output sources");
         let reads = task.reads.iter().filter_map(|(_, read)| match read {
             Read::Source(name) => Some(number(name)),
             _ => None,

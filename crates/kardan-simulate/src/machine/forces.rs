@@ -117,11 +117,14 @@ impl Machine {
         work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
     }
 
-    /// The same where speeds in sticking or slipping directions are prescribed.
-    pub(super) fn give_prescribed(&mut self, time: f64, state: &[f64]) {
+    /// Computes angles and speeds of all shafts, for the speeds in sticking and slipping directions.
+    pub(super) fn find_shafts(&mut self, time: f64, state: &[f64]) {
+        let r = self.degrees_of_freedom;
+        // Other inputs count where speeds are prescribed.
         if self.moves || !self.jenkins.directions.is_empty() {
             self.give_time(time, state);
         }
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
     }
 
     /// The accelerations in the current modes, from the force with slip friction.
@@ -249,8 +252,8 @@ impl Machine {
         for (k, torque) in self.gear_losses.losses() {
             out[self.size - 1] += torque * self.dynamics.friction_speed(k, &self.work);
         }
-        if let Some(direction) = self.gear_losses.jammed_direction() {
-            self.gear_losses.lost = Some(direction);
+        if self.gear_losses.jammed.is_some() {
+            self.gear_losses.lost = self.gear_losses.jammed;
             out.fill(f64::NAN);
         }
         if self.gear_losses.undefined.is_some() {
@@ -301,27 +304,22 @@ impl Machine {
         }
     }
 
-    /// The value that is not finite at a state, as text, with the operation that caused it; names are those of shafts,
-    /// inputs and friction directions.
-    pub fn not_finite(&mut self, time: f64, state: &[f64], names: (&[String], &[String], &[String])) -> Option<String> {
+    /// The value that is not finite at a state, as text, with the operation that caused it.
+    pub fn not_finite(&mut self, time: f64, state: &[f64]) -> Option<String> {
         let regular = self.forces(time, state);
         self.gear_losses.undefined = None;
         let mut from = self.dynamics.plan().plan.not_finite(self.work.values());
-        let mut what = self.value_not_finite(regular, names);
+        let mut what = self.value_not_finite(regular);
         if let Some((direction, operation)) = self.gear_losses.explain() {
-            (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", names.2[direction])));
+            (from, what) = (operation, Some(format!("the `loss` of `{}` is NaN", self.names[direction])));
         }
         let what = what?;
         Some(from.map_or(what.clone(), |from| format!("{what}, as {from}")))
     }
 
     /// The same at the point whose forces were computed last, without the operation.
-    fn value_not_finite(
-        &mut self,
-        regular: bool,
-        (shafts, inputs, frictions): (&[String], &[String], &[String]),
-    ) -> Option<String> {
-        let r = self.degrees_of_freedom;
+    fn value_not_finite(&mut self, regular: bool) -> Option<String> {
+        let (r, shafts) = (self.degrees_of_freedom, &self.shaft_names);
         let find = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let kinematics = &self.work.kinematics;
         let name = |k: usize| &shafts[kinematics.coordinate_shaft(k)];
@@ -334,15 +332,15 @@ impl Machine {
         let drives = [(&self.commands, "command"), (&self.applied, "torque")];
         for (values, what) in drives {
             if let Some(input) = find(values) {
-                return Some(format!("the {what} of {} is {}", inputs[input], values[input]));
+                return Some(format!("the {what} of {} is {}", self.drives[input].name, values[input]));
             }
         }
-        if let Some(what) = self.unilateral_not_finite(frictions) {
+        if let Some(what) = self.unilateral_not_finite() {
             return Some(what);
         }
         let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
-        if let Some(k) = (0..frictions.len()).find(sliding) {
-            return Some(format!("the sliding speed of friction {} is not finite", frictions[k]));
+        if let Some(k) = (0..self.modes.len()).find(sliding) {
+            return Some(format!("the sliding speed of friction {} is not finite", self.names[k]));
         }
         if let Some(k) = find(&self.force) {
             return Some(format!("the force on {} is {}", name(k), self.force[k]));
@@ -353,7 +351,7 @@ impl Machine {
         self.accelerate();
         let k = find(&self.acceleration[..r])?;
         let shaft = self.work.kinematics.coordinate_shaft(k);
-        Some(format!("the acceleration of {} is {}", shafts[shaft], self.acceleration[k]))
+        Some(format!("the acceleration of {} is {}", self.shaft_names[shaft], self.acceleration[k]))
     }
 
     /// Pairs of numbers whose products add up to the power of the inputs, and to that of the viscous loss, W, at the point last evaluated.

@@ -49,9 +49,7 @@ impl Machine {
 
     /// The distance of a slipping direction from rest at a time and a state, rad/s: negative beyond.
     pub fn slip_room(&mut self, time: f64, state: &[f64], direction: usize) -> f64 {
-        self.give_prescribed(time, state);
-        let r = self.degrees_of_freedom;
-        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
+        self.find_shafts(time, state);
         self.slip_margin(direction)
     }
 
@@ -75,27 +73,15 @@ impl Machine {
         rooms.fold(room, |least, (_, room)| least.min(room))
     }
 
-    pub(crate) fn slip_margin(&self, direction: usize) -> f64 {
-        if direction >= self.unilaterals.first {
-            return self.unilateral_margin(direction);
-        }
-        match self.modes[direction] {
-            Mode::Stick => f64::INFINITY,
-            mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
-        }
-    }
-
     /// Slipping directions whose speed has the wrong sign at this time and point of the step, beyond rounding.
     pub fn reversed(&mut self, time: f64, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
-        let r = self.degrees_of_freedom;
         // Multiplier constraints may rotate away from directions that depend on them alone.
         let turns = !self.turning.is_empty();
         if self.unilaterals.is_empty() && !turns && !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
-        self.give_prescribed(time, state);
-        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
+        self.find_shafts(time, state);
         let against = |this: &Self, k: usize| {
             // Stops and soft stops change by their gaps and contact torques.
             let slips = if this.unilaterals.slips(k) { this.modes[k].sign() } else { 0.0 };

@@ -65,13 +65,7 @@ impl Machine {
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, bounds, &mut torques);
         self.contradiction.extend(self.box_problem.unbounded().iter().map(|&a| directions[a]));
-        // Directions without a bound are scaled by their torque.
-        let c: Vec<f64> = (0..m)
-            .map(|a| {
-                let most = forward[a].max(backward[a]);
-                if most.is_finite() { most } else { torques[a].abs() }
-            })
-            .collect();
+        let c: Vec<f64> = (0..m).map(|a| bounds.scale(a, torques[a])).collect();
         let accelerations = (0..m)
             .map(|a| {
                 let row = &w[a * m..(a + 1) * m];
@@ -103,18 +97,13 @@ impl Machine {
         (weighted, w)
     }
 
-    /// Whether any direction is active that [`Machine::breaks_away`] evaluates.
-    pub fn may_break_away(&self) -> bool {
-        !(self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks)
-    }
-
     /// Whether the sticking directions exceed their limits at this point.
     pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
-        if !self.may_break_away() {
+        if self.holding.is_empty() && self.jenkins.directions.is_empty() && !self.unilaterals.has_locks {
             return false;
         }
         self.evaluate(time, state);
-        self.leave_rest().is_some() || self.any_jenkins_slips() || self.a_lock_turns()
+        self.leave_rest().is_some() || self.jenkins_slip() || self.lock_margins().any(|(_, margin)| margin < 0.0)
     }
 
     /// The next modes of the directions at rest at the point last evaluated, if they do not all stay at rest. The same
@@ -193,12 +182,7 @@ impl Machine {
         let terms: f64 = row.iter().zip(&free).map(|(g, x)| (g * x).abs()).sum();
         let coupling_terms =
             self.active_matrix[a * count..(a + 1) * count].iter().zip(self.holding.iter().zip(&self.active_torque));
-        // Directions without a bound are scaled by their torque.
-        let size = |k: usize, torque: f64| {
-            let most = bounds.forward[k].max(bounds.backward[k]);
-            if most.is_finite() { most } else { torque.abs() }
-        };
-        let coupling_terms = coupling_terms.map(|(w, (&k, &torque))| (w * size(k, torque)).abs());
+        let coupling_terms = coupling_terms.map(|(w, (&k, &torque))| (w * bounds.scale(k, torque)).abs());
         let scale = terms + self.work.friction_bias[k].abs() + coupling_terms.sum::<f64>();
         if !acceleration.is_finite() || z[a] <= 0.0 {
             return None;
@@ -219,22 +203,13 @@ impl Machine {
     /// `crossing` are slipping directions that have just come to rest; with `everything` all directions at rest are
     /// determined from their speeds (the beginning of a run). Speeds in directions at rest are set to zero by the
     /// smallest change in the metric of the inertia. Returns the events as text.
-    pub fn settle(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        crossing: &[usize],
-        everything: bool,
-        names: &[String],
-        input_names: &[String],
-    ) -> Vec<String> {
+    pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) -> Vec<String> {
         let before = self.modes.clone();
-        let mut events = Vec::new();
         self.contradiction.clear();
-        self.settle_drives(time, state, everything, input_names, &mut events);
-        let rest_events = self.meet(time, state, (crossing, everything), names, &mut events);
+        self.settle_drives(time, state, everything);
+        let rest_events = self.meet(time, state, (crossing, everything));
         if !self.contradiction.is_empty() {
-            return events;
+            return std::mem::take(&mut self.happened);
         }
         if !everything
             && !self.unilaterals.struck
@@ -242,12 +217,14 @@ impl Machine {
             && self.modes.iter().all(|mode| *mode != Mode::Stick)
         {
             // No direction is at rest or comes to rest.
-            return events;
+            return std::mem::take(&mut self.happened);
         }
         self.choose_modes(time, state, rest_events, everything);
         self.leave_stops();
+        let mut events = std::mem::take(&mut self.happened);
         if !everything {
-            let changed = before.iter().zip(&self.modes).zip(names).enumerate().filter(|(_, ((was, is), _))| was != is);
+            let changed =
+                before.iter().zip(&self.modes).zip(&self.names).enumerate().filter(|(_, ((was, is), _))| was != is);
             let reported = changed.filter(|(k, _)| self.may_rest(*k) || !self.unilaterals.slips(*k));
             events.extend(reported.filter_map(|(k, ((_, is), name))| {
                 Some(format!("{name} {}", self.unilaterals.describe_mode(k, *is)?))

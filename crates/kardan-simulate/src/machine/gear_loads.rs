@@ -1,7 +1,7 @@
 //! Accelerations with gear losses, and the limits of gears at rest.
 
 use super::Machine;
-use super::gear_losses::{Ambiguity, GearLosses, ambiguity};
+use super::gear_losses::GearLosses;
 use crate::friction::Mode;
 use kardan_math::num::dot;
 
@@ -17,7 +17,7 @@ impl Machine {
         self.accelerate_constrained();
         self.read_loads(&mut gear_losses);
         gear_losses.give(self.work.values());
-        (gear_losses.ambiguity, gear_losses.undefined) = (None, None);
+        (gear_losses.ambiguous, gear_losses.jammed, gear_losses.undefined) = (None, None, None);
         gear_losses.sliding.clear();
         for (gear, &k) in gear_losses.directions.iter().enumerate().filter(|(_, k)| self.modes[**k] != Mode::Stick) {
             gear_losses.sliding.push((gear, self.modes[k].sign()));
@@ -29,7 +29,7 @@ impl Machine {
                 self.find_influence(&mut gear_losses, gear);
             }
             let solved = gear_losses.solve();
-            ambiguity(&mut gear_losses, solved);
+            gear_losses.note_ambiguity(solved);
             for &(gear, _) in &gear_losses.sliding {
                 self.act(gear_losses.directions[gear], -gear_losses.torques[gear]);
             }
@@ -141,10 +141,5 @@ impl Machine {
         let found = (0..count).filter(locks).map(|gear| gear_losses.directions[gear]).collect();
         self.gear_losses = gear_losses;
         found
-    }
-
-    /// The direction of a gear whose motion from the point last evaluated is not unique.
-    pub(crate) fn ambiguous_gear(&self) -> Option<usize> {
-        self.gear_losses.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::Two).map(|(direction, _)| direction)
     }
 }

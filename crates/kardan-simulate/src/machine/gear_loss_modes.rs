@@ -34,7 +34,7 @@ impl Machine {
             }
             found.clone_from(&at);
             let fits = self.try_modes(resting, &at);
-            let locks = self.gear_losses.jammed_direction().filter(|k| resting.contains(k) && !locked.contains(k));
+            let locks = self.gear_losses.jammed.filter(|k| resting.contains(k) && !locked.contains(k));
             if fits && locks.is_none() {
                 break;
             }

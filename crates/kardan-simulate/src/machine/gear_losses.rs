@@ -65,15 +65,6 @@ impl Laws {
     }
 }
 
-/// Why the motion of a gear is not unique.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ambiguity {
-    /// There are two motions; kardan takes the one in which the first body drives.
-    Two,
-    /// There is none.
-    None,
-}
-
 /// The gear losses of a machine.
 #[derive(Default)]
 pub(crate) struct GearLosses {
@@ -98,9 +89,11 @@ pub(crate) struct GearLosses {
     pub(super) multipliers: Vec<f64>,
     /// Torques of directions that begin to slide with a decision: the present loads do not include them.
     pub(super) starting_friction: Vec<(usize, f64)>,
-    /// The gear whose motion is not unique, at the point last evaluated.
-    pub(super) ambiguity: Option<(usize, Ambiguity)>,
-    /// The gear without a consistent motion at a requested rate, since that was reset.
+    /// The gear with two motions at the point last evaluated, of which kardan takes the one in which the first body
+    /// drives; the gear without a consistent motion there.
+    pub(crate) ambiguous: Option<usize>,
+    pub(super) jammed: Option<usize>,
+    /// The latter at a requested rate, since that was reset.
     pub(crate) lost: Option<usize>,
     /// The most negative loss there.
     pub(super) negative: Option<(usize, f64)>,
@@ -134,12 +127,7 @@ impl GearLosses {
             right: vec![0.0; count],
             change: Vec::with_capacity(reduced.degrees_of_freedom()),
             multipliers: Vec::with_capacity(reduced.degrees_of_freedom()),
-            starting_friction: Vec::new(),
-            ambiguity: None,
-            lost: None,
-            negative: None,
-            undefined: None,
-            undefined_sliding: None,
+            ..Self::default()
         }
     }
 
@@ -150,11 +138,6 @@ impl GearLosses {
     /// Directions of gears, with their losses while they slide.
     pub(super) fn losses(&self) -> impl Iterator<Item = (usize, f64)> {
         self.directions.iter().copied().zip(self.torques.iter().copied())
-    }
-
-    /// The direction of a gear without a consistent motion at the point last evaluated.
-    pub(super) fn jammed_direction(&self) -> Option<usize> {
-        self.ambiguity.filter(|(_, ambiguity)| *ambiguity == Ambiguity::None).map(|(direction, _)| direction)
     }
 
     /// Gears whose loss is undefined at the point last evaluated, or below minus `least`.
@@ -273,29 +256,27 @@ impl GearLosses {
         false
     }
 
+    /// Notes where the motion of sliding gears is not unique.
+    pub(super) fn note_ambiguity(&mut self, solved: bool) {
+        if let Some(gear) = self.undefined_sliding.filter(|_| !solved) {
+            // No motion, because a value is undefined.
+            self.undefined = Some(self.directions[gear]);
+            self.torques.fill(0.0);
+            return;
+        }
+        let count = self.directions.len();
+        // The side on which the load drives, where the loss may grow faster than its cause.
+        self.evaluate(|_, _| false);
+        let rest = |gear: usize| 1.0 - self.slopes[gear] * self.influence[gear * count + gear];
+        let all = self.sliding.iter().map(|&(gear, _)| (gear, rest(gear)));
+        let least = all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(gear, rest)| (self.directions[gear], rest));
+        self.jammed = least.filter(|_| !solved).map(|(direction, _)| direction);
+        self.ambiguous = least.filter(|(_, rest)| solved && *rest <= 0.0).map(|(direction, _)| direction);
+    }
+
     /// The contributions of the losses of sliding gears to a gear load.
     fn parts(&self, gear: usize) -> impl Iterator<Item = f64> {
         let influence = &self.influence[gear * self.directions.len()..];
         self.sliding.iter().map(|(sliding_mesh, _)| influence[*sliding_mesh] * self.torques[*sliding_mesh])
     }
-}
-
-/// Notes where the motion of sliding gears is not unique.
-pub(super) fn ambiguity(gear_losses: &mut GearLosses, solved: bool) {
-    if let Some(gear) = gear_losses.undefined_sliding.filter(|_| !solved) {
-        // No motion, because a value is undefined.
-        gear_losses.undefined = Some(gear_losses.directions[gear]);
-        gear_losses.torques.fill(0.0);
-        return;
-    }
-    let count = gear_losses.directions.len();
-    // The side on which the load drives, where the loss may grow faster than its cause.
-    gear_losses.evaluate(|_, _| false);
-    let rest = |gear: usize| 1.0 - gear_losses.slopes[gear] * gear_losses.influence[gear * count + gear];
-    let least = gear_losses.sliding.iter().map(|&(gear, _)| (gear, rest(gear))).min_by(|a, b| a.1.total_cmp(&b.1));
-    gear_losses.ambiguity = match least {
-        Some((gear, _)) if !solved => Some((gear_losses.directions[gear], Ambiguity::None)),
-        Some((gear, rest)) if rest <= 0.0 => Some((gear_losses.directions[gear], Ambiguity::Two)),
-        _ => None,
-    };
 }

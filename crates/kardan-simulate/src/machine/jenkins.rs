@@ -69,17 +69,13 @@ impl Machine {
     }
 
     /// Whether a slider that sticks leaves at the point last evaluated.
-    fn jenkins_slips(&self, element: usize) -> bool {
-        let direction = self.jenkins.directions[element];
-        let torque = self.jenkins_torque(element);
-        self.modes[direction] == Mode::Stick
-            && torque.abs() >= self.dynamics.friction_torques()[direction]
-            && torque * self.growth(element) > 0.0
-    }
-
-    /// Whether one of them leaves at the point last evaluated.
-    pub(super) fn any_jenkins_slips(&self) -> bool {
-        (0..self.jenkins.directions.len()).any(|element| self.jenkins_slips(element))
+    pub(super) fn jenkins_slip(&self) -> bool {
+        self.jenkins.directions.iter().enumerate().any(|(element, &direction)| {
+            let torque = self.jenkins_torque(element);
+            self.modes[direction] == Mode::Stick
+                && torque.abs() >= self.dynamics.friction_torques()[direction]
+                && torque * self.growth(element) > 0.0
+        })
     }
 
     /// Selects their modes at the point last evaluated; `crossing` are directions whose motion has just reversed.

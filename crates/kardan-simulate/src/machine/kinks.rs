@@ -7,20 +7,14 @@ use crate::compiled_plan::CompiledPlan;
 use kardan_expr::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Symbol, lower};
 use kardan_mechanics::reduce::{Extension, Motion};
 
-/// The time-dependent inputs at an instant.
-#[derive(Debug, Clone, Copy)]
-enum TimeInput {
-    Source(usize),
-    Timed(usize),
-}
-
 /// Expressions whose zeros are points where the loop has a jump or kink.
 #[derive(Debug, Default)]
 pub(crate) struct Kinks {
-    /// Those of the time alone, in a graph of their own, with the meaning of its symbols.
+    /// Those of the time alone, in a graph of their own, with the numbers of its symbols: those of sources, then of the
+    /// other time-dependent inputs.
     graph: Graph,
     pub of_time: Vec<Expr>,
-    time_inputs: Vec<(Symbol, TimeInput)>,
+    time_inputs: Vec<(Symbol, usize)>,
     /// The number of the others; a separate plan evaluates them faster than the whole loop.
     pub of_state: usize,
     compiled: Option<CompiledPlan<f64>>,
@@ -34,14 +28,14 @@ impl Kinks {
         let (mut time_inputs, mut pairs) = (Vec::new(), Vec::new());
         for symbol in graph.symbols(of_time) {
             let Some(place) = inputs.iter().position(|input| *input == symbol) else { continue };
-            let what = match place.checked_sub(places.sources.start).filter(|_| places.sources.contains(&place)) {
-                Some(source) => TimeInput::Source(source),
-                None => TimeInput::Timed(place - places.timed.start),
+            let number = match places.sources.contains(&place) {
+                true => place - places.sources.start,
+                false => places.sources.len() + place - places.timed.start,
             };
             let (name, dimension) = graph.name(symbol);
             let copy = own.new_symbol(name.to_string(), dimension);
             pairs.push((symbol, copy));
-            time_inputs.extend(own.symbol_of(copy).map(|symbol| (symbol, what)));
+            time_inputs.extend(own.symbol_of(copy).map(|symbol| (symbol, number)));
         }
         let of_time = of_time.iter().map(|kink| own.copied(graph, *kink, &pairs)).collect();
         let all: Vec<Symbol> = motion.symbols.iter().chain(inputs).copied().collect();
@@ -61,26 +55,19 @@ impl Kinks {
         out.iter_mut().enumerate().for_each(|(k, out)| *out = *compiled.output(k));
     }
 
-    fn of(&self, symbol: Symbol) -> TimeInput {
-        let found = self.time_inputs.iter().find(|(own, _)| *own == symbol);
-        found.map_or(TimeInput::Source(0), |(_, input)| *input)
+    fn number_of(&self, symbol: Symbol) -> usize {
+        self.time_inputs.iter().find(|(own, _)| *own == symbol).map_or(0, |(_, number)| *number)
     }
 
-    /// The number whose zero is such a point, at a time; `time_inputs`: the time-dependent inputs then.
-    pub fn at(&self, kink: Expr, time: f64, lines: &[(f64, f64, f64)], time_inputs: &[f64]) -> f64 {
-        let symbol = |symbol: Symbol| match self.of(symbol) {
-            TimeInput::Source(k) => lines[k].0 + lines[k].1 * (time - lines[k].2),
-            TimeInput::Timed(k) => time_inputs[k],
-        };
+    /// The number whose zero is such a point, for values of sources and time-dependent inputs.
+    pub fn at(&self, kink: Expr, values: &[f64]) -> f64 {
+        let symbol = |symbol: Symbol| values[self.number_of(symbol)];
         lower(&self.graph, &[kink], &mut Floating::<f64>::default(), symbol)[0]
     }
 
-    /// Its values over an interval of time.
-    pub fn between(&self, kink: Expr, span: Interval, lines: &[(f64, f64, f64)], timed: &[Interval]) -> Interval {
-        let symbol = |symbol: Symbol| match self.of(symbol) {
-            TimeInput::Source(k) => line_range(lines[k], span),
-            TimeInput::Timed(k) => timed[k],
-        };
+    /// Its values over ranges of these.
+    pub fn between(&self, kink: Expr, ranges: &[Interval]) -> Interval {
+        let symbol = |symbol: Symbol| ranges[self.number_of(symbol)];
         lower(&self.graph, &[kink], &mut Intervals, symbol)[0]
     }
 }

@@ -35,8 +35,10 @@ impl Machine {
         self.timed.take_over(source);
     }
 
-    /// Sets the states of the laws at the start of a run.
-    pub(crate) fn start_laws(&mut self, state: &mut [f64]) {
+    /// Sets the state at the start of a run: the motion, then the states of the laws.
+    pub(crate) fn start(&mut self, motion: &[f64], state: &mut [f64]) {
+        state.fill(0.0);
+        state[..motion.len()].copy_from_slice(motion);
         if let Some(flow) = &self.flow {
             let entries = &flow.task.states;
             state[flow.states.clone()].iter_mut().zip(entries).for_each(|(state, entry)| *state = entry.start);

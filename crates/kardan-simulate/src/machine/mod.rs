@@ -40,6 +40,7 @@ pub use expansion::Prospect;
 pub use expressions::Found;
 pub(super) use simd_taylor::{Lane, SimdTaylor};
 pub(super) use time_discontinuities::Discontinuity;
+pub(super) use timed::SAME;
 pub(super) use unilateral_kinds::InvalidBound;
 
 use std::ops::Range;
@@ -75,6 +76,9 @@ pub struct Machine {
     /// Frictions of motions without inertia, and all other directions.
     jenkins: JenkinsElements,
     directions: Vec<usize>,
+    /// Names of the elements of all directions, those of multiplier constraints last; of the shafts.
+    pub(super) names: Vec<String>,
+    shaft_names: Vec<String>,
     laws: Vec<ConnectedLaw>,
     /// Whether any of them has its own code that computes at every instant.
     own_laws: bool,
@@ -124,6 +128,8 @@ pub struct Machine {
     /// Of each source its steps and ramps.
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
+    /// Memory for the rates of the commands: slope of the state, and a state on the way.
+    ahead: [Vec<f64>; 2],
     /// Reported torques of the inputs.
     pub(super) torques: Vec<f64>,
     /// Their applied torques: with ripple.
@@ -145,6 +151,8 @@ pub struct Machine {
     /// Directions that rigidly require two values of one motion, from the last mode selection; for multiplier constraints
     /// the number behind all others.
     pub(super) contradiction: Vec<usize>,
+    /// Its events so far, as text.
+    happened: Vec<String>,
     scratch: Vec<f64>,
     /// Accelerations and torques for forces at the point of expansion, where there are few coordinates.
     response: Option<Response>,

@@ -2,7 +2,7 @@
 
 use super::Machine;
 use super::connected_law::ConnectedLaw;
-use crate::drive::{Drive, Limit, Rate};
+use crate::drive::{Drive, Saturation};
 use crate::faults::{MotorFault, MotorFaultKind};
 use crate::scenario::SourceTarget;
 use kardan_results::MotorLoad;
@@ -21,9 +21,8 @@ impl Machine {
             return;
         }
         self.forces(time, state);
-        let torques = self.torques.clone();
-        for (drive, torque) in self.drives.iter_mut().zip(torques).filter(|(drive, _)| begins(drive)) {
-            drive.stuck = torque;
+        for (drive, torque) in self.drives.iter_mut().zip(&self.torques).filter(|(drive, _)| begins(drive)) {
+            drive.stuck = *torque;
         }
     }
 
@@ -39,47 +38,17 @@ impl Machine {
         }
     }
 
-    /// Motors whose limits no longer fit their mode at this point.
-    pub fn drives_switch(
-        &mut self,
-        time: f64,
-        state: &[f64],
-        derivative: &mut [f64],
-        moved: &mut [f64],
-        out: &mut Vec<usize>,
-    ) {
-        out.clear();
+    /// Whether limits of a motor no longer fit their mode at this point.
+    pub fn drives_switch(&mut self, time: f64, state: &[f64]) -> bool {
         if self.timed.limits_rest {
-            return;
+            return false;
         }
         self.forces(time, state);
-        for k in 0..self.drives.len() {
-            let (drive, command) = (&self.drives[k], self.commands[k]);
-            let slack = 1e-13 * drive.limit.unwrap_or(0.0);
-            let leaves_limit = match (drive.limit, drive.limit_mode) {
-                (None, _) => false,
-                (Some(limit), Limit::Inside) => command.abs() > limit + slack,
-                (Some(limit), Limit::High) => command < limit - slack,
-                (Some(limit), Limit::Low) => command > -limit + slack,
-            };
-            let leaves_rate_limit = match (drive.rate_state, drive.rate_mode) {
-                (None, _) | (Some(_), Rate::Follow) => false,
-                (Some(place), Rate::Rise) => drive.limited(command) < state[place],
-                (Some(place), Rate::Fall) => drive.limited(command) > state[place],
-            };
-            if leaves_limit || leaves_rate_limit {
-                out.push(k);
-            }
-        }
-        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
-            let rates = self.command_rates(time, state, derivative, moved);
-            for (k, drive) in self.drives.iter().enumerate() {
-                let fast = drive.rate.is_some_and(|rate| rates[k].abs() > rate * (1.0 + 1e-6));
-                if drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside && fast && !out.contains(&k) {
-                    out.push(k);
-                }
-            }
-        }
+        let switches = self.drives.iter().zip(&self.commands).any(|(drive, command)| drive.switches(*command, state));
+        let rates = self.command_rates(time, state);
+        let too_fast =
+            |(drive, rate): (&Drive, &f64)| drive.free_rate().is_some_and(|limit| rate.abs() > limit * (1.0 + 1e-6));
+        switches || self.drives.iter().zip(&rates).any(too_fast)
     }
 
     /// Whether no motor reaches or leaves its limit until the next sample or breakpoint: commands of those with a limit
@@ -113,66 +82,52 @@ impl Machine {
             })
     }
 
-    /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field.
-    pub(super) fn command_rates(
-        &mut self,
-        time: f64,
-        state: &[f64],
-        derivative: &mut [f64],
-        moved: &mut [f64],
-    ) -> Vec<f64> {
-        self.derivative(time, state, derivative);
+    /// Rates of all commands during the motion, N m/s, by a difference in the direction of the vector field; none where
+    /// no motor with a rate limit follows its command.
+    fn command_rates(&mut self, time: f64, state: &[f64]) -> Vec<f64> {
+        if !self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Saturation::Free) {
+            return Vec::new();
+        }
+        let [mut slope, mut moved] = std::mem::take(&mut self.ahead);
+        self.derivative(time, state, &mut slope);
         let before = self.commands.clone();
         let step = 1e-7;
-        for ((value, x), dx) in moved.iter_mut().zip(state).zip(derivative.iter()) {
+        for ((value, x), dx) in moved.iter_mut().zip(state).zip(&slope) {
             *value = x + step * dx;
         }
-        self.forces(time + step, moved);
+        self.forces(time + step, &moved);
+        self.ahead = [slope, moved];
         self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
     }
 
     /// The load of motors with limits in a run up to a time; `demand` returns the largest torque requested of one.
-    pub(crate) fn motor_loads(
-        &self,
-        (names, units): (&[String], &[&'static str]),
-        end: f64,
-        demand: impl Fn(&str) -> f64,
-    ) -> Vec<MotorLoad> {
-        let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
-        let motor_load = |(k, (name, drive)): (usize, (&String, &Drive))| {
+    pub(crate) fn motor_loads(&self, end: f64, demand: impl Fn(&str) -> f64) -> Vec<MotorLoad> {
+        let limited = |(_, drive): &(usize, &Drive)| drive.limit.is_some() || drive.rate.is_some();
+        let motor_load = |(k, drive): (usize, &Drive)| {
             let commands = |connected: &&ConnectedLaw| connected.inputs.contains(&k);
             MotorLoad {
-                motor: name.clone(),
-                unit: units[k],
+                motor: drive.name.clone(),
+                unit: drive.unit,
                 controller: self.laws.iter().find(commands).map(|connected| connected.law.describe().controller),
                 torque_limit: drive.limit,
                 rate_limit: drive.rate,
-                demand: demand(name),
+                demand: demand(&drive.name),
                 at_torque_limit: drive.at_limit.until(end),
                 at_rate_limit: drive.at_rate_limit.until(end),
             }
         };
-        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(motor_load).collect()
+        self.drives.iter().enumerate().filter(limited).map(motor_load).collect()
     }
 
-    pub(super) fn settle_drives(
-        &mut self,
-        time: f64,
-        state: &mut [f64],
-        everything: bool,
-        names: &[String],
-        events: &mut Vec<String>,
-    ) {
+    pub(super) fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool) {
         self.forces(time, state);
         for k in 0..self.drives.len() {
             let command = self.commands[k];
             let drive = &mut self.drives[k];
             let mode = drive.limit_mode(command);
             if mode != drive.limit_mode {
-                events.push(match mode {
-                    Limit::Inside => format!("{} leaves its {} limit", names[k], drive.effort),
-                    _ => format!("{} reaches its {} limit", names[k], drive.effort),
-                });
+                let what = if mode == Saturation::Free { "leaves" } else { "reaches" };
+                self.happened.push(format!("{} {what} its {} limit", drive.name, drive.effort));
                 drive.limit_mode = mode;
             }
             let limited = drive.limited(command);
@@ -184,25 +139,13 @@ impl Machine {
                 // A gap that the limiter closes within the resolution of the time counts as zero.
                 let instant = SAME_INSTANT * time.abs();
                 let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
-                drive.rate_mode = match gap {
-                    gap if gap > small => Rate::Rise,
-                    gap if gap < -small => Rate::Fall,
-                    _ => Rate::Follow,
-                };
+                drive.rate_mode = Saturation::of(gap, small);
             }
         }
-        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
-            let (mut derivative, mut moved) = (vec![0.0; self.size], vec![0.0; self.size]);
-            let rates = self.command_rates(time, state, &mut derivative, &mut moved);
-            for (k, rate) in rates.iter().enumerate() {
-                let drive = &mut self.drives[k];
-                let inside = drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside;
-                if let Some(limit) = drive.rate
-                    && inside
-                    && rate.abs() > limit
-                {
-                    drive.rate_mode = if *rate > 0.0 { Rate::Rise } else { Rate::Fall };
-                }
+        let rates = self.command_rates(time, state);
+        for (drive, rate) in self.drives.iter_mut().zip(&rates) {
+            if let Some(limit) = drive.free_rate() {
+                drive.rate_mode = Saturation::of(*rate, limit);
             }
         }
         for k in 0..self.drives.len() {
@@ -219,7 +162,7 @@ impl Machine {
         self.forces(time, state);
         for (k, drive) in self.drives.iter().enumerate() {
             if let Some(place) = drive.rate_state
-                && drive.rate_mode == Rate::Follow
+                && drive.rate_mode == Saturation::Free
             {
                 state[place] = drive.limited(self.commands[k]);
             }

@@ -4,7 +4,7 @@
 //! exclude zero has no such point. Those that depend on the state are searched within each step.
 
 use super::Machine;
-use super::kinks::Kinks;
+use super::kinks::{Kinks, line_range};
 use super::timed::Timed;
 use crate::halving::halved;
 use kardan_expr::expr::{Expr, Interval};
@@ -59,14 +59,17 @@ fn first_change(
     (from, until): (f64, f64),
 ) -> Option<Discontinuity> {
     let at = |timed: &mut Timed, time: f64| {
-        let time_values: Vec<f64> = timed.at(time).to_vec();
-        kinks.at(kink, time, lines, &time_values)
+        let sources = lines.iter().map(|(value, slope, start)| value + slope * (time - start));
+        let values: Vec<f64> = sources.chain(timed.at(time).iter().copied()).collect();
+        kinks.at(kink, &values)
     };
     let (mut open, mut budget) = (vec![(from, until)], INTERVALS);
     while let Some((low, high)) = open.pop() {
         budget = budget.checked_sub(1)?;
         let span = Interval { low, high };
-        let values = kinks.between(kink, span, lines, &timed.between(span));
+        let sources = lines.iter().map(|line| line_range(*line, span));
+        let ranges: Vec<Interval> = sources.chain(timed.between(span)).collect();
+        let values = kinks.between(kink, &ranges);
         let vanishes = values.low.abs() < NOTHING && values.high.abs() < NOTHING;
         if values.low > 0.0 || values.high < 0.0 || vanishes {
             continue;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use kardan_rt::Operator;
 
+use crate::compiled_plan::CompiledPlan;
 use crate::scenario::Scenario;
 use kardan_expr::expr::{Domain, Expr, Interval, Intervals, Part, polynomial};
-use kardan_expr::plan::{Plan, compile};
 use kardan_math::num::StateArchive;
 use kardan_mechanics::reduce::{Extension, Motion};
 
@@ -15,7 +15,7 @@ use super::expressions::Places;
 
 /// Relative difference of two times that are equal: breakpoints of two parts, or of a part and an event, that differ by
 /// rounding.
-const SAME: f64 = 1e-14;
+pub(crate) const SAME: f64 = 1e-14;
 
 /// The coefficients of a polynomial shifted to a later time.
 pub(super) fn shifted([a, b, c, d]: &[f64; 4], x: f64) -> [f64; 4] {
@@ -45,7 +45,7 @@ pub(crate) struct Timed {
     /// The inputs: follower flags, parts, the time.
     current: Vec<f64>,
     /// Values of the sources, from their lines and the inputs; `None` if no source has a function.
-    plan: Option<(Plan, Vec<f64>)>,
+    plan: Option<CompiledPlan<f64>>,
     /// Their last values.
     pub values: Vec<f64>,
 }
@@ -60,10 +60,7 @@ impl Timed {
     ) -> Self {
         let parts: Vec<Arc<Part>> = motion.timed.parts.iter().map(|(part, _)| Arc::clone(part)).collect();
         let sources: Vec<usize> = scenario.signals.iter().map(|signal| signal.source).collect();
-        let source = |name: &str| {
-            let found = scenario.sources.iter().position(|source| source.name == name);
-            found.expect("an output of a block is a source")
-        };
+        let source = |name: &str| scenario.source(name).expect("an output of a block is a source");
         let flows = scenario.flow.is_some();
         let plan = (flows || !sources.is_empty()).then(|| {
             let inputs = places.sources.clone().chain(places.timed.clone());
@@ -73,17 +70,13 @@ impl Timed {
             }
             let outputs: Vec<(String, Expr)> =
                 values.iter().enumerate().map(|(k, value)| (format!("source.{k}"), *value)).collect();
-            let plan = compile(&motion.graph, &inputs, &outputs).expect("sources depend on the time and on states");
-            let memory = plan.memory();
-            (plan, memory)
+            CompiledPlan::new(&motion.graph, &inputs, &outputs)
         });
         Self {
             now: vec![(0.0, [0.0; 4]); parts.len()],
             parts,
             time: motion.timed.time.is_some(),
             blocks: motion.timed.blocks.iter().map(|(name, _)| (source(name), 0.0)).collect(),
-            ramps: Vec::new(),
-            limits_rest: false,
             follows: vec![1.0; sources.len()],
             sources,
             flows,
@@ -91,6 +84,7 @@ impl Timed {
             current: vec![0.0; places.timed.len()],
             plan,
             values: vec![0.0; values.len()],
+            ..Self::default()
         }
     }
 
@@ -170,7 +164,8 @@ impl Timed {
     /// Computes the values of the sources from those of their lines.
     pub fn find_sources(&mut self, lines: &[f64], time: f64, state: &[f64]) {
         self.at(time);
-        let Some((plan, memory)) = &mut self.plan else { return self.values.copy_from_slice(lines) };
+        let Some(plan) = &mut self.plan else { return self.values.copy_from_slice(lines) };
+        let memory = &mut plan.memory;
         memory[..lines.len()].copy_from_slice(lines);
         memory[lines.len()..][..self.current.len()].copy_from_slice(&self.current);
         if self.flows {
@@ -178,9 +173,8 @@ impl Timed {
             // Work and loss are behind the states.
             memory[first..][..state.len() - 2].copy_from_slice(&state[..state.len() - 2]);
         }
-        // A value that is not a number is detected where it is used.
-        let _ = plan.block().evaluate(memory);
-        self.values.iter_mut().enumerate().for_each(|(k, value)| *value = memory[plan.place(k)]);
+        plan.evaluate();
+        self.values.iter_mut().enumerate().for_each(|(k, value)| *value = *plan.output(k));
     }
 
     /// Whether no value changes until the segment ends.

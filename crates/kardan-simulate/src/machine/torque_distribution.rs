@@ -80,15 +80,8 @@ impl TorqueDistribution {
             holding.factor.solve(coefficients);
         }
         let normal = &mut self.normal[..count * count];
-        normal.fill(0.0);
-        for (row, &k) in self.sticking.iter().enumerate() {
-            let b = &self.combination[row * count..(row + 1) * count];
-            for (i, x) in b.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-                for (entry, y) in normal[i * count..(i + 1) * count].iter_mut().zip(b) {
-                    *entry += c[k] * c[k] * x * y;
-                }
-            }
-        }
+        let rows = self.combination.chunks_exact(count.max(1)).zip(&self.sticking).map(|(b, &k)| (b, 1.0, c[k]));
+        find_normal(rows, count, normal);
         self.regular = self.factor.factor(normal);
     }
 
@@ -173,15 +166,8 @@ impl TorqueDistribution {
         let mut least = f64::INFINITY;
         for _ in 0..LAWSON {
             let normal = &mut normal[..count * count];
-            normal.fill(0.0);
             let rows = || combination.chunks_exact(count.max(1)).zip(&*sticking);
-            for ((b, &k), ease) in rows().zip(&*ease) {
-                for (i, x) in b.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-                    for (entry, y) in normal[i * count..(i + 1) * count].iter_mut().zip(b) {
-                        *entry += ease * c[k] * c[k] * x * y;
-                    }
-                }
-            }
+            find_normal(rows().zip(&*ease).map(|((b, &k), ease)| (b, *ease, c[k])), count, normal);
             let z = &mut weights[..count];
             z.copy_from_slice(active_torque);
             if !even.factor(normal) {
@@ -201,5 +187,17 @@ impl TorqueDistribution {
             }
         }
         least < 1.0
+    }
+}
+
+/// `Bᵀ E C² B` over `count` directions, from the rows of B, each with its entries of E and of C.
+fn find_normal<'a>(rows: impl Iterator<Item = (&'a [f64], f64, f64)>, count: usize, out: &mut [f64]) {
+    out.fill(0.0);
+    for (b, ease, c) in rows {
+        for (i, x) in b.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+            for (entry, y) in out[i * count..(i + 1) * count].iter_mut().zip(b) {
+                *entry += ease * c * c * x * y;
+            }
+        }
     }
 }

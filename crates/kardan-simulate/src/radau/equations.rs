@@ -94,6 +94,7 @@ impl Descriptor {
         evaluations
     }
 
+    /// Archives the entries; false if the restored ones do not fit.
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
         let [mut rows, mut columns]: [Vec<usize>; 2] =
             [self.places.iter().map(|(i, _)| *i).collect(), self.places.iter().map(|(_, j)| *j).collect()];

@@ -123,7 +123,7 @@ impl Radau {
         [started, fresh, jacobian_valid, goes_on].into_iter().for_each(|flag| archive.flag(flag));
         self.counts.archive_state(archive);
         self.rounding.archive_state(archive);
-        if !self.systems.archive_state(archive) {
+        if !self.systems.descriptor.archive_state(archive) {
             (self.jacobian_valid, self.factored) = (false, 0.0);
         }
         if self.factored > 0.0 {
@@ -169,7 +169,7 @@ impl Radau {
             }
             // Without factors there is no solution.
             let convergence = if self.factored == h { self.iterate(h, equations) } else { None };
-            finite = self.systems.is_finite() && !not_finite(&self.trial);
+            finite = self.systems.descriptor.is_finite() && !not_finite(&self.trial);
             let Some((iterations, rate)) = convergence else {
                 if !self.fresh {
                     self.take_jacobian(equations);

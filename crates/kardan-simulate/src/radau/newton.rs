@@ -6,12 +6,12 @@ use faer::c64;
 
 use super::equations::{Descriptor, Equations};
 use super::tableau::Tableau;
-use kardan_math::num::{SparseLu, SparseOrder, StateArchive};
+use kardan_math::num::{SparseLu, SparseOrder};
 
 /// The systems with their memory: factors of `σ E − A`.
 pub(super) struct Systems {
     n: usize,
-    descriptor: Descriptor,
+    pub(super) descriptor: Descriptor,
     /// The order for the places that the descriptor had when it was found.
     order: Option<SparseOrder>,
     ordered: Vec<(usize, usize)>,
@@ -50,20 +50,10 @@ impl Systems {
         equations: &mut impl Equations,
     ) -> u64 {
         equations.linearise(time, state, &mut self.descriptor);
-        if self.is_finite() {
+        if self.descriptor.is_finite() {
             return 1;
         }
         1 + self.descriptor.differ((time, state, slope), sizes.take(self.n), equations)
-    }
-
-    /// Whether all derivatives are finite numbers.
-    pub(super) fn is_finite(&self) -> bool {
-        self.descriptor.is_finite()
-    }
-
-    /// Archives the derivatives; false if the restored ones do not fit.
-    pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) -> bool {
-        self.descriptor.archive_state(archive)
     }
 
     /// Factors all systems for steps of one length; false if one is singular or not finite.

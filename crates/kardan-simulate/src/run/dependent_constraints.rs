@@ -69,7 +69,7 @@ impl RunLoop {
     /// Why a run ends where its multiplier constraints depend on each other.
     fn singular(&self) -> String {
         let names = self.quoted_constraints();
-        let what = match self.multiplier_names.len() {
+        let what = match self.machine.multiplier_constraints.len() {
             1 => format!("{names} constrains no motion in this position"),
             _ => format!("the constraints {names} become dependent in this position, as at a dead centre"),
         };
@@ -79,6 +79,6 @@ impl RunLoop {
     }
 
     pub(super) fn quoted_constraints(&self) -> String {
-        quoted(self.multiplier_names.iter().map(String::as_str))
+        quoted(self.machine.names[self.machine.multiplier_constraints.clone()].iter().map(String::as_str))
     }
 }

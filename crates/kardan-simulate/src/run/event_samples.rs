@@ -97,6 +97,7 @@ pub(super) fn is_coarse(count: usize, noise: f64, sample: impl Fn(usize) -> (f64
 }
 
 /// Prevents steps from missing an event.
+#[derive(Default)]
 pub(super) struct Guard {
     /// Where the loop has jumps or kinks that depend on the time alone, if that ends the segment.
     pub(super) discontinuity: Option<Discontinuity>,
@@ -117,15 +118,8 @@ pub(super) struct Guard {
 
 impl Guard {
     pub(super) fn new(blind: bool, kinks: usize) -> Self {
-        Self {
-            discontinuity: None,
-            blind,
-            coarse: false,
-            bent: 0,
-            bent_at: f64::NEG_INFINITY,
-            jumps: 0,
-            numbers: vec![0.0; (EVENT_SCAN_POINTS.len() + 2) * kinks],
-        }
+        let numbers = vec![0.0; (EVENT_SCAN_POINTS.len() + 2) * kinks];
+        Self { blind, bent_at: f64::NEG_INFINITY, numbers, ..Self::default() }
     }
 
     pub(super) fn archive_state(&mut self, archive: &mut StateArchive<'_>) {

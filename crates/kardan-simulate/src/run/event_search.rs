@@ -36,8 +36,8 @@ impl RunLoop {
     /// The same for the last evaluated state.
     pub(super) fn leaves_equilibrium(&mut self, time: f64) -> bool {
         self.machine.reversed(time, &self.looked, &mut self.reversed);
-        self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
-        !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
+        self.switching = self.machine.drives_switch(time, &self.looked);
+        !self.reversed.is_empty() || self.switching || self.machine.breaks_away(time, &self.looked)
     }
 
     /// The first event within the last step, where the series locate it and the modes confirm it, or where sampling
@@ -224,11 +224,10 @@ impl RunLoop {
     /// its limit at the first.
     fn leaving_zero(&mut self, low: f64, high: f64, least: f64) -> Option<f64> {
         self.leaves(high);
-        let what = match (self.reversed.first(), self.switching.is_empty()) {
-            (Some(&direction), _) => Some(direction),
-            (None, true) => None,
-            (None, false) => return None,
-        };
+        let what = self.reversed.first().copied();
+        if what.is_none() && self.switching {
+            return None;
+        }
         let (mut a, mut b) = ((low, self.room(low, what)), (high, self.room(high, what)));
         if !(a.1 > 0.0 && b.1 <= 0.0) {
             return None;

@@ -24,7 +24,7 @@ impl RunLoop {
         let cause = format!(
             "`{}` jams more than {JAMS} times, each within {apart:.0e} s of the time before: whenever its load drives it, it self-locks against the inertia of \
              that load (Painlevé), and then starts again. {UNJAM}",
-            self.names[direction]
+            self.machine.names[direction]
         );
         Err(failed(self.time, cause))
     }
@@ -42,7 +42,7 @@ impl RunLoop {
         self.observe_until(time, Some(time));
         let (moved, size) = (self.state.clone(), self.machine.size());
         let before = self.machine.energy(time, &self.state);
-        let happened = self.machine.settle(time, &mut self.state, &[direction], false, &self.names, &self.input_names);
+        let happened = self.machine.settle(time, &mut self.state, &[direction], false);
         let work = self.state[size - 2] - moved[size - 2];
         let lost = before + work - self.machine.energy(time, &self.state);
         if !(lost >= 0.0) {
@@ -58,7 +58,7 @@ impl RunLoop {
         }
         let what = format!(
             "{} jams: its load drives it, and its locking torque would exceed the driving torque (Painlevé); the impact dissipates {lost:.6} J",
-            self.names[direction]
+            self.machine.names[direction]
         );
         self.events.extend([what].into_iter().chain(happened).map(|what| Event { time, description: what }));
         self.note_shared_friction();
@@ -75,19 +75,19 @@ impl RunLoop {
             return;
         }
         self.machine.evaluate(self.time, &self.state);
-        let doubted = self.machine.ambiguous_gear();
+        let doubted = self.machine.gear_losses.ambiguous;
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
             let (low, end) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
                 self.solver.interpolate(at, &mut self.looked);
                 self.machine.evaluate(at, &self.looked);
-                self.machine.ambiguous_gear() == doubted
+                self.machine.gear_losses.ambiguous == doubted
             };
             let time = if doubtful(low) { low } else { halved(low, end, 0.0, doubtful).1 };
             let what = format!(
                 "{}: it self-locks against the inertia of its load, so two motions are possible from here (Painlevé): kardan takes the one in which the first \
                  shaft drives; the other one jams",
-                self.names[direction]
+                self.machine.names[direction]
             );
             self.events.push(Event { time, description: what });
         }

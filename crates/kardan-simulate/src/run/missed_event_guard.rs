@@ -50,17 +50,7 @@ impl RunLoop {
         let Self { machine, solver, between, tolerance, absolute, .. } = self;
         let tolerances = (tolerance.relative, &absolute[..]);
         let end = machine.resolved_until((from, to), between, |at, out| solver.interpolate(at, out), tolerances);
-        if end < to { self.end_step_at(end) } else { Ok(()) }
-    }
-
-    /// Ends the last step at an earlier time: a series is evaluated there, other methods repeat the step.
-    fn end_step_at(&mut self, end: f64) -> Result<(), Outcome> {
-        if let Integrator::Taylor(solver) = &mut self.solver {
-            solver.end_at(end);
-            return Ok(());
-        }
-        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
-        shortened.map_err(|error| self.step_failed(error))
+        if end < to { self.shorten(end) } else { Ok(()) }
     }
 
     /// Where the last step must end, before a time, so that it misses no event.
@@ -103,10 +93,7 @@ impl RunLoop {
                 _ => break from + length,
             }
         };
-        if let (true, Integrator::Taylor(solver)) = (at < to, &mut self.solver) {
-            solver.end_at(at);
-        }
-        Ok(())
+        if at < to { self.shorten(at) } else { Ok(()) }
     }
 
     /// The first point within the last step, up to a time, at which the loop has a jump or kink by its state: just

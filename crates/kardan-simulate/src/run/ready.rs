@@ -25,12 +25,9 @@ pub fn locking_gears(setup: Setup<'_>) -> Vec<String> {
     let (reduced, scenario) = (setup.reduced, setup.scenario);
     let mut machine = Machine::new(setup);
     let mut state = vec![0.0; machine.size()];
-    let start = reduced.state(&scenario.position, &scenario.speed);
-    state[..start.len()].copy_from_slice(&start);
-    machine.start_laws(&mut state);
+    machine.start(&reduced.state(&scenario.position, &scenario.speed), &mut state);
     machine.enter_segment(0.0);
-    let directions: Vec<&str> = reduced.equations.set_valued().map(|(element, _)| element).collect();
-    machine.self_locking_gears(&state).into_iter().map(|direction| directions[direction].to_string()).collect()
+    machine.self_locking_gears(&state).into_iter().map(|direction| machine.names[direction].clone()).collect()
 }
 
 /// A run that is compiled and has not started.

@@ -56,13 +56,11 @@ impl RunLoop {
                 let rows = &self.scenario.times[self.next_row..];
                 let signals = &mut self.outputs.signals;
                 if segment.read_block(rows, time, |k, values| signals[k].values.extend_from_slice(values)) {
-                    self.time_grid.extend_from_slice(&rows[..BLOCK]);
                     self.next_row += BLOCK;
                     continue;
                 }
                 segment.advance(at);
                 if segment.read(|k, value| signals[k].values.push(value)) {
-                    self.time_grid.push(row);
                     self.next_row += 1;
                     continue;
                 }
@@ -76,7 +74,6 @@ impl RunLoop {
                 let rows = &self.scenario.times[self.next_row..];
                 let count = rows.iter().take_while(|row| **row < time).count();
                 self.outputs.record_again(count);
-                self.time_grid.extend_from_slice(&rows[..count]);
                 self.next_row += count;
                 continue;
             }
@@ -88,7 +85,6 @@ impl RunLoop {
             self.outputs.sample(at);
             if row <= at {
                 self.outputs.record();
-                self.time_grid.push(row);
                 self.next_row += 1;
             }
         }
@@ -102,7 +98,6 @@ impl RunLoop {
         let Some((order, begin)) = self.solver.series(&mut self.machine, !self.complete) else { return false };
         self.complete = true;
         self.outputs.record_series(&self.machine, order, row - begin);
-        self.time_grid.push(row);
         self.next_row += 1;
         true
     }
@@ -110,7 +105,7 @@ impl RunLoop {
     /// The note where the tolerance, relative to the largest value of a coordinate or a speed, is below its rounding
     /// error in a step.
     fn rounding_limit(&self, series: &Series) -> Option<String> {
-        let errors = self.state_names.iter().zip(self.solver.rounding().0);
+        let errors = self.state_names.iter().zip(&self.solver.rounding().largest);
         let relative = errors.filter_map(|((name, least), error)| {
             let signal = series.signal(name)?;
             let largest = signal.values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -166,11 +161,11 @@ impl RunLoop {
             Outcome::Completed | Outcome::Unbalanced { .. } => self.scenario.duration,
         };
         let encoder_readings = self.machine.encoder_readings();
-        let series =
-            Series { time: std::mem::take(&mut self.time_grid), signals: std::mem::take(&mut self.outputs.signals) };
+        let time = self.scenario.times[..self.next_row].to_vec();
+        let series = Series { time, signals: std::mem::take(&mut self.outputs.signals) };
         let rounding = self.rounding_limit(&series);
         self.notes.extend(rounding);
-        let motor_loads = self.machine.motor_loads((&self.input_names, &self.input_units), end, |motor| {
+        let motor_loads = self.machine.motor_loads(end, |motor| {
             series.largest_torque_demand(motor).unwrap_or_default() // every input has a signal
         });
         self.notes.extend(motor_loads.iter().filter_map(|motor_load| {
@@ -195,7 +190,7 @@ impl RunLoop {
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
-                rounding: self.solver.rounding().1,
+                rounding: self.solver.rounding().tolerances,
                 method: self.solver.method(self.segments.steps > 0 && !self.stepped),
             },
         }

@@ -3,10 +3,8 @@
 
 use super::{Chattering, RunLoop, failed};
 use crate::Profile;
+use crate::machine::SAME;
 use kardan_results::{Event, Outcome, Physical};
-
-/// Relative difference below which two times are equal.
-pub(super) const SAME: f64 = 1e-14;
 
 impl RunLoop {
     /// Actions at the start.
@@ -14,17 +12,17 @@ impl RunLoop {
         self.machine.enter_segment(0.0);
         // For a run that does not continue past this.
         self.initial_energy = self.machine.energy(0.0, &self.state);
-        if let Some((direction, beyond)) = self.machine.beyond_stops(self.time, &self.state).first() {
+        if let Some((direction, beyond)) = self.machine.beyond_stop(self.time, &self.state) {
             let what = format!(
                 "`{}` starts {beyond:.6} {} past its rigid stop: choose a start inside the stop",
-                self.names[*direction],
-                self.machine.unit_of_direction(*direction),
+                self.machine.names[direction],
+                self.machine.unit_of_direction(direction),
             );
             return Err(failed(0.0, what));
         }
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
-        let blows = self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        let blows = self.machine.settle(0.0, &mut self.state, &[], true);
         if self.machine.unilaterals.struck {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }

@@ -1,12 +1,12 @@
 //! One step of the integrator, of an exact solution or of rest, up to the next event or the end of the segment.
 
 use super::jamming_gears::UNJAM;
-use super::segments::SAME;
 use super::unfit::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
 use crate::halving::halved;
 use crate::linear::LinearSegment;
+use crate::machine::SAME;
 use kardan_results::{Outcome, Physical, Signal};
 
 /// Steps between two reports of the progress.
@@ -157,9 +157,11 @@ impl RunLoop {
     pub(super) fn shorten_step(&mut self, at: f64) -> Result<(), Outcome> {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let end = at + BEYOND * (to - from);
-        if end >= to {
-            return Ok(());
-        }
+        if end < to { self.shorten(end) } else { Ok(()) }
+    }
+
+    /// Ends the last step earlier.
+    pub(super) fn shorten(&mut self, end: f64) -> Result<(), Outcome> {
         let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
         shortened.map_err(|error| self.step_failed(error))
     }
@@ -225,7 +227,7 @@ impl RunLoop {
         let text = match (error, what) {
             _ if let Some(direction) = self.machine.gear_losses.lost => format!(
                 "`{}` jams: its load drives it, and the loss would grow faster than the torque that causes it, so that no acceleration is consistent (Painlevé). {UNJAM}",
-                self.names[direction]
+                self.machine.names[direction]
             ),
             (_, Some(what)) if is_undefined(&what) => undefined(&what),
             (StepError::StepTooSmall { step, .. }, _) => format!(

@@ -67,7 +67,8 @@ impl RunLoop {
             return format!("the last events: {}", what.join("; "));
         }
         let involved = if crossing.is_empty() { &self.machine.holding[..] } else { crossing };
-        let mut names: Vec<&str> = involved.iter().filter_map(|k| self.names.get(*k)).map(String::as_str).collect();
+        let set_valued = &self.machine.names[..self.machine.modes.len()];
+        let mut names: Vec<&str> = involved.iter().filter_map(|k| set_valued.get(*k)).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         match names.is_empty() {
@@ -79,7 +80,7 @@ impl RunLoop {
     }
 
     pub(super) fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
-        let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
+        let happened = self.machine.settle(time, &mut self.state, crossing, false);
         self.events.extend(happened.into_iter().map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.note_blows();
@@ -90,9 +91,8 @@ impl RunLoop {
     pub(super) fn contradict(&self) -> Result<(), Outcome> {
         let mut names: Vec<&str> = Vec::new();
         for &direction in &self.machine.contradiction {
-            let name_of_constraint = || &self.multiplier_names[direction - self.names.len()];
-            let name = self.names.get(direction).unwrap_or_else(name_of_constraint);
-            if !names.contains(&name.as_str()) {
+            let name = self.machine.names[direction].as_str();
+            if !names.contains(&name) {
                 names.push(name);
             }
         }
@@ -116,7 +116,7 @@ impl RunLoop {
     /// Notes which gears passed an impact, which contacts shared one, and which did not rebound.
     pub(super) fn note_blows(&mut self) {
         let [shared, dulled] = self.machine.take_shared().map(|list| {
-            let mut names: Vec<&str> = list.iter().map(|k| self.names[*k].as_str()).collect();
+            let mut names: Vec<&str> = list.iter().map(|k| self.machine.names[*k].as_str()).collect();
             names.dedup();
             (list.len(), quoted(names))
         });
@@ -138,7 +138,7 @@ impl RunLoop {
             self.note_once(format!(
                 "A rigid impact passed through the gear `{}` without gear loss; kardan applies no loss to impacts even where the gear is self-locking. Where that matters, \
                  let a spring take the impact (`stiffness` of a stop, a spring_damper beside a lock or clutch): the gear then carries it as a load.",
-                self.names[direction]
+                self.machine.names[direction]
             ));
         }
     }
@@ -152,7 +152,7 @@ impl RunLoop {
     pub(super) fn note_shared_friction(&mut self) {
         let shared = self.machine.shared_friction();
         if !shared.is_empty() {
-            let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
+            let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.machine.names[k])).collect();
             let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
             let [together, what] = if rubs { ["stick", "friction torque"] } else { ["act", "torque"] };
             let shown = match (!self.machine.gear_losses.is_empty() || !self.machine.shares_by_size(), rubs) {

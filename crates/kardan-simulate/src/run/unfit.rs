@@ -34,8 +34,7 @@ impl RunLoop {
         let cause = self.describe_failure(found, high);
         if low > from {
             // Within a step the states are less accurate than at its end.
-            let shortened = self.solver.shorten(&mut self.machine, low, &mut self.looked);
-            shortened.map_err(|error| self.step_failed(error))?;
+            self.shorten(low)?;
         }
         self.observe_until(low, None);
         self.solver.interpolate(low, &mut self.state);
@@ -45,7 +44,7 @@ impl RunLoop {
 
     /// Why the run ends at a time, at the current state.
     fn describe_failure(&mut self, (direction, invalid_bound): (usize, InvalidBound), time: f64) -> String {
-        let (name, is_gear_loss) = (self.names[direction].clone(), self.machine.is_gear_loss(direction));
+        let (name, is_gear_loss) = (self.machine.names[direction].clone(), self.machine.is_gear_loss(direction));
         let unit = if self.machine.unit_of_direction(direction) == "m" { "N" } else { "N m" };
         match invalid_bound {
             InvalidBound::Negative if is_gear_loss => format!(
@@ -55,8 +54,7 @@ impl RunLoop {
                 "the torque of `{name}` becomes negative, and negative friction would drive: limit it to zero or above, such as by max(0 {unit}, ...)"
             ),
             InvalidBound::Undefined => {
-                let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
-                let what = self.machine.not_finite(time, &self.state, names);
+                let what = self.machine.not_finite(time, &self.state);
                 undefined(&what.unwrap_or_else(|| format!("a formula of `{name}` is not a number")))
             }
         }
@@ -65,18 +63,18 @@ impl RunLoop {
     /// The value that is not finite at the current time, or else the one that is undefined just after it, where no step
     /// is possible.
     pub(super) fn nonfinite_signal(&mut self, at: f64) -> Option<String> {
-        let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
-        if let Some(what) = self.machine.not_finite(at, &self.state, names) {
+        if let Some(what) = self.machine.not_finite(at, &self.state) {
             return Some(what);
         }
         let whole = at.max(BEGIN);
-        self.machine.derivative(at, &self.state, &mut self.derivative);
+        let (mut slopes, mut moved) = (self.state.clone(), self.state.clone());
+        self.machine.derivative(at, &self.state, &mut slopes);
         let mut later = BEYOND * whole;
         while later <= FAR * whole {
-            for ((moved, x), slope) in self.moved.iter_mut().zip(&self.state).zip(&self.derivative) {
+            for ((moved, x), slope) in moved.iter_mut().zip(&self.state).zip(&slopes) {
                 *moved = x + later * slope;
             }
-            let what = self.machine.not_finite(at + later, &self.moved, names);
+            let what = self.machine.not_finite(at + later, &moved);
             if let Some(what) = what.filter(|what| is_undefined(what)) {
                 return Some(what);
             }

@@ -124,7 +124,7 @@ fn fixed_steps_converge_with_order_8() {
         for _ in 0..steps {
             fixed_step(&mut solver, 0.8 / f64::from(steps), &mut rhs);
         }
-        (solver.state()[0] - 5.0).abs()
+        (solver.state[0] - 5.0).abs()
     });
     let order = log2(errors[0] / errors[1]);
     assert!((7.8..8.2).contains(&order), "order {order}, errors {errors:?}");
@@ -179,20 +179,19 @@ fn interpolation_is_exact_at_both_ends_and_smooth_between_steps() {
     let mut solver = Dop853::new(1e-9, &[1e-9; 4]);
     solver.start(0.1, &kepler_solution(0.1), &mut kepler);
     let mut x = [0.0; 4];
-    while solver.time() < 7.0 {
+    while solver.time < 7.0 {
         solver.step(7.0, &mut kepler).unwrap();
-        let evaluations = solver.counts().evaluations;
+        let evaluations = solver.counts.evaluations;
         solver.prepare_dense(&mut kepler);
         solver.prepare_dense(&mut kepler);
-        assert_eq!(solver.counts().evaluations, evaluations + 3);
-        solver.interpolate(solver.previous_time(), &mut x);
-        assert_eq!(x, solver.previous_state());
-        solver.interpolate(solver.time(), &mut x);
-        assert_eq!(x, solver.state());
+        assert_eq!(solver.counts.evaluations, evaluations + 3);
+        solver.interpolate(solver.previous_time, &mut x);
+        assert_eq!(x[..], solver.previous[..]);
+        solver.interpolate(solver.time, &mut x);
+        assert_eq!(x[..], solver.state[..]);
         // The slope at both ends is the right-hand side, by one-sided differences of second order.
-        let d = 1e-5 * (solver.time() - solver.previous_time());
-        for (end, way, from) in
-            [(solver.previous_time(), d, solver.previous_state()), (solver.time(), -d, solver.state())]
+        let d = 1e-5 * (solver.time - solver.previous_time);
+        for (end, way, from) in [(solver.previous_time, d, &solver.previous[..]), (solver.time, -d, &solver.state[..])]
         {
             let (mut near, mut far, mut slope) = ([0.0; 4], [0.0; 4], [0.0; 4]);
             solver.interpolate(end + way, &mut near);
@@ -216,17 +215,17 @@ fn oscillator_keeps_the_tolerance_over_a_hundred_periods() {
         let mut solver = Dop853::new(tolerance, &[tolerance; 2]);
         solver.start(0.0, &[1.0, 0.0], &mut rhs);
         let mut x = [0.0; 2];
-        while solver.time() < end {
+        while solver.time < end {
             solver.step(end, &mut rhs).unwrap();
             solver.prepare_dense(&mut rhs);
-            let time = 0.5 * (solver.previous_time() + solver.time());
+            let time = 0.5 * (solver.previous_time + solver.time);
             solver.interpolate(time, &mut x);
             // Local errors add up over the time that has gone by, in the worst case linearly.
             let bound = tolerance * (1.0 + end);
             assert!(distance(&x, &[cos(time), -sin(time)]) < bound);
-            assert!(distance(solver.state(), &[cos(solver.time()), -sin(solver.time())]) < bound);
+            assert!(distance(&solver.state, &[cos(solver.time), -sin(solver.time)]) < bound);
         }
-        let counts = solver.counts();
+        let counts = solver.counts;
         // Two more for each measurement of rounding.
         let scans = counts.evaluations - (2 + 15 * counts.accepted + 11 * counts.rejected);
         assert!(scans.is_multiple_of(2) && scans <= 2 * (counts.accepted + counts.rejected), "{counts:?}");
@@ -247,10 +246,10 @@ fn no_phase_hides_the_error_of_a_step() {
     for k in 0..4000 {
         let phase = f64::from(k) * 1e-3;
         solver.start(0.0, &[1000.0 + cos(phase), -sin(phase)], &mut rhs);
-        solver.set_step(1.7);
+        solver.next = 1.7;
         solver.step(10.0, &mut rhs).unwrap();
-        let angle = phase + solver.time();
-        assert!(distance(solver.state(), &[1000.0 + cos(angle), -sin(angle)]) < 1e-7, "{phase} {}", solver.time());
+        let angle = phase + solver.time;
+        assert!(distance(&solver.state, &[1000.0 + cos(angle), -sin(angle)]) < 1e-7, "{phase} {}", solver.time);
     }
 }
 
@@ -259,27 +258,27 @@ fn lands_on_until_bit_for_bit_and_keeps_its_step() {
     let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = x[0] * cos(t);
     let mut solver = Dop853::new(1e-10, &[1e-10]);
     solver.start(0.0, &[1.0], &mut rhs);
-    while solver.time() < 1.0 {
+    while solver.time < 1.0 {
         solver.step(1.0, &mut rhs).unwrap();
     }
-    let free = solver.next_step();
+    let free = solver.next;
     assert!(free > 0.05);
     // A grid finer than the steps: one step for each point, the proposal stays.
     for i in 1..=100 {
         let until = 1.0 + f64::from(i) * 1e-3 / 3.0;
         solver.step(until, &mut rhs).unwrap();
-        assert_eq!(solver.time().to_bits(), until.to_bits());
-        assert!(solver.next_step() >= free);
+        assert_eq!(solver.time.to_bits(), until.to_bits());
+        assert!(solver.next >= free);
     }
     // The next number, and a sliver that would be left over.
-    let until = solver.time().next_up();
+    let until = solver.time.next_up();
     solver.step(until, &mut rhs).unwrap();
-    assert_eq!(solver.time(), until);
+    assert_eq!(solver.time, until);
     let until = until + 0.1;
-    solver.set_step(0.0995);
+    solver.next = 0.0995;
     solver.step(until, &mut rhs).unwrap();
-    assert_eq!(solver.time(), until);
-    assert!((solver.state()[0] - exp(sin(until))).abs() < 1e-9);
+    assert_eq!(solver.time, until);
+    assert!((solver.state[0] - exp(sin(until))).abs() < 1e-9);
 }
 
 #[test]
@@ -292,7 +291,7 @@ fn never_evaluates_after_until() {
     let mut solver = Dop853::new(1e-8, &[1e-8]);
     solver.start(0.0, &[1.0], &mut rhs);
     for until in [1e-9, 0.3, 0.7, 4.0] {
-        while solver.time() < until {
+        while solver.time < until {
             solver.step(until, &mut rhs).unwrap();
             assert!(latest.get() <= until);
         }
@@ -305,15 +304,15 @@ fn restart_takes_the_hint_and_costs_one_evaluation() {
     let mut solver = Dop853::new(1e-8, &[1e-8]);
     solver.start(0.0, &[1.0], &mut rhs);
     solver.step(1.0, &mut rhs).unwrap();
-    let before = solver.counts().evaluations;
+    let before = solver.counts.evaluations;
     solver.start(0.25, &[2.0], &mut rhs);
-    assert_eq!((solver.previous_time(), solver.next_step()), (0.25, 0.0));
-    assert_eq!(solver.previous_state(), [2.0]);
-    solver.set_step(0.125);
+    assert_eq!((solver.previous_time, solver.next), (0.25, 0.0));
+    assert_eq!(solver.previous, [2.0]);
+    solver.next = 0.125;
     solver.step(1.0, &mut rhs).unwrap();
-    assert_eq!(solver.time(), 0.375);
-    assert_eq!(solver.counts().evaluations, before + 1 + 12);
-    assert!((solver.state()[0] - 2.0 * exp(-0.125_f64)).abs() < 1e-12);
+    assert_eq!(solver.time, 0.375);
+    assert_eq!(solver.counts.evaluations, before + 1 + 12);
+    assert!((solver.state[0] - 2.0 * exp(-0.125_f64)).abs() < 1e-12);
 }
 
 #[test]
@@ -324,15 +323,15 @@ fn finite_escape_ends_at_the_pole() {
     solver.start(0.0, &[1.0], &mut rhs);
     let error = loop {
         match solver.step(2.0, &mut rhs) {
-            Ok(()) => assert!(solver.time() < 1.0 + 1e-6),
+            Ok(()) => assert!(solver.time < 1.0 + 1e-6),
             Err(error) => break error,
         }
     };
     let (StepError::StepTooSmall { time, .. } | StepError::NotFinite { time }) = error;
     // The pole is known as well as the solution: to the tolerance.
     assert!((time - 1.0).abs() < 1e-8, "{error}");
-    assert_eq!(solver.time(), time);
-    assert!(solver.state()[0].is_finite());
+    assert_eq!(solver.time, time);
+    assert!(solver.state[0].is_finite());
 }
 
 #[test]
@@ -341,7 +340,7 @@ fn shrinks_into_the_domain_and_stops_at_its_border() {
     let mut rhs = |_: f64, x: &[f64], slope: &mut [f64]| slope[0] = if x[0] > 0.25 { -x[0].sqrt() } else { f64::NAN };
     let mut solver = Dop853::new(1e-8, &[1e-8]);
     solver.start(0.0, &[1.0], &mut rhs);
-    solver.set_step(1.9);
+    solver.next = 1.9;
     let error = loop {
         if let Err(error) = solver.step(2.0, &mut rhs) {
             break error;
@@ -360,10 +359,10 @@ fn jump_of_the_right_hand_side_is_passed_to_tolerance() {
     let mut rhs = |t: f64, _: &[f64], slope: &mut [f64]| slope[0] = if t < 0.3 { 1.0 } else { -1.0 };
     let mut solver = Dop853::new(1e-8, &[1e-8]);
     solver.start(0.0, &[0.0], &mut rhs);
-    while solver.time() < 1.0 {
+    while solver.time < 1.0 {
         solver.step(1.0, &mut rhs).unwrap();
     }
-    assert!((solver.state()[0] + 0.4).abs() < 1e-6);
+    assert!((solver.state[0] + 0.4).abs() < 1e-6);
 }
 
 /// A stiff spring far from zero: its net force is 1e-10 of the terms that cancel in it.
@@ -377,10 +376,10 @@ fn rounding_shortens_no_steps_and_is_reported() {
     let mut steps = |tolerance: f64| {
         let mut solver = Dop853::new(tolerance, &[1e-2 * tolerance; 4]);
         solver.start(0.0, &[1.0, 0.0, 1.0 + 1e-6, 0.0], &mut rhs);
-        while solver.time() < 1.0 {
+        while solver.time < 1.0 {
             solver.step(1.0, &mut rhs).unwrap();
         }
-        (solver.counts().accepted, solver.rounding_in_tolerances(), solver.rounding().to_vec())
+        (solver.counts.accepted, solver.rounding.tolerances, solver.rounding.largest.clone())
     };
     let ((loose, little, _), (tight, much, errors)) = (steps(1e-9), steps(1e-13));
     // Without regard to rounding 1e-13 takes hundreds of times more.
@@ -404,15 +403,15 @@ fn uncontrolled_quadrature_does_not_touch_the_steps() {
     let mut b = Dop853::new(1e-9, &[1e-9, 1e-9, f64::INFINITY]);
     a.start(0.0, &[1.0, 0.0], &mut plain_rhs);
     b.start(0.0, &[1.0, 0.0, 0.0], &mut with);
-    while a.time() < 10.0 {
+    while a.time < 10.0 {
         a.step(10.0, &mut plain_rhs).unwrap();
         b.step(10.0, &mut with).unwrap();
-        assert_eq!(a.time(), b.time());
-        assert_eq!(a.state(), &b.state()[..2]);
+        assert_eq!(a.time, b.time);
+        assert_eq!(a.state[..], b.state[..2]);
     }
-    assert_eq!((a.counts().accepted, a.counts().rejected), (b.counts().accepted, b.counts().rejected));
+    assert_eq!((a.counts.accepted, a.counts.rejected), (b.counts.accepted, b.counts.rejected));
     // ∫ 1e6 sin² = 1e6 (t/2 - sin(2t)/4).
-    assert!((b.state()[2] / 1e6 - (5.0 - sin(20.0) / 4.0)).abs() < 1e-7);
+    assert!((b.state[2] / 1e6 - (5.0 - sin(20.0) / 4.0)).abs() < 1e-7);
 }
 
 #[test]
@@ -420,12 +419,12 @@ fn nothing_controlled_is_one_long_step_to_until() {
     let mut rhs = |t: f64, _: &[f64], slope: &mut [f64]| slope[0] = t;
     let mut solver = Dop853::new(1e-9, &[f64::INFINITY]);
     solver.start(0.0, &[0.0], &mut rhs);
-    while solver.time() < 100.0 {
+    while solver.time < 100.0 {
         solver.step(100.0, &mut rhs).unwrap();
     }
-    assert!((solver.state()[0] - 5000.0).abs() < 1e-9);
+    assert!((solver.state[0] - 5000.0).abs() < 1e-9);
     // From 1e-6 on, doubled each time.
-    assert!(solver.counts().accepted < 30);
+    assert!(solver.counts.accepted < 30);
 }
 
 #[test]
@@ -434,12 +433,12 @@ fn stability_limited_steps_are_rarely_rejected() {
     let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = -1000.0 * (x[0] - cos(t));
     let mut solver = Dop853::new(1e-6, &[1e-6]);
     solver.start(0.0, &[0.0], &mut rhs);
-    while solver.time() < 3.0 {
+    while solver.time < 3.0 {
         solver.step(3.0, &mut rhs).unwrap();
     }
-    let counts = solver.counts();
+    let counts = solver.counts;
     assert!(counts.rejected * 4 < counts.accepted, "{counts:?}");
     // x = (λ² cos t + λ sin t)/(1 + λ²)
     let exact = (1e6 * cos(3.0) + 1e3 * sin(3.0)) / (1e6 + 1.0);
-    assert!((solver.state()[0] - exact).abs() < 1e-5);
+    assert!((solver.state[0] - exact).abs() < 1e-5);
 }

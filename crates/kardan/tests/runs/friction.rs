@@ -502,16 +502,15 @@ fn an_event_is_detected_where_it_happens() {
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     // A torque of a that moves nothing: what all three hold.
     let limit = (0.11 + 3.7 * 0.0123 + 3.7 * 2.3 * 0.00457) / 0.5;
-    let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
     // Whether an event is seen there, and whether it happens.
     let both = |k: u64| {
         let time = f64::from_bits(f64::to_bits(limit) + k);
         let mut machine = Machine::new(setup);
         let mut state = vec![0.0; machine.size()];
         machine.enter_segment(0.0);
-        machine.settle(0.0, &mut state, &[], true, &names, &[]);
+        machine.settle(0.0, &mut state, &[], true);
         let detected = machine.breaks_away(time, &state);
-        (detected, !machine.settle(time, &mut state, &[], false, &names, &["load".into()]).is_empty())
+        (detected, !machine.settle(time, &mut state, &[], false).is_empty())
     };
     // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
     let (mut low, mut high) = (0, 100_000);
@@ -996,7 +995,6 @@ fn a_dependent_friction_direction_sticks_too() {
     let variant = &prepared.variants[0];
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
     let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
-    let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(|input| input.element.clone()).collect();
     let coordinates = variant.reduced.coordinate_names();
     let wg = coordinates.iter().position(|name| name == "wg").unwrap();
     let moves = |name: &str| names.iter().position(|other| other == name).unwrap();
@@ -1006,10 +1004,10 @@ fn a_dependent_friction_direction_sticks_too() {
         machine.enter_segment(0.0);
         // The wave generator turns and with it the flexspline; the circular spline rests.
         state[coordinates.len() + wg] = 1.0;
-        machine.settle(0.0, &mut state, &[], true, &names, &inputs);
+        machine.settle(0.0, &mut state, &[], true);
         assert!(machine.shared_friction().is_empty());
         state[coordinates.len() + wg] = 0.0;
-        machine.settle(0.01, &mut state, &[moves(stopping)], false, &names, &inputs);
+        machine.settle(0.01, &mut state, &[moves(stopping)], false);
         assert_eq!(machine.shared_friction(), [0, 1, 2], "{stopping} has come to rest");
         assert!(!machine.breaks_away(0.02, &state));
     }
