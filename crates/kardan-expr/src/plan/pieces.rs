@@ -198,12 +198,12 @@ impl Pieces {
     }
 }
 
-fn knots<'a>(table: &Table, numbers: &'a [f64]) -> &'a [f64] {
+pub(super) fn knots<'a>(table: &Table, numbers: &'a [f64]) -> &'a [f64] {
     &numbers[table.first..][..table.pieces - 1]
 }
 
 /// The origin of a piece and its coefficients.
-fn piece_of<'a>(table: &Table, numbers: &'a [f64], piece: usize) -> (f64, &'a [f64]) {
+pub(super) fn piece_of<'a>(table: &Table, numbers: &'a [f64], piece: usize) -> (f64, &'a [f64]) {
     let own = &numbers[table.first + table.pieces - 1..];
     (own[piece], &own[table.pieces + piece * table.terms..][..table.terms])
 }

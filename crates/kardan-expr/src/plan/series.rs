@@ -99,17 +99,17 @@ impl<N: Value> Series<N> {
         let (mut steps, mut beside) = (Vec::new(), values);
         for operation in plan.each_operation() {
             let Operation { operator, out: [out, cosine], .. } = operation;
-            let own_steady = operation.values().iter().all(|place| is_steady[*place as usize]);
+            let own_steady = operation.values().iter().all(|place| is_steady[*place]);
             (is_steady[out], is_steady[cosine]) = (own_steady, own_steady);
             if own_steady || !(needed[out] || needed[cosine]) {
                 continue;
             }
-            let operands: Vec<usize> = operation.operands.iter().map(|place| *place as usize).collect();
+            let operands = &operation.operands[..operator.operands()];
             if has_kinks(operator) {
-                beside = pieces.as_mut()?.write(plan, (operator, &operands), (out, beside), &mut steps)?;
+                beside = pieces.as_mut()?.write(plan, (operator, operands), (out, beside), &mut steps)?;
                 continue;
             }
-            let (scaled, operands) = arranged(operator, &operands, &is_steady);
+            let (scaled, operands) = arranged(operator, operands, &is_steady);
             let more = match operator {
                 Operator::SineCosine => cosine,
                 Operator::Tangent
@@ -193,10 +193,10 @@ impl<N: Value> Series<N> {
 pub(super) fn needed(plan: &Plan, outputs: &[usize]) -> Vec<bool> {
     let mut needed = vec![false; plan.block().memory()];
     outputs.iter().for_each(|place| needed[*place] = true);
-    let operations: Vec<Operation<'_>> = plan.each_operation().collect();
+    let operations: Vec<Operation> = plan.each_operation().collect();
     for operation in operations.iter().rev() {
         if operation.out.iter().any(|place| needed[*place]) {
-            operation.values().iter().for_each(|place| needed[*place as usize] = true);
+            operation.values().iter().for_each(|place| needed[*place] = true);
         }
     }
     needed
