@@ -286,9 +286,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.laws.push(DirectionalTerm { element, row: row(direction), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors_like(sensor).push((element, sensor.clone())),
-            Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
-                next.domains[number(name)] = term.domain()
-            }
+            Term::Coordinate { name, domain } => next.domains[number(name)] = *domain,
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::MultiplierLaw(law) => {
                 let law = law.renamed(|name| number(name));

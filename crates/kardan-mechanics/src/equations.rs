@@ -322,28 +322,15 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
-    /// Declares a coordinate that is an angle but not a shaft of the file.
-    Angle {
+    /// Declares a coordinate: one that is no angle, or an angle that is not a shaft of the file.
+    Coordinate {
         /// Its name.
         name: String,
-    },
-    /// Declares a coordinate that is the position of a mass.
-    Position {
-        /// Its name.
-        name: String,
-    },
-    /// Declares a coordinate whose rate is a state of first order.
-    State {
-        /// Its name.
-        name: String,
+        /// Its kind.
+        domain: Domain,
     },
     /// The quantity of the directions of this element, regardless of their coordinates: a row over shafts and masses is a length.
     Measure(Domain),
-    /// Declares a coordinate that is a charge.
-    Charge {
-        /// Its name.
-        name: String,
-    },
     /// A share in the constraint row of a node, `Σ aᵀq = 0`: the charge that has left it through one branch. The sum over
     /// all branches is Kirchhoff's current law; its multiplier is the potential of the node.
     Balance {
@@ -370,13 +357,10 @@ impl Term {
             | Self::Balance { direction, .. } => Some(direction),
             Self::Transmission { .. }
             | Self::Output(_)
-            | Self::Angle { .. }
-            | Self::Position { .. }
-            | Self::State { .. }
+            | Self::Coordinate { .. }
             | Self::Measure(_)
             | Self::Moving(_)
-            | Self::MultiplierLaw(_)
-            | Self::Charge { .. } => None,
+            | Self::MultiplierLaw(_) => None,
         }
     }
 
@@ -404,22 +388,7 @@ impl Term {
                 Measured::SpringTorque(_) | Measured::Signal(_) => Vec::new(),
             },
             Self::MultiplierLaw(row) => row.coordinates(),
-            Self::Angle { .. }
-            | Self::Position { .. }
-            | Self::State { .. }
-            | Self::Measure(_)
-            | Self::Moving(_)
-            | Self::Charge { .. } => Vec::new(),
-        }
-    }
-
-    /// The domain of a coordinate that it declares.
-    pub fn domain(&self) -> Domain {
-        match self {
-            Self::Charge { .. } => Domain::Charge,
-            Self::Position { .. } => Domain::Translation,
-            Self::State { .. } => Domain::Number,
-            _ => Domain::Rotation,
+            Self::Coordinate { .. } | Self::Measure(_) | Self::Moving(_) => Vec::new(),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::Element;
 use super::shared::losses::{check_losses, losses};
 use kardan_math::units::Dimension;
-use kardan_mechanics::equations::{Direction, Term};
+use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
@@ -48,7 +48,7 @@ friction = \"120 N\"
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::shaft(name);
-    let mut out = vec![Term::Position { name: name.to_string() }];
+    let mut out = vec![Term::Coordinate { name: name.to_string(), domain: Domain::Translation }];
     if let Some(mass) = values.exact("mass").filter(|x| !x.is_zero()) {
         out.push(Term::Inertia { direction: direction.clone(), inertia: mass.clone() });
     }

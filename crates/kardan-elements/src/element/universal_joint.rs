@@ -11,7 +11,7 @@ use super::{Element, KeyError, gear};
 use kardan_expr::expr::{Expr, Function, Graph, Surd};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::{Dimension, Exact};
-use kardan_mechanics::equations::{Curve, CurveFormulas, Direction, Term};
+use kardan_mechanics::equations::{Curve, CurveFormulas, Direction, Domain, Term};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
@@ -120,7 +120,8 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         return flanks(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
     }
     // The angle that shaft_1 would have without backlash follows from shaft_2; the backlash is between these two.
-    let behind = [Term::Angle { name: name.into() }, Term::Transmission { driven: name.into(), driving, curve }];
+    let angle = Term::Coordinate { name: name.into(), domain: Domain::Rotation };
+    let behind = [angle, Term::Transmission { driven: name.into(), driving, curve }];
     behind.into_iter().chain(flanks(name, Exact::zero())).collect()
 }
 

@@ -139,12 +139,9 @@ impl Terms {
                 Term::Balance { .. }
                 | Term::Transmission { .. }
                 | Term::Output(_)
-                | Term::Angle { .. }
-                | Term::Position { .. }
-                | Term::State { .. }
+                | Term::Coordinate { .. }
                 | Term::Measure(_)
-                | Term::Moving(_)
-                | Term::Charge { .. } => {}
+                | Term::Moving(_) => {}
             }
         }
         for mut entries in balances.into_values() {

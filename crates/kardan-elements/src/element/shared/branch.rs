@@ -2,7 +2,7 @@
 
 use super::kind::KeyError;
 use kardan_math::units::Exact;
-use kardan_mechanics::equations::{Direction, Term};
+use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_schema::schema::{Field, Kind, Values};
 
 pub(in crate::element) const FROM: Field =
@@ -16,7 +16,7 @@ pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&st
         let direction = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
         values.word(key).map(|node| Term::Balance { node: node.into(), direction })
     };
-    let declared = Term::Charge { name: charge.to_string() };
+    let declared = Term::Coordinate { name: charge.to_string(), domain: Domain::Charge };
     std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
 }
 
