@@ -13,13 +13,13 @@ use kardan_math::units::{Dimension, Exact};
 use kardan_results::Physical;
 use kardan_results::signal_name::Quantity;
 
-/// A law along a numbered direction.
+/// A law along a numbered direction, with numbers as coefficients or expressions in names.
 #[derive(Debug, Clone)]
-pub struct DirectionalTerm<T> {
+pub struct DirectionalTerm<T, C = Rational> {
     /// The element it belongs to.
     pub element: String,
     /// `(shaft number, coefficient)`, sorted, no zeros.
-    pub row: Vec<(usize, Rational)>,
+    pub row: Vec<(usize, C)>,
     /// The coefficient of the law.
     pub value: T,
 }
@@ -39,11 +39,11 @@ impl<T> DirectionalTerm<T> {
 
 /// A spring's coefficient and relaxed angle.
 #[derive(Debug, Clone)]
-pub struct SpringLaw {
+pub struct SpringLaw<V = Exact> {
     /// N m/rad.
-    pub stiffness: Exact,
+    pub stiffness: V,
     /// rad.
-    pub rest: Exact,
+    pub rest: V,
 }
 
 /// How the springs and dampers of an element change during a run.

@@ -13,25 +13,9 @@ use kardan_math::units::Exact;
 pub(super) type Row = Vec<(usize, Laurent)>;
 
 /// A law along a direction.
-#[derive(Debug, Clone)]
-pub(super) struct DirectionalTerm<T> {
-    pub(super) element: String,
-    pub(super) row: Row,
-    pub(super) value: T,
-}
-
-impl<T> DirectionalTerm<T> {
-    fn new(element: &str, row: Row, value: T) -> Self {
-        Self { element: element.to_owned(), row, value }
-    }
-}
-
-/// A spring: stiffness, and relaxed position.
-#[derive(Debug, Clone)]
-pub(super) struct Spring {
-    pub(super) stiffness: Laurent,
-    pub(super) rest: Laurent,
-}
+pub(super) type DirectionalTerm<T> = crate::assemble::DirectionalTerm<T, Laurent>;
+/// A spring.
+pub(super) type Spring = crate::assemble::SpringLaw<Laurent>;
 
 /// A friction: its torque in motion, and its breakaway torque and Stribeck speed if it decays.
 #[derive(Debug, Clone)]
@@ -82,30 +66,30 @@ impl Terms {
         let moving: BTreeSet<&str> = terms.iter().filter(moves).map(|one| one.element.as_str()).collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
-        for NamedTerm { element, term } in by_element(terms) {
+        for (element, term) in by_element(terms).into_iter().map(|named| (named.element.clone(), &named.term)) {
             let numbered = |letters: &mut Letters, direction: &Direction| entries(coordinates, direction, letters);
             match term {
                 Term::Inertia { direction, inertia } => {
-                    let row = row(numbered(letters, direction));
-                    out.inertias.push(DirectionalTerm::new(element, row, letters.exact(inertia)));
+                    let (row, value) = (row(numbered(letters, direction)), letters.exact(inertia));
+                    out.inertias.push(DirectionalTerm { element, row, value });
                 }
                 Term::Damper { direction, damping } => {
-                    let row = row(numbered(letters, direction));
-                    out.dampers.push(DirectionalTerm::new(element, row, letters.exact(damping)));
+                    let (row, value) = (row(numbered(letters, direction)), letters.exact(damping));
+                    out.dampers.push(DirectionalTerm { element, row, value });
                 }
                 Term::Spring { direction, stiffness, rest } => {
                     let value = Spring { stiffness: letters.exact(stiffness), rest: letters.exact(rest) };
-                    out.springs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
+                    out.springs.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
                 Term::Friction { direction, torque, stribeck } => {
                     let stribeck = stribeck.as_ref().map(|one| [&one.breakaway, &one.speed].map(|x| letters.exact(x)));
                     let value = Friction { torque: letters.exact(torque), stribeck };
-                    out.frictions.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
+                    out.frictions.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
                 Term::Constraint { direction, offset } => {
                     let entries = numbered(letters, direction);
                     let offset = match moving.contains(element.as_str()) {
-                        true => letters.of(Symbol::OfTime(element.clone(), 0)),
+                        true => letters.of(Symbol::OfTime(element, 0)),
                         false => letters.exact(offset),
                     };
                     out.constraints.push(Constraint { entries, offset });
@@ -120,7 +104,7 @@ impl Terms {
                     out.comply(element, row, spring, damping);
                 }
                 Term::Input { direction, .. } | Term::Torque { direction, .. } => {
-                    out.inputs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), ()));
+                    out.inputs.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value: () });
                 }
                 Term::Balance { node, direction } if node != GROUND => {
                     let shares = balances.entry(node).or_default();
@@ -130,7 +114,7 @@ impl Terms {
                     }
                 }
                 Term::MultiplierLaw(law) => {
-                    out.multiplier_constraints.push((element.clone(), multiplier_law(coordinates, law, letters)))
+                    out.multiplier_constraints.push((element, multiplier_law(coordinates, law, letters)))
                 }
                 Term::UnilateralConstraint { direction, unilateral } => {
                     let row = row(numbered(letters, direction));
@@ -156,18 +140,17 @@ impl Terms {
 
 impl Terms {
     /// Unilateral and switched laws; both sides of a stop are one torque.
-    fn unilateral(&mut self, element: &str, mut row: Row, unilateral: &UnilateralConstraint) {
+    fn unilateral(&mut self, element: String, mut row: Row, unilateral: &UnilateralConstraint) {
         let rubs = matches!(unilateral, UnilateralConstraint::GearLoss(_));
-        if self.unilaterals.iter().all(|candidate| candidate.element != *element || candidate.value != rubs) {
+        if self.unilaterals.iter().all(|candidate| candidate.element != element || candidate.value != rubs) {
             let sign = Rational::from(if unilateral.is_upper() { -1 } else { 1 });
             row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
-            self.unilaterals.push(DirectionalTerm { element: element.to_string(), row, value: rubs });
+            self.unilaterals.push(DirectionalTerm { element, row, value: rubs });
         }
     }
 
     /// A spring, and a damper where it is one, in the place of a constraint.
-    fn comply(&mut self, element: &str, row: Row, spring: Spring, damping: Option<Laurent>) {
-        let element = element.to_string();
+    fn comply(&mut self, element: String, row: Row, spring: Spring, damping: Option<Laurent>) {
         if let Some(value) = damping {
             self.dampers.push(DirectionalTerm { element: element.clone(), row: row.clone(), value });
         }
