@@ -33,8 +33,13 @@ impl<T> AsRef<[(usize, Rational)]> for DirectionalTerm<T> {
 impl<T> DirectionalTerm<T> {
     /// The row as numbers for fast evaluation.
     pub fn row_f64(&self) -> Vec<(usize, f64)> {
-        self.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
+        row_f64(&self.row)
     }
+}
+
+/// A row as numbers for fast evaluation.
+pub(crate) fn row_f64(row: &[(usize, Rational)]) -> Vec<(usize, f64)> {
+    row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
 }
 
 /// A spring's coefficient and relaxed angle.
@@ -413,37 +418,30 @@ impl Equations {
     /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
     /// ```
     pub fn coefficients(&self) -> Vec<TermCoefficient> {
-        fn of<T>(
-            terms: &[DirectionalTerm<T>],
-            kind: CoefficientKind,
-            value: impl Fn(&T) -> f64,
-        ) -> Vec<TermCoefficient> {
-            let one = |(term, directional): (usize, &DirectionalTerm<T>)| TermCoefficient {
-                name: format!("{}.{}", directional.element, kind.key()),
-                kind,
-                term,
-                row: directional.row_f64(),
-                value: value(&directional.value),
-            };
-            terms.iter().enumerate().map(one).collect()
+        let one = |(kind, term)| {
+            let (element, row, value) = self.coefficient_parts((kind, term));
+            let name = format!("{element}.{}", kind.key());
+            TermCoefficient { name, kind, term, row: row_f64(row), value: value.to_f64() }
+        };
+        self.coefficient_slots().into_iter().map(one).collect()
+    }
+
+    /// Element, direction and value of a coefficient.
+    fn coefficient_parts(&self, (kind, term): (CoefficientKind, usize)) -> (&str, &[(usize, Rational)], &Exact) {
+        fn of<T>(term: &DirectionalTerm<T>, value: fn(&T) -> &Exact) -> (&str, &[(usize, Rational)], &Exact) {
+            (term.element.as_str(), term.row.as_slice(), value(&term.value))
         }
-        [
-            of(&self.inertias, CoefficientKind::Inertia, Exact::to_f64),
-            of(&self.dampers, CoefficientKind::Damping, Exact::to_f64),
-            of(&self.springs, CoefficientKind::Stiffness, |spring| spring.stiffness.to_f64()),
-            of(&self.frictions, CoefficientKind::Friction, |friction| friction.torque.to_f64()),
-        ]
-        .concat()
+        match kind {
+            CoefficientKind::Inertia => of(&self.inertias[term], |inertia| inertia),
+            CoefficientKind::Damping => of(&self.dampers[term], |damping| damping),
+            CoefficientKind::Stiffness => of(&self.springs[term], |spring| &spring.stiffness),
+            CoefficientKind::Friction => of(&self.frictions[term], |friction| &friction.torque),
+        }
     }
 
     /// The coefficient of a kind and of the term of a number.
-    pub fn coefficient(&self, (kind, term): (CoefficientKind, usize)) -> &Exact {
-        match kind {
-            CoefficientKind::Inertia => &self.inertias[term].value,
-            CoefficientKind::Damping => &self.dampers[term].value,
-            CoefficientKind::Stiffness => &self.springs[term].value.stiffness,
-            CoefficientKind::Friction => &self.frictions[term].value.torque,
-        }
+    pub fn coefficient(&self, slot: (CoefficientKind, usize)) -> &Exact {
+        self.coefficient_parts(slot).2
     }
 
     /// The same, to be changed.
@@ -457,13 +455,8 @@ impl Equations {
     }
 
     /// The direction of the term of a coefficient.
-    pub fn coefficient_row(&self, (kind, term): (CoefficientKind, usize)) -> &[(usize, Rational)] {
-        match kind {
-            CoefficientKind::Inertia => &self.inertias[term].row,
-            CoefficientKind::Damping => &self.dampers[term].row,
-            CoefficientKind::Stiffness => &self.springs[term].row,
-            CoefficientKind::Friction => &self.frictions[term].row,
-        }
+    pub fn coefficient_row(&self, slot: (CoefficientKind, usize)) -> &[(usize, Rational)] {
+        self.coefficient_parts(slot).1
     }
 
     /// Kinds and term numbers of all coefficients.

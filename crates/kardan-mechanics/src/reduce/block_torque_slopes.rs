@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::law_slopes::all_free;
 use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
+use crate::assemble::row_f64;
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
 use kardan_expr::expr::{Floating, Symbol, lower};
 use kardan_math::num::{Rational, SparseRow, rational_to_f64};
@@ -69,7 +70,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
     slopes
         .map(|(with, base)| BlockTorque {
             element: with.element,
-            row: with.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
+            row: row_f64(&with.row),
             on_outputs: with.on_outputs,
             on_positions: more(&with.on_positions, &base.on_positions),
             on_rates: more(&with.on_rates, &base.on_rates),
@@ -84,8 +85,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
 /// As [`block_torques`].
 pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<String> {
     let free = all_free(&reduced.equations);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(&point.position, &point.rates);
+    let numeric = Kinematics::at(reduced, &point.position, &point.rates);
     let locks = reduced.equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
         UnilateralConstraint::Lock { engaged } if reads_blocks(engaged) => Some((&unilateral.element, engaged)),
         _ => None,

@@ -90,8 +90,7 @@ fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f6
     let free = all_free(&reduced.equations);
     let mut motion = Motion::free(&free);
     let value = motion.formula(&free, formula);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, speeds);
+    let numeric = Kinematics::at(reduced, position, speeds);
     motion.values_at(&[value], &numeric.angles, &numeric.speeds)[0]
 }
 
@@ -100,8 +99,7 @@ fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f6
 /// # Panics
 /// As [`engaged_locks`].
 pub fn slip_speeds(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> Vec<f64> {
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, speeds);
+    let numeric = Kinematics::at(reduced, position, speeds);
     let row_speed = |row: &[(usize, Rational)]| {
         // A speed at the level of rounding does not slip.
         let parts = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.speeds[*k]);
@@ -167,8 +165,7 @@ fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> Str
 /// # Panics
 /// If the position has not one entry per coordinate.
 pub fn with_enforced(reduced: &Reduced, enforced: &BTreeSet<usize>, position: &[f64], named: &[String]) -> Reduced {
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; position.len()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let rows: Vec<(String, Vec<(usize, Rational)>)> = reduced
         .equations
         .set_valued()

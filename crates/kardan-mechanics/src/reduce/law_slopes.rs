@@ -1,7 +1,7 @@
 //! Slopes of torque expressions, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::{DirectionalTerm, Equations, RestTorque};
+use crate::assemble::{DirectionalTerm, Equations, RestTorque, row_f64};
 use crate::equations::{Formula, UnilateralConstraint};
 use kardan_expr::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use kardan_math::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
@@ -95,13 +95,10 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
     if equations.transmissions.is_empty() || laws.is_empty() && point.torques.is_none() {
         return Vec::new();
     }
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let mut forces = vec![0.0; equations.coordinates.len()];
     let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
-    for slopes in laws {
-        slopes.row.iter().for_each(|(k, x)| act(&[(*k, rational_to_f64(x))], slopes.value));
-    }
+    laws.iter().for_each(|slopes| act(&row_f64(&slopes.row), slopes.value));
     for (input, torque) in equations.inputs.iter().zip(point.torques.iter().flatten()) {
         act(&input.row_f64(), *torque);
     }
@@ -119,7 +116,7 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
     let mut out = Vec::new();
     for Step { shaft, argument, curve } in reduced.steps.iter().rev() {
         let torque = forces[*shaft];
-        let entries: Vec<(usize, f64)> = argument.terms.iter().map(|(k, c)| (*k, rational_to_f64(c))).collect();
+        let entries = row_f64(&argument.terms);
         let slope = match curve {
             None => 1.0,
             Some(curve) => {
@@ -186,8 +183,7 @@ struct RestPoint {
 
 impl RestPoint {
     fn new(reduced: &Reduced, point: &OperatingPoint, motion: &Motion) -> Self {
-        let mut numeric = Kinematics::new(reduced);
-        numeric.update(&point.position, &point.rates);
+        let numeric = Kinematics::at(reduced, &point.position, &point.rates);
         Self {
             symbols: motion.symbols.clone(),
             exact: kinematics::exact_angles(reduced, &point.position),

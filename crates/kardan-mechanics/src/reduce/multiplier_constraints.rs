@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::law_slopes::all_free;
-use super::{Motion, MultiplierTerms, Reduced, SparseRow};
+use super::{Kinematics, Motion, MultiplierTerms, Reduced, SparseRow};
 use crate::assemble::{DirectionalTerm, RestTorque};
 use crate::equations::{Formula, MultiplierLaw};
 use kardan_expr::expr::{Expr, OfTime, Rationals, Symbol, lower};
@@ -500,9 +500,7 @@ pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<Spar
         let entries = row.keys().zip(values.by_ref()).map(|(i, value)| Some((*i, rational_from_f64(value)?)));
         numbers.push(entries.collect::<Option<SparseNumbers>>()?);
     }
-    let mut numeric = super::Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; position.len()]);
-    if !numeric.basis.iter().all(|x| x.is_finite()) {
+    if !Kinematics::at_rest(reduced, position).basis.iter().all(|x| x.is_finite()) {
         return None;
     }
     let inertia = super::sparse_model(reduced, position).inertia;
@@ -540,8 +538,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
     let slopes: Vec<Expr> = angles.iter().flat_map(|angle| motion.graph.derivatives(&entries, *angle)).collect();
     let values = motion.values_at(&[entries.as_slice(), &slopes].concat(), position, &[]);
     let r = reduced.degrees_of_freedom();
-    let mut numeric = super::Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; r]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let mut equations = reduced.equations.clone();
     let mut entry = 0;
     // A coordinate that is zero is so exactly; of another one the value is rounded.
