@@ -62,6 +62,7 @@ pub use resistor::Resistor;
 pub use screw::Screw;
 pub use sensor::Sensor;
 pub use shaft::Shaft;
+pub use shared::composite::quoted;
 pub use shared::gear_loss::{LOAD, LOSS, SPEED};
 pub use shared::kind::{Element, KeyError};
 pub use spring_damper::SpringDamper;

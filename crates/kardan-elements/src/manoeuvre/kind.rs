@@ -1,5 +1,6 @@
 //! The description of a kind of manoeuvre, and the tables that it expands to.
 
+use crate::element::quoted;
 use kardan_math::units::Dimension;
 use kardan_schema::entries::Entries;
 use kardan_schema::schema::{Sign, keys};
@@ -133,11 +134,6 @@ pub struct Made {
     pub duration: Option<String>,
     /// Its cones.
     pub cones: Option<Cones>,
-}
-
-/// A name in the syntax of expressions.
-pub fn quoted(name: &str) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
 }
 
 impl ManoeuvreSpec<'_> {
