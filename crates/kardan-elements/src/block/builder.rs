@@ -215,16 +215,10 @@ impl<'g> BlockBuilder<'g> {
         symbol
     }
 
-    /// A number of states that start at zero.
-    pub fn zeros<const N: usize>(&mut self) -> [Traced<'g>; N] {
-        [(); N].map(|()| self.new_state(Self::zero()))
-    }
-
-    /// The next values of the states, from one on.
-    pub fn next(&mut self, first: usize, values: &[Traced<'g>]) {
-        for (entry, next) in self.states.iter_mut().skip(first).zip(values) {
-            entry.next = *next;
-        }
+    /// The next values of the states that were made last.
+    pub fn next(&mut self, values: &[Traced<'g>]) {
+        let first = self.states.len() - values.len();
+        self.states[first..].iter_mut().zip(values).for_each(|(state, next)| state.next = *next);
     }
 
     /// Its outputs.
@@ -237,21 +231,15 @@ impl<'g> BlockBuilder<'g> {
         self.outputs.push(BlockOutput { name: name.into(), value, dimension });
     }
 
-    /// The block of `kardan-rt`: its state is the output and the states made before.
-    pub fn step<const N: usize>(
-        &mut self,
-        step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
-        starts: [Traced<'g>; N],
-    ) -> Traced<'g> {
-        let first = self.states.len();
-        let mut state = starts;
+    /// The block of `kardan-rt`: its memory, with its start values, is the output and the states behind it.
+    pub fn step<M: AsMut<[Traced<'g>]>>(&mut self, step: impl FnOnce(&mut M) -> bool, mut memory: M) -> Traced<'g> {
         // The output is a state only if a number is lost (NaN); no finite value depends on it.
-        for (place, start) in state.iter_mut().zip(starts).skip(1) {
-            *place = self.new_state(start);
+        for place in memory.as_mut().iter_mut().skip(1) {
+            *place = self.new_state(*place);
         }
-        step(&mut state);
-        self.next(first, &state[1..]);
-        state[0]
+        step(&mut memory);
+        self.next(&memory.as_mut()[1..]);
+        memory.as_mut()[0]
     }
 
     /// The same of a block that continues from its own output, with the initial values of all states.
@@ -260,10 +248,9 @@ impl<'g> BlockBuilder<'g> {
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
         starts: [Traced<'g>; N],
     ) -> [Traced<'g>; N] {
-        let first = self.states.len();
         let mut state = starts.map(|start| self.new_state(start));
         step(&mut state);
-        self.next(first, &state);
+        self.next(&state);
         state
     }
 
