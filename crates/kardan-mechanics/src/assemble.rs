@@ -576,7 +576,7 @@ impl Equations {
             MultiplierLaw::Rates(row) => {
                 row.first().and_then(|(shaft, a)| a.dimension.times(&self.domain(*shaft).dimensions()[0], 1))
             }
-            MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
+            MultiplierLaw::Prescribed { .. } => {
                 self.domain_of_multiplier(constraint).map(|domain| domain.dimensions()[0])
             }
         };
@@ -602,8 +602,8 @@ impl Equations {
             let Some((place, function)) = place.zip(self.moving.remove(name)) else { continue };
             let row = self.constraints.remove(place).row;
             let row = row.into_iter().map(|(shaft, x)| (shaft, Exact::new(x, 0))).collect();
-            self.multiplier_constraints
-                .push(MultiplierConstraint { element: name.clone(), law: MultiplierLaw::Position(row, function) });
+            let law = MultiplierLaw::Prescribed { row, order: 0, function };
+            self.multiplier_constraints.push(MultiplierConstraint { element: name.clone(), law });
         }
         self.multiplier_constraints.sort_by(|a, b| a.element.cmp(&b.element));
     }

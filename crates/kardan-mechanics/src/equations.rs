@@ -394,7 +394,7 @@ impl Term {
 
     /// Removes [`GROUND`] from its direction: it does not move.
     pub fn leave_ground(&mut self) {
-        if let Self::MultiplierLaw(MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _)) = self {
+        if let Self::MultiplierLaw(MultiplierLaw::Prescribed { row, .. }) = self {
             row.retain(|(name, _)| name != GROUND);
         }
         if let Self::Torque { law, .. } = self

@@ -65,9 +65,7 @@ impl Motion {
             let (rate, change) = match &constraint.law {
                 MultiplierLaw::Rates(row) => self.take(Free::rates(reduced, row)),
                 MultiplierLaw::Surface(formula) => self.take(Free::surface(reduced, formula)),
-                MultiplierLaw::Position(row, function) => self.prescribed_sum(row, function, 0),
-                MultiplierLaw::Speed(row, function) => self.prescribed_sum(row, function, 1),
-                MultiplierLaw::Acceleration(row, function) => self.prescribed_sum(row, function, 2),
+                MultiplierLaw::Prescribed { row, order, function } => self.prescribed_sum(row, function, *order),
             };
             let mut direction = SparseRow::new();
             let mut bias = vec![(change, Rational::ONE)];

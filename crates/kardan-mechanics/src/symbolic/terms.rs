@@ -38,10 +38,8 @@ pub(super) enum SymbolicMultiplierLaw {
     Rates(Row),
     /// φ = 0
     Surface(Laurent),
-    /// `Σ a_i q̇_i` is prescribed.
-    Speed(Row),
-    /// `Σ a_i q̈_i` is prescribed.
-    Acceleration(Row),
+    /// The sum of speeds (order 1) or accelerations (2) is prescribed.
+    Prescribed(Row, usize),
 }
 
 /// All terms, by kind; constraints in the order of the assembled ones.
@@ -178,15 +176,10 @@ fn multiplier_law(coordinates: &[String], law: &MultiplierLaw<String>, letters: 
             let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
             SymbolicMultiplierLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
         }
-        // No element creates one: it is a constraint that the reduction enforces by a multiplier.
-        MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
+        // No element creates a sum of positions: it is a constraint that the reduction enforces by a multiplier.
+        MultiplierLaw::Prescribed { row, order, .. } => {
             let direction = Direction { entries: row.clone() };
-            let row = self::row(entries(coordinates, &direction, letters));
-            if matches!(law, MultiplierLaw::Speed(..)) {
-                SymbolicMultiplierLaw::Speed(row)
-            } else {
-                SymbolicMultiplierLaw::Acceleration(row)
-            }
+            SymbolicMultiplierLaw::Prescribed(self::row(entries(coordinates, &direction, letters)), *order)
         }
     }
 }
