@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
 use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
 use crate::assemble::row_f64;
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
@@ -28,8 +27,12 @@ pub struct BlockTorque {
 }
 
 /// The value of a formula at angles and speeds of all coordinates, at time zero, with given block outputs.
-fn value_with_blocks(free: &Reduced, formula: &Formula, numeric: &Kinematics, output: &dyn Fn(&str) -> f64) -> f64 {
-    let mut motion = Motion::kinematics(free, false);
+fn value_with_blocks(
+    (free, mut motion): (&Reduced, Motion),
+    formula: &Formula,
+    numeric: &Kinematics,
+    output: &dyn Fn(&str) -> f64,
+) -> f64 {
     let value = motion.formula(free, formula);
     let Motion { graph, symbols, timed, .. } = &motion;
     let begin: Vec<f64> = timed.values(0.0).collect();
@@ -84,14 +87,14 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
 /// # Panics
 /// As [`block_torques`].
 pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<String> {
-    let free = all_free(&reduced.equations);
+    let (free, motion) = Motion::free(&reduced.equations, false);
     let numeric = Kinematics::at(reduced, &point.position, &point.rates);
     let locks = reduced.equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
         UnilateralConstraint::Lock { engaged } if reads_blocks(engaged) => Some((&unilateral.element, engaged)),
         _ => None,
     });
     let engaged = |(element, formula): (&String, &Arc<Formula>)| {
-        (value_with_blocks(&free, formula, &numeric, output) > 0.5).then(|| element.clone())
+        (value_with_blocks((&free, motion.clone()), formula, &numeric, output) > 0.5).then(|| element.clone())
     };
     locks.filter_map(engaged).collect()
 }

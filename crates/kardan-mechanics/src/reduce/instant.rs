@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
 use super::{Kinematics, Motion, Reduced, kinematics, reduce};
 use crate::assemble::{DirectionalTerm, Equations, SpringLaw};
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
@@ -87,8 +86,7 @@ pub fn engaged_locks(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> BTr
 
 /// The value of a formula at a position and at speeds, at time zero.
 fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f64]) -> f64 {
-    let free = all_free(&reduced.equations);
-    let mut motion = Motion::free(&free);
+    let (free, mut motion) = Motion::free(&reduced.equations, true);
     let value = motion.formula(&free, formula);
     let numeric = Kinematics::at(reduced, position, speeds);
     motion.values_at(&[value], &numeric.angles, &numeric.speeds)[0]

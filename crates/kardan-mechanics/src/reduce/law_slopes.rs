@@ -1,7 +1,7 @@
 //! Slopes of torque expressions, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::{DirectionalTerm, Equations, RestTorque, row_f64};
+use crate::assemble::{DirectionalTerm, RestTorque, row_f64};
 use crate::equations::{Formula, UnilateralConstraint};
 use kardan_expr::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use kardan_math::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
@@ -142,8 +142,7 @@ pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
     if formula.is_of_time() {
         return false;
     }
-    let free = all_free(&reduced.equations);
-    let mut motion = Motion::free(&free);
+    let (free, mut motion) = Motion::free(&reduced.equations, true);
     let torque = motion.formula(&free, formula);
     let at_zero = lower(&motion.graph, &[torque], &mut Rationals, |_| Some(Rational::ZERO));
     motion.graph.affine()(torque) && at_zero[0].as_ref().is_some_and(Rational::is_zero)
@@ -152,17 +151,6 @@ pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
 /// Whether all laws are linear: small motions are then all motions, and no position is better than another.
 pub fn laws_are_linear(reduced: &Reduced) -> bool {
     (0..reduced.equations.laws.len()).all(|law| is_linear_law(reduced, law))
-}
-
-/// All coordinates of a model, as if none followed from others.
-pub(super) fn all_free(equations: &Equations) -> Reduced {
-    Reduced {
-        coordinates: (0..equations.coordinates.len()).collect(),
-        equations: equations.clone(),
-        redundant: Vec::new(),
-        steps: Vec::new(),
-        massless: None,
-    }
 }
 
 /// The relative rounding error of angles of a position.
@@ -284,9 +272,8 @@ pub fn law_slopes_with(
     if equations.laws.is_empty() {
         return Vec::new();
     }
-    let free = all_free(equations);
     // Block outputs are symbols where they are given, and functions of time with them.
-    let mut motion = if output.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
+    let (free, mut motion) = Motion::free(equations, output.is_none());
     let mut rest_point = RestPoint::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in equations.laws.iter().filter(|law| which(&law.value)) {

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
 use super::{Kinematics, Motion, MultiplierTerms, Reduced, SparseRow};
 use crate::assemble::{DirectionalTerm, RestTorque};
 use crate::equations::{Formula, MultiplierLaw};
@@ -21,15 +20,13 @@ struct Free {
 
 impl Free {
     fn rates(reduced: &Reduced, row: &[(usize, Arc<Formula>)]) -> Self {
-        let free = all_free(&reduced.equations);
-        let mut motion = Motion::free(&free);
+        let (free, mut motion) = Motion::free(&reduced.equations, true);
         let row = row.iter().map(|(shaft, a)| (*shaft, motion.formula(&free, a))).collect();
         Self { motion, row, position: None }
     }
 
     fn surface(reduced: &Reduced, formula: &Formula) -> Self {
-        let free = all_free(&reduced.equations);
-        let mut motion = Motion::free(&free);
+        let (free, mut motion) = Motion::free(&reduced.equations, true);
         let position = motion.formula(&free, formula);
         let n = free.coordinates.len();
         let mut row = Vec::new();
