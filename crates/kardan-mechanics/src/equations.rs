@@ -55,9 +55,13 @@ pub trait Curve: fmt::Debug + Send + Sync {
     /// γ, γ′ and γ″ at x as expressions.
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3];
     /// The curve of the opposite direction, `driving = γ⁻¹(driven)`; none if it has no closed form: then the driving end must come first.
-    fn inverse(&self) -> Option<Arc<dyn Curve>>;
+    fn inverse(&self) -> Option<Arc<dyn Curve>> {
+        None
+    }
     /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, which is treated as linear.
-    fn shifted_identity(&self) -> Option<f64>;
+    fn shifted_identity(&self) -> Option<f64> {
+        None
+    }
     /// Whether its derivatives are the same half a turn later.
     fn repeats_each_half_turn(&self) -> bool {
         false

@@ -160,10 +160,6 @@ impl Curve for NamedJoint {
         Some(Arc::new(Self { joint, inverted: !self.inverted, ..self.clone() }))
     }
 
-    fn shifted_identity(&self) -> Option<f64> {
-        None
-    }
-
     fn repeats_each_half_turn(&self) -> bool {
         true
     }
