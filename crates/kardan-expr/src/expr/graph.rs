@@ -67,16 +67,6 @@ impl Graph {
         (&self.nodes, &self.symbols, &self.tables) == (&other.nodes, &other.symbols, &other.tables)
     }
 
-    /// How many nodes there are.
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether there is no node.
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
     /// An exact number.
     pub fn number(&mut self, value: Rational) -> Expr {
         self.put(Node::Number(value))
