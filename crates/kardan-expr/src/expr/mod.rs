@@ -7,7 +7,6 @@
 mod at_once;
 mod dependence;
 mod derivative;
-mod dimensions;
 mod domains;
 mod forward;
 mod graph;
