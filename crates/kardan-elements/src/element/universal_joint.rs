@@ -6,8 +6,9 @@ use std::sync::Arc;
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
+use super::shared::shafts::{ENDS, check_ends};
 use super::shared::straight::check_moves;
-use super::{Element, KeyError, gear};
+use super::{Element, KeyError};
 use kardan_expr::expr::{Expr, Function, Graph, Surd};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::{Dimension, Exact};
@@ -59,7 +60,7 @@ angle = \"20 deg\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_backlash(values)].concat();
+    let mut out = [check_ends(values, ENDS), check_moves(values, &ENDS), check_backlash(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {

@@ -1,6 +1,7 @@
 //! Branches of a circuit, between two nodes.
 
 use super::kind::KeyError;
+use super::shafts::named_twice;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_schema::schema::{Field, Kind, Values};
@@ -22,14 +23,14 @@ pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&st
 
 /// The ends of a branch must be two nodes.
 pub(in crate::element) fn check_branch(values: &Values) -> Vec<KeyError> {
-    check_ends(values, ["from", "to"])
+    check_winding(values, ["from", "to"])
 }
 
-pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
-    if values.word(from).is_none() || values.word(from) != values.word(to) {
-        return Vec::new();
-    }
-    let message =
-        format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
-    vec![KeyError::new(to, message, "name two different nodes")]
+/// The same of a winding.
+pub(in crate::element) fn check_winding(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
+    let error = |node| {
+        let message = format!("both ends are the node `{node}`, so it has no part in the circuit");
+        KeyError::new(to, message, "name two different nodes")
+    };
+    named_twice(values, [from, to]).map(error).into_iter().collect()
 }
