@@ -189,10 +189,12 @@ impl Made {
         self.shared.push((spec.word(key).unwrap_or(usual).to_string(), quoted(&name)));
     }
 
-    /// Adds the angle of the wheel as a signal of a kind.
-    pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)]) {
+    /// Adds the angle of the wheel as a signal, with these keys and those that it has in common with the manoeuvre.
+    pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)], common: &[&str]) {
         let name = spec.own("steer");
-        self.tables.push(("signal", name.clone(), Entries::of_texts(keys.iter().copied())));
+        let common = common.iter().map(|key| (*key, spec.text(key)));
+        let keys = keys.iter().map(|(key, text)| (*key, (*text).to_string())).chain(common);
+        self.tables.push(("signal", name.clone(), Entries::of_texts(keys)));
         self.angle = Some(quoted(&name));
     }
 }
