@@ -1,7 +1,7 @@
 //! The element `mass`: a rigid body in translation.
 
 use super::Element;
-use super::shared::losses::{check_losses, losses};
+use super::shared::losses::{check_losses, inertia, losses};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
@@ -49,9 +49,7 @@ friction = \"120 N\"
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::shaft(name);
     let mut out = vec![Term::Coordinate { name: name.to_string(), domain: Domain::Translation }];
-    if let Some(mass) = values.exact("mass").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { direction: direction.clone(), inertia: mass.clone() });
-    }
+    out.extend(inertia(&direction, values.exact("mass")));
     out.extend(losses(&direction, values));
     out
 }
