@@ -240,18 +240,11 @@ fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
     }
 }
 
-/// The torques of all laws around a reduced position (rad), then those of multipliers there.
+/// The torques of all laws around an operating point, where currents may flow, on its side of any kink there; then those
+/// of multipliers there.
 ///
 /// # Panics
-/// If `position` has not one entry per coordinate.
-pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
-    law_slopes_at(reduced, &OperatingPoint::unloaded(position))
-}
-
-/// The same at an operating point, where currents may flow, on its side of any kink there.
-///
-/// # Panics
-/// As [`law_slopes`].
+/// If the point has not one entry per coordinate.
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
     let laws = law_slopes_with(reduced, point, &|_| true, None).into_iter();
     laws.chain(reduced.equations.carried.iter().map(carried_slopes)).collect()
@@ -261,7 +254,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
 /// without them, block outputs are constant zero.
 ///
 /// # Panics
-/// As [`law_slopes`].
+/// As [`law_slopes_at`].
 pub fn law_slopes_with(
     reduced: &Reduced,
     point: &OperatingPoint,
