@@ -180,6 +180,15 @@ impl UnilateralConstraint {
             Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
         }
     }
+
+    /// The same, to be changed.
+    pub fn formula_mut(&mut self) -> Option<&mut Arc<Formula>> {
+        match self {
+            Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
+            Self::GearLoss(gear) => gear.loss.as_mut(),
+            Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
+        }
+    }
 }
 
 /// The purpose of an input.

@@ -48,19 +48,9 @@ impl Instant {
     /// The equations of motion then; prescribed offsets are constant.
     pub fn equations(&self, equations: &Equations) -> Equations {
         let mut out = equations.clone();
-        out.laws.iter_mut().for_each(|law| law.value = self.formula(&law.value));
-        for unilateral in &mut out.unilaterals {
-            match &mut unilateral.value {
-                UnilateralConstraint::Friction { torque: formula, .. }
-                | UnilateralConstraint::Lock { engaged: formula } => {
-                    *formula = self.formula(formula);
-                }
-                UnilateralConstraint::GearLoss(gear) => gear.loss = gear.loss.as_ref().map(|loss| self.formula(loss)),
-                UnilateralConstraint::OneWay
-                | UnilateralConstraint::Stop { .. }
-                | UnilateralConstraint::Cushion { .. } => {}
-            }
-        }
+        let laws = out.laws.iter_mut().map(|law| &mut law.value);
+        let unilaterals = out.unilaterals.iter_mut().filter_map(|unilateral| unilateral.value.formula_mut());
+        laws.chain(unilaterals).for_each(|formula| *formula = self.formula(formula));
         for (element, function) in std::mem::take(&mut out.moving) {
             let own = out.constraints.iter_mut().filter(|row| row.element == element);
             own.for_each(|row| row.value = exact(function.value(self.time)));
