@@ -84,6 +84,36 @@ impl Plan {
         })
     }
 
+    /// Which values of the memory some of them need.
+    fn needed(&self, outputs: &[usize]) -> Vec<bool> {
+        let mut needed = vec![false; self.block().memory()];
+        outputs.iter().for_each(|place| needed[*place] = true);
+        let operations: Vec<Operation> = self.each_operation().collect();
+        for operation in operations.iter().rev() {
+            if operation.out.iter().any(|place| needed[*place]) {
+                operation.values().iter().for_each(|place| needed[*place] = true);
+            }
+        }
+        needed
+    }
+
+    /// The operations that some values of the memory need and that vary, and which values do not change; `steady`
+    /// returns which inputs do not.
+    fn varying(&self, outputs: &[usize], steady: impl Fn(usize) -> bool) -> (Vec<Operation>, Vec<bool>) {
+        let (inputs, constants, needed) = (self.inputs.len(), self.constants.len(), self.needed(outputs));
+        let begin = |k: usize| if k < inputs { steady(k) } else { k < inputs + constants };
+        let mut is_steady: Vec<bool> = (0..needed.len()).map(begin).collect();
+        let mut operations = Vec::new();
+        for operation in self.each_operation() {
+            let rests = operation.values().iter().all(|place| is_steady[*place]);
+            operation.out.iter().for_each(|place| is_steady[*place] = rests);
+            if !rests && operation.out.iter().any(|place| needed[*place]) {
+                operations.push(operation);
+            }
+        }
+        (operations, is_steady)
+    }
+
     /// The executable plan.
     pub fn block(&self) -> kardan_rt::Plan<'_, f64> {
         self.block_of(&self.constants, &self.numbers)

@@ -105,18 +105,7 @@ impl Resolution {
     /// For the values at some indices of a plan's memory and their operands; `steady` returns which inputs do not
     /// change.
     pub fn new(plan: &Plan, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
-        let needed = super::series::needed(plan, outputs);
-        let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
-        let mut is_steady: Vec<bool> =
-            (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
-        let mut operations = Vec::new();
-        for operation in plan.each_operation() {
-            let rests = operation.values().iter().all(|place| is_steady[*place]);
-            operation.out.iter().for_each(|place| is_steady[*place] = rests);
-            if !rests && operation.out.iter().any(|place| needed[*place]) {
-                operations.push(operation);
-            }
-        }
+        let (operations, is_steady) = plan.varying(outputs, steady);
         let varies = |operation: &Operation| {
             operation.has_scale() && operation.arguments().iter().any(|place| !is_steady[*place])
         };
@@ -125,8 +114,8 @@ impl Resolution {
             operations,
             tables: plan.tables.clone(),
             numbers: plan.numbers.clone(),
-            ranges: vec![Interval::point(0.0); values],
-            effects: vec![None; values],
+            ranges: vec![Interval::point(0.0); is_steady.len()],
+            effects: vec![None; is_steady.len()],
         }
     }
 
