@@ -10,6 +10,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Function, Graph, Lookup, Symbol, Traced};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
+use kardan_mechanics::program::KeyRule;
 use kardan_schema::schema::{Field, Values};
 
 /// The description of a kind of block.
@@ -100,21 +101,8 @@ pub struct BlockBuilder<'g> {
     pub states: Vec<BlockState<'g>>,
     /// Its outputs.
     pub outputs: Vec<BlockOutput<'g>>,
-    /// Sign conditions on keys that vary.
-    pub rules: RefCell<Vec<Rule<'g>>>,
-}
-
-/// A condition on keys that vary, which a run checks.
-#[derive(Debug, Clone)]
-pub struct Rule<'g> {
-    /// Its text: `low` above `high`.
-    pub what: String,
-    /// The expression that must not be negative.
-    pub value: Traced<'g>,
-    /// Whether it must be above zero.
-    pub above: bool,
-    /// Its dimension.
-    pub dimension: Dimension,
+    /// Sign conditions on keys that vary, without the name of the block.
+    pub rules: RefCell<Vec<KeyRule>>,
 }
 
 impl<'g> BlockBuilder<'g> {
@@ -346,11 +334,18 @@ impl<'g> BlockBuilder<'g> {
             Some(_) => Ok(value),
             None => {
                 let what = format!("`{key}` is {}", if above { "zero or less" } else { "below zero" });
-                let rule = |value| Rule { what, value, above, dimension: expected };
-                self.rules.borrow_mut().extend(value.map(rule));
+                if let Some(value) = value {
+                    self.rule(what, value, above, expected);
+                }
                 Ok(value)
             }
         }
+    }
+
+    /// Has a run check a condition: an expression must not be negative, or must be above zero.
+    fn rule(&self, what: String, value: Traced<'g>, above: bool, dimension: Dimension) {
+        let value = value.expr(self.graph);
+        self.rules.borrow_mut().push(KeyRule { block: String::new(), what, value, above, dimension });
     }
 
     /// Rejects a key without effect.
@@ -384,7 +379,7 @@ impl<'g> BlockBuilder<'g> {
                     true => format!("`{}` is above `{}`", keys[0], keys[1]),
                     false => format!("`{}` is below zero, and `{}` its opposite", keys[1], keys[0]),
                 };
-                self.rules.borrow_mut().push(Rule { what, value: high - low, above: false, dimension });
+                self.rule(what, high - low, false, dimension);
                 Ok(())
             }
         }

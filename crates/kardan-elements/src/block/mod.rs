@@ -24,7 +24,7 @@ mod state_machine;
 mod table;
 mod transfer_function;
 
-pub use builder::{BlockBuilder, BlockKind, BlockOutput, BlockState, Expressions, Guard, List, Rule};
+pub use builder::{BlockBuilder, BlockKind, BlockOutput, BlockState, Expressions, Guard, List};
 
 registry! {
     /// All kinds of blocks.
