@@ -62,11 +62,11 @@ pub struct Weakened {
 
 /// The torque of a friction at speed, and its law at rest.
 #[derive(Debug, Clone)]
-pub struct FrictionLaw {
+pub struct FrictionLaw<V = Exact> {
     /// Coulomb torque, N m.
-    pub torque: Exact,
+    pub torque: V,
     /// The higher torque at rest and in slow motion.
-    pub stribeck: Option<Stribeck>,
+    pub stribeck: Option<Stribeck<V>>,
 }
 
 /// The kind of a coefficient.

@@ -107,11 +107,11 @@ pub struct Ripple {
 
 /// How friction falls when motion begins: the torque of sliding is `c + (c_b − c) exp(−(v/v_s)²)`, at rest up to `c_b` either way.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stribeck {
+pub struct Stribeck<V = Exact> {
     /// c_b, N m, not below c.
-    pub breakaway: Exact,
+    pub breakaway: V,
     /// v_s, rad/s, above zero.
-    pub speed: Exact,
+    pub speed: V,
 }
 
 /// A unilateral or switched law along a direction a, with contact states of its own.

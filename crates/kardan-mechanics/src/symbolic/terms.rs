@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::elimination::Entry;
 use super::{Laurent, Letters, Symbol};
 use crate::assemble::by_element;
-use crate::equations::{Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Term, UnilateralConstraint};
+use crate::equations::{
+    Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Stribeck, Term, UnilateralConstraint,
+};
 use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::Exact;
 
@@ -16,13 +18,8 @@ pub(super) type Row = Vec<(usize, Laurent)>;
 pub(super) type DirectionalTerm<T> = crate::assemble::DirectionalTerm<T, Laurent>;
 /// A spring.
 pub(super) type Spring = crate::assemble::SpringLaw<Laurent>;
-
-/// A friction: its torque in motion, and its breakaway torque and Stribeck speed if it decays.
-#[derive(Debug, Clone)]
-pub(super) struct Friction {
-    pub(super) torque: Laurent,
-    pub(super) stribeck: Option<[Laurent; 2]>,
-}
+/// A friction.
+pub(super) type Friction = crate::assemble::FrictionLaw<Laurent>;
 
 /// A linear constraint: its entries with their numbers, and its right side.
 #[derive(Debug, Clone)]
@@ -80,7 +77,10 @@ impl Terms {
                     out.springs.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
                 Term::Friction { direction, torque, stribeck } => {
-                    let stribeck = stribeck.as_ref().map(|one| [&one.breakaway, &one.speed].map(|x| letters.exact(x)));
+                    let stribeck = stribeck.as_ref().map(|Stribeck { breakaway, speed }| {
+                        let [breakaway, speed] = [breakaway, speed].map(|x| letters.exact(x));
+                        Stribeck { breakaway, speed }
+                    });
                     let value = Friction { torque: letters.exact(torque), stribeck };
                     out.frictions.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
