@@ -24,7 +24,7 @@ fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);
     if let Some(wheel) = &spec.wheel {
         let [phi, w] = ["phi", "w"].map(|word| super::quoted(&format!("{wheel}.{word}")));
-        let keys = [("signal", torque.as_str()), ("measure", "hysteresis"), ("over", &phi), ("from", &start)];
+        let keys: [(&str, &str); 4] = [("signal", torque), ("measure", "hysteresis"), ("over", &phi), ("from", &start)];
         made.figure(spec, "hysteresis", &keys);
         made.figure(spec, "power", &[("signal", &format!("({torque}) * {w}")), ("measure", "max")]);
     }
