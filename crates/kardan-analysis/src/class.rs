@@ -268,17 +268,13 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
                     if of_time { "; its coefficients depend on the time through other prescribed motions" } else { "" };
                 (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
             }
-            MultiplierLaw::Position(row, function) => {
-                let why = "a kinematic excitation (source, sec. 4.1.1) that drives a curve from its output side";
-                prescribed(numbers(row, ""), function.text(), why)
-            }
-            MultiplierLaw::Speed(row, function) => {
-                let why = "its integral over time is a relation between positions";
-                prescribed(numbers(row, "'"), function.text(), why)
-            }
-            MultiplierLaw::Acceleration(row, function) => {
-                let why = "its second integral over time is a relation between positions";
-                prescribed(numbers(row, "''"), function.text(), why)
+            MultiplierLaw::Prescribed { row, order, function } => {
+                let why = match order {
+                    0 => "a kinematic excitation (source, sec. 4.1.1) that drives a curve from its output side",
+                    1 => "its integral over time is a relation between positions",
+                    _ => "its second integral over time is a relation between positions",
+                };
+                prescribed(numbers(row, &"'".repeat(*order)), function.text(), why)
             }
         };
         found(equation, holonomic, scleronomic, reason)

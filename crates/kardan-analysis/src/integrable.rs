@@ -266,7 +266,7 @@ pub(super) fn row_entries(reduced: &Reduced, motion: &mut Motion, k: usize) -> V
     let carried = motion.sum_over_multiplier(k, |motion, shaft| motion.carried[shaft]);
     row.push(match reduced.equations.multiplier_constraints[k].law {
         // An integral of the prescribed function, with any speed at the start.
-        MultiplierLaw::Acceleration(..) => motion.graph.integer(1),
+        MultiplierLaw::Prescribed { order: 2, .. } => motion.graph.integer(1),
         _ => motion.graph.subtract(carried, motion.multiplier_constraints[k].rate),
     });
     row

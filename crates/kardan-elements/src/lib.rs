@@ -9,6 +9,20 @@
 //! ```
 #![deny(clippy::disallowed_methods)]
 
+/// The list of all kinds of a folder, each with its module and its public tables.
+macro_rules! registry {
+    ($(#[$doc:meta])* $kind:ty: $($module:ident::{$($table:ident),+} => $constant:ident,)+) => {
+        $(pub use $module::{$($table),+};)+
+        $(#[$doc])*
+        pub const REGISTRY: &[$kind] = &[$($module::$constant),+];
+
+        /// The kind with that keyword.
+        pub fn find(keyword: &str) -> Option<&'static $kind> {
+            REGISTRY.iter().find(|kind| kind.keyword == keyword)
+        }
+    };
+}
+
 pub mod block;
 pub mod element;
 pub mod manoeuvre;

@@ -13,13 +13,13 @@ use kardan_math::units::{Dimension, Exact};
 use kardan_results::Physical;
 use kardan_results::signal_name::Quantity;
 
-/// A law along a numbered direction.
+/// A law along a numbered direction, with numbers as coefficients or expressions in names.
 #[derive(Debug, Clone)]
-pub struct DirectionalTerm<T> {
+pub struct DirectionalTerm<T, C = Rational> {
     /// The element it belongs to.
     pub element: String,
     /// `(shaft number, coefficient)`, sorted, no zeros.
-    pub row: Vec<(usize, Rational)>,
+    pub row: Vec<(usize, C)>,
     /// The coefficient of the law.
     pub value: T,
 }
@@ -33,17 +33,22 @@ impl<T> AsRef<[(usize, Rational)]> for DirectionalTerm<T> {
 impl<T> DirectionalTerm<T> {
     /// The row as numbers for fast evaluation.
     pub fn row_f64(&self) -> Vec<(usize, f64)> {
-        self.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
+        row_f64(&self.row)
     }
+}
+
+/// A row as numbers for fast evaluation.
+pub(crate) fn row_f64(row: &[(usize, Rational)]) -> Vec<(usize, f64)> {
+    row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
 }
 
 /// A spring's coefficient and relaxed angle.
 #[derive(Debug, Clone)]
-pub struct SpringLaw {
+pub struct SpringLaw<V = Exact> {
     /// N m/rad.
-    pub stiffness: Exact,
+    pub stiffness: V,
     /// rad.
-    pub rest: Exact,
+    pub rest: V,
 }
 
 /// How the springs and dampers of an element change during a run.
@@ -57,11 +62,11 @@ pub struct Weakened {
 
 /// The torque of a friction at speed, and its law at rest.
 #[derive(Debug, Clone)]
-pub struct FrictionLaw {
+pub struct FrictionLaw<V = Exact> {
     /// Coulomb torque, N m.
-    pub torque: Exact,
+    pub torque: V,
     /// The higher torque at rest and in slow motion.
-    pub stribeck: Option<Stribeck>,
+    pub stribeck: Option<Stribeck<V>>,
 }
 
 /// The kind of a coefficient.
@@ -286,9 +291,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.laws.push(DirectionalTerm { element, row: row(direction), value: Arc::clone(law) });
             }
             Term::Output(sensor) => next.sensors_like(sensor).push((element, sensor.clone())),
-            Term::Charge { name } | Term::Position { name } | Term::State { name } | Term::Angle { name } => {
-                next.domains[number(name)] = term.domain()
-            }
+            Term::Coordinate { name, domain } => next.domains[number(name)] = *domain,
             Term::Measure(domain) => drop(next.measures.insert(element, *domain)),
             Term::MultiplierLaw(law) => {
                 let law = law.renamed(|name| number(name));
@@ -415,37 +418,30 @@ impl Equations {
     /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
     /// ```
     pub fn coefficients(&self) -> Vec<TermCoefficient> {
-        fn of<T>(
-            terms: &[DirectionalTerm<T>],
-            kind: CoefficientKind,
-            value: impl Fn(&T) -> f64,
-        ) -> Vec<TermCoefficient> {
-            let one = |(term, directional): (usize, &DirectionalTerm<T>)| TermCoefficient {
-                name: format!("{}.{}", directional.element, kind.key()),
-                kind,
-                term,
-                row: directional.row_f64(),
-                value: value(&directional.value),
-            };
-            terms.iter().enumerate().map(one).collect()
+        let one = |(kind, term)| {
+            let (element, row, value) = self.coefficient_parts((kind, term));
+            let name = format!("{element}.{}", kind.key());
+            TermCoefficient { name, kind, term, row: row_f64(row), value: value.to_f64() }
+        };
+        self.coefficient_slots().into_iter().map(one).collect()
+    }
+
+    /// Element, direction and value of a coefficient.
+    fn coefficient_parts(&self, (kind, term): (CoefficientKind, usize)) -> (&str, &[(usize, Rational)], &Exact) {
+        fn of<T>(term: &DirectionalTerm<T>, value: fn(&T) -> &Exact) -> (&str, &[(usize, Rational)], &Exact) {
+            (term.element.as_str(), term.row.as_slice(), value(&term.value))
         }
-        [
-            of(&self.inertias, CoefficientKind::Inertia, Exact::to_f64),
-            of(&self.dampers, CoefficientKind::Damping, Exact::to_f64),
-            of(&self.springs, CoefficientKind::Stiffness, |spring| spring.stiffness.to_f64()),
-            of(&self.frictions, CoefficientKind::Friction, |friction| friction.torque.to_f64()),
-        ]
-        .concat()
+        match kind {
+            CoefficientKind::Inertia => of(&self.inertias[term], |inertia| inertia),
+            CoefficientKind::Damping => of(&self.dampers[term], |damping| damping),
+            CoefficientKind::Stiffness => of(&self.springs[term], |spring| &spring.stiffness),
+            CoefficientKind::Friction => of(&self.frictions[term], |friction| &friction.torque),
+        }
     }
 
     /// The coefficient of a kind and of the term of a number.
-    pub fn coefficient(&self, (kind, term): (CoefficientKind, usize)) -> &Exact {
-        match kind {
-            CoefficientKind::Inertia => &self.inertias[term].value,
-            CoefficientKind::Damping => &self.dampers[term].value,
-            CoefficientKind::Stiffness => &self.springs[term].value.stiffness,
-            CoefficientKind::Friction => &self.frictions[term].value.torque,
-        }
+    pub fn coefficient(&self, slot: (CoefficientKind, usize)) -> &Exact {
+        self.coefficient_parts(slot).2
     }
 
     /// The same, to be changed.
@@ -459,13 +455,8 @@ impl Equations {
     }
 
     /// The direction of the term of a coefficient.
-    pub fn coefficient_row(&self, (kind, term): (CoefficientKind, usize)) -> &[(usize, Rational)] {
-        match kind {
-            CoefficientKind::Inertia => &self.inertias[term].row,
-            CoefficientKind::Damping => &self.dampers[term].row,
-            CoefficientKind::Stiffness => &self.springs[term].row,
-            CoefficientKind::Friction => &self.frictions[term].row,
-        }
+    pub fn coefficient_row(&self, slot: (CoefficientKind, usize)) -> &[(usize, Rational)] {
+        self.coefficient_parts(slot).1
     }
 
     /// Kinds and term numbers of all coefficients.
@@ -585,7 +576,7 @@ impl Equations {
             MultiplierLaw::Rates(row) => {
                 row.first().and_then(|(shaft, a)| a.dimension.times(&self.domain(*shaft).dimensions()[0], 1))
             }
-            MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
+            MultiplierLaw::Prescribed { .. } => {
                 self.domain_of_multiplier(constraint).map(|domain| domain.dimensions()[0])
             }
         };
@@ -611,8 +602,8 @@ impl Equations {
             let Some((place, function)) = place.zip(self.moving.remove(name)) else { continue };
             let row = self.constraints.remove(place).row;
             let row = row.into_iter().map(|(shaft, x)| (shaft, Exact::new(x, 0))).collect();
-            self.multiplier_constraints
-                .push(MultiplierConstraint { element: name.clone(), law: MultiplierLaw::Position(row, function) });
+            let law = MultiplierLaw::Prescribed { row, order: 0, function };
+            self.multiplier_constraints.push(MultiplierConstraint { element: name.clone(), law });
         }
         self.multiplier_constraints.sort_by(|a, b| a.element.cmp(&b.element));
     }

@@ -55,9 +55,13 @@ pub trait Curve: fmt::Debug + Send + Sync {
     /// γ, γ′ and γ″ at x as expressions.
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3];
     /// The curve of the opposite direction, `driving = γ⁻¹(driven)`; none if it has no closed form: then the driving end must come first.
-    fn inverse(&self) -> Option<Arc<dyn Curve>>;
+    fn inverse(&self) -> Option<Arc<dyn Curve>> {
+        None
+    }
     /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, which is treated as linear.
-    fn shifted_identity(&self) -> Option<f64>;
+    fn shifted_identity(&self) -> Option<f64> {
+        None
+    }
     /// Whether its derivatives are the same half a turn later.
     fn repeats_each_half_turn(&self) -> bool {
         false
@@ -103,11 +107,11 @@ pub struct Ripple {
 
 /// How friction falls when motion begins: the torque of sliding is `c + (c_b − c) exp(−(v/v_s)²)`, at rest up to `c_b` either way.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stribeck {
+pub struct Stribeck<V = Exact> {
     /// c_b, N m, not below c.
-    pub breakaway: Exact,
+    pub breakaway: V,
     /// v_s, rad/s, above zero.
-    pub speed: Exact,
+    pub speed: V,
 }
 
 /// A unilateral or switched law along a direction a, with contact states of its own.
@@ -173,6 +177,15 @@ impl UnilateralConstraint {
         match self {
             Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
             Self::GearLoss(gear) => gear.loss.as_ref(),
+            Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn formula_mut(&mut self) -> Option<&mut Arc<Formula>> {
+        match self {
+            Self::Friction { torque: formula, .. } | Self::Lock { engaged: formula } => Some(formula),
+            Self::GearLoss(gear) => gear.loss.as_mut(),
             Self::OneWay | Self::Stop { .. } | Self::Cushion { .. } => None,
         }
     }
@@ -322,28 +335,15 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
-    /// Declares a coordinate that is an angle but not a shaft of the file.
-    Angle {
+    /// Declares a coordinate: one that is no angle, or an angle that is not a shaft of the file.
+    Coordinate {
         /// Its name.
         name: String,
-    },
-    /// Declares a coordinate that is the position of a mass.
-    Position {
-        /// Its name.
-        name: String,
-    },
-    /// Declares a coordinate whose rate is a state of first order.
-    State {
-        /// Its name.
-        name: String,
+        /// Its kind.
+        domain: Domain,
     },
     /// The quantity of the directions of this element, regardless of their coordinates: a row over shafts and masses is a length.
     Measure(Domain),
-    /// Declares a coordinate that is a charge.
-    Charge {
-        /// Its name.
-        name: String,
-    },
     /// A share in the constraint row of a node, `Σ aᵀq = 0`: the charge that has left it through one branch. The sum over
     /// all branches is Kirchhoff's current law; its multiplier is the potential of the node.
     Balance {
@@ -370,13 +370,10 @@ impl Term {
             | Self::Balance { direction, .. } => Some(direction),
             Self::Transmission { .. }
             | Self::Output(_)
-            | Self::Angle { .. }
-            | Self::Position { .. }
-            | Self::State { .. }
+            | Self::Coordinate { .. }
             | Self::Measure(_)
             | Self::Moving(_)
-            | Self::MultiplierLaw(_)
-            | Self::Charge { .. } => None,
+            | Self::MultiplierLaw(_) => None,
         }
     }
 
@@ -404,28 +401,13 @@ impl Term {
                 Measured::SpringTorque(_) | Measured::Signal(_) => Vec::new(),
             },
             Self::MultiplierLaw(row) => row.coordinates(),
-            Self::Angle { .. }
-            | Self::Position { .. }
-            | Self::State { .. }
-            | Self::Measure(_)
-            | Self::Moving(_)
-            | Self::Charge { .. } => Vec::new(),
-        }
-    }
-
-    /// The domain of a coordinate that it declares.
-    pub fn domain(&self) -> Domain {
-        match self {
-            Self::Charge { .. } => Domain::Charge,
-            Self::Position { .. } => Domain::Translation,
-            Self::State { .. } => Domain::Number,
-            _ => Domain::Rotation,
+            Self::Coordinate { .. } | Self::Measure(_) | Self::Moving(_) => Vec::new(),
         }
     }
 
     /// Removes [`GROUND`] from its direction: it does not move.
     pub fn leave_ground(&mut self) {
-        if let Self::MultiplierLaw(MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _)) = self {
+        if let Self::MultiplierLaw(MultiplierLaw::Prescribed { row, .. }) = self {
             row.retain(|(name, _)| name != GROUND);
         }
         if let Self::Torque { law, .. } = self

@@ -116,10 +116,7 @@ fn laws_of(term: &Term) -> Vec<&'static str> {
         | Term::Constraint { .. }
         | Term::Transmission { .. }
         | Term::Input { .. }
-        | Term::Charge { .. }
-        | Term::Angle { .. }
-        | Term::Position { .. }
-        | Term::State { .. }
+        | Term::Coordinate { .. }
         | Term::Measure(_)
         | Term::Moving(_)
         | Term::MultiplierLaw(_)

@@ -126,7 +126,7 @@ impl Document {
             self.elements.iter().filter(|e| e.body().is_some()).map(|e| e.name.clone()).collect();
         all_coordinates.extend(self.charges());
         let declared = |named: &NamedTerm| match &named.term {
-            Term::Angle { name } | Term::Position { name } => Some(name.clone()),
+            Term::Coordinate { name, domain: Domain::Rotation | Domain::Translation } => Some(name.clone()),
             _ => None,
         };
         all_coordinates.extend(terms.iter().filter_map(declared));

@@ -10,6 +10,7 @@ use crate::element::KeyError;
 use kardan_expr::expr::{Function, Graph, Lookup, Symbol, Traced};
 use kardan_math::num::Rational;
 use kardan_math::units::{Dimension, Exact};
+use kardan_mechanics::program::KeyRule;
 use kardan_schema::schema::{Field, Values};
 
 /// The description of a kind of block.
@@ -100,21 +101,8 @@ pub struct BlockBuilder<'g> {
     pub states: Vec<BlockState<'g>>,
     /// Its outputs.
     pub outputs: Vec<BlockOutput<'g>>,
-    /// Sign conditions on keys that vary.
-    pub rules: RefCell<Vec<Rule<'g>>>,
-}
-
-/// A condition on keys that vary, which a run checks.
-#[derive(Debug, Clone)]
-pub struct Rule<'g> {
-    /// Its text: `low` above `high`.
-    pub what: String,
-    /// The expression that must not be negative.
-    pub value: Traced<'g>,
-    /// Whether it must be above zero.
-    pub above: bool,
-    /// Its dimension.
-    pub dimension: Dimension,
+    /// Sign conditions on keys that vary, without the name of the block.
+    pub rules: RefCell<Vec<KeyRule>>,
 }
 
 impl<'g> BlockBuilder<'g> {
@@ -215,16 +203,10 @@ impl<'g> BlockBuilder<'g> {
         symbol
     }
 
-    /// A number of states that start at zero.
-    pub fn zeros<const N: usize>(&mut self) -> [Traced<'g>; N] {
-        [(); N].map(|()| self.new_state(Self::zero()))
-    }
-
-    /// The next values of the states, from one on.
-    pub fn next(&mut self, first: usize, values: &[Traced<'g>]) {
-        for (entry, next) in self.states.iter_mut().skip(first).zip(values) {
-            entry.next = *next;
-        }
+    /// The next values of the states that were made last.
+    pub fn next(&mut self, values: &[Traced<'g>]) {
+        let first = self.states.len() - values.len();
+        self.states[first..].iter_mut().zip(values).for_each(|(state, next)| state.next = *next);
     }
 
     /// Its outputs.
@@ -237,21 +219,15 @@ impl<'g> BlockBuilder<'g> {
         self.outputs.push(BlockOutput { name: name.into(), value, dimension });
     }
 
-    /// The block of `kardan-rt`: its state is the output and the states made before.
-    pub fn step<const N: usize>(
-        &mut self,
-        step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
-        starts: [Traced<'g>; N],
-    ) -> Traced<'g> {
-        let first = self.states.len();
-        let mut state = starts;
+    /// The block of `kardan-rt`: its memory, with its start values, is the output and the states behind it.
+    pub fn step<M: AsMut<[Traced<'g>]>>(&mut self, step: impl FnOnce(&mut M) -> bool, mut memory: M) -> Traced<'g> {
         // The output is a state only if a number is lost (NaN); no finite value depends on it.
-        for (place, start) in state.iter_mut().zip(starts).skip(1) {
-            *place = self.new_state(start);
+        for place in memory.as_mut().iter_mut().skip(1) {
+            *place = self.new_state(*place);
         }
-        step(&mut state);
-        self.next(first, &state[1..]);
-        state[0]
+        step(&mut memory);
+        self.next(&memory.as_mut()[1..]);
+        memory.as_mut()[0]
     }
 
     /// The same of a block that continues from its own output, with the initial values of all states.
@@ -260,10 +236,9 @@ impl<'g> BlockBuilder<'g> {
         step: impl FnOnce(&mut [Traced<'g>; N]) -> bool,
         starts: [Traced<'g>; N],
     ) -> [Traced<'g>; N] {
-        let first = self.states.len();
         let mut state = starts.map(|start| self.new_state(start));
         step(&mut state);
-        self.next(first, &state);
+        self.next(&state);
         state
     }
 
@@ -359,11 +334,18 @@ impl<'g> BlockBuilder<'g> {
             Some(_) => Ok(value),
             None => {
                 let what = format!("`{key}` is {}", if above { "zero or less" } else { "below zero" });
-                let rule = |value| Rule { what, value, above, dimension: expected };
-                self.rules.borrow_mut().extend(value.map(rule));
+                if let Some(value) = value {
+                    self.rule(what, value, above, expected);
+                }
                 Ok(value)
             }
         }
+    }
+
+    /// Has a run check a condition: an expression must not be negative, or must be above zero.
+    fn rule(&self, what: String, value: Traced<'g>, above: bool, dimension: Dimension) {
+        let value = value.expr(self.graph);
+        self.rules.borrow_mut().push(KeyRule { block: String::new(), what, value, above, dimension });
     }
 
     /// Rejects a key without effect.
@@ -397,7 +379,7 @@ impl<'g> BlockBuilder<'g> {
                     true => format!("`{}` is above `{}`", keys[0], keys[1]),
                     false => format!("`{}` is below zero, and `{}` its opposite", keys[1], keys[0]),
                 };
-                self.rules.borrow_mut().push(Rule { what, value: high - low, above: false, dimension });
+                self.rule(what, high - low, false, dimension);
                 Ok(())
             }
         }

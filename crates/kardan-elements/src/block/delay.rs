@@ -49,11 +49,7 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             "make it one sample, or remove the block",
         ));
     }
-    let first = builder.states.len();
-    let mut state = vec![BlockBuilder::zero()];
-    state.extend((0..count).map(|_| builder.new_state(start)));
-    let _ = kardan_rt::Delay.step(input, &mut state);
-    builder.next(first, &state[1..]);
-    builder.output(state[0], dimension);
+    let output = builder.step(|memory| kardan_rt::Delay.step(input, memory), vec![start; count + 1]);
+    builder.output(output, dimension);
     Ok(())
 }

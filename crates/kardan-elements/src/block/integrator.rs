@@ -77,11 +77,10 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
             return Err(KeyError::new("reset", "a reset needs a `sample_time`", "write `sample_time = \"1 ms\"`"));
         }
         None => {
-            let first = builder.states.len();
             let sum = builder.new_state(start);
             // At a bound it stops until its input leads away from the bound.
             let rate = builder.away_from(sum, [low, high], input);
-            builder.next(first, &[rate]);
+            builder.next(&[rate]);
             builder.clamped(sum, [low, high])
         }
     };

@@ -24,45 +24,25 @@ mod state_machine;
 mod table;
 mod transfer_function;
 
-pub use builder::{BlockBuilder, BlockKind, BlockOutput, BlockState, Expressions, Guard, List, Rule};
-pub use dead_zone::DeadZone;
-pub use delay::Delay;
-pub use gain::Gain;
-pub use hold::Hold;
-pub use hysteresis::Hysteresis;
-pub use integrator::Integrator;
-pub use lead_lag::LeadLag;
-pub use low_pass::LowPass;
-pub use monitor::Monitor;
-pub use observer::ObserverBlock;
-pub use pid::Pid;
-pub use rate_limit::RateLimit;
-pub use saturation::Saturation;
-pub use state_machine::{StateMachine, StateMachineTransition};
-pub use table::TableBlock;
-pub use transfer_function::TransferFunction;
+pub use builder::{BlockBuilder, BlockKind, BlockOutput, BlockState, Expressions, Guard, List};
 
-/// All kinds of blocks.
-pub const REGISTRY: &[BlockKind] = &[
-    gain::GAIN,
-    table::TABLE,
-    transfer_function::TRANSFER_FUNCTION,
-    low_pass::LOW_PASS,
-    lead_lag::LEAD_LAG,
-    pid::PID,
-    integrator::INTEGRATOR,
-    rate_limit::RATE_LIMIT,
-    saturation::SATURATION,
-    dead_zone::DEAD_ZONE,
-    hysteresis::HYSTERESIS,
-    delay::DELAY,
-    hold::HOLD,
-    observer::OBSERVER,
-    monitor::MONITOR,
-    state_machine::STATE_MACHINE,
-];
-
-/// The kind with that keyword.
-pub fn find(keyword: &str) -> Option<&'static BlockKind> {
-    REGISTRY.iter().find(|kind| kind.keyword == keyword)
+registry! {
+    /// All kinds of blocks.
+    BlockKind:
+    gain::{Gain} => GAIN,
+    table::{TableBlock} => TABLE,
+    transfer_function::{TransferFunction} => TRANSFER_FUNCTION,
+    low_pass::{LowPass} => LOW_PASS,
+    lead_lag::{LeadLag} => LEAD_LAG,
+    pid::{Pid} => PID,
+    integrator::{Integrator} => INTEGRATOR,
+    rate_limit::{RateLimit} => RATE_LIMIT,
+    saturation::{Saturation} => SATURATION,
+    dead_zone::{DeadZone} => DEAD_ZONE,
+    hysteresis::{Hysteresis} => HYSTERESIS,
+    delay::{Delay} => DELAY,
+    hold::{Hold} => HOLD,
+    observer::{ObserverBlock} => OBSERVER,
+    monitor::{Monitor} => MONITOR,
+    state_machine::{StateMachine, StateMachineTransition} => STATE_MACHINE,
 }

@@ -396,13 +396,12 @@ fn write(builder: &mut BlockBuilder<'_>) -> Result<(), KeyError> {
     };
     let [a, b, c, gain] = [&plant.a, &b, &plant.c, &gain].map(numbers);
     let block = kardan_rt::Observer { a: &a, b: &b, c: &c, gain: &gain };
-    let first = builder.states.len();
     let mut entries = vec![BlockBuilder::zero(); states.len()];
     entries.extend(states.iter().map(|(_, start, _)| builder.new_state(*start)));
     // In continuous time the step of the block gives the rates of its states: the same sum with other matrices.
     let _ = block.step(&rate_terms, &deviations, &mut entries);
     let (now, next) = entries.split_at(states.len());
-    builder.next(first, next);
+    builder.next(next);
     for ((name, _, dimension), value) in states.iter().zip(now) {
         builder.output_as(name, *value, *dimension);
     }

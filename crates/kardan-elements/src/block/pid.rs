@@ -215,17 +215,15 @@ fn flowing<'g>(
     let [b, c] = pid.weights;
     let mut direct = pid.proportional * (b * reference - measured);
     if !builder.is_zero(pid.derivative) {
-        let first = builder.states.len();
-        let [filtered] = builder.zeros();
+        let filtered = builder.new_state(zero);
         let late = (c * reference - measured - filtered) / pid.filter;
-        builder.next(first, &[late]);
+        builder.next(&[late]);
         direct = direct + pid.derivative * late;
     }
     let Some(by_time) = pid.integral else { return builder.clamped(direct, pid.bounds) };
-    let first = builder.states.len();
     let integral = builder.new_state(zero);
     let free = direct + integral;
     let output = builder.clamped(free, pid.bounds);
-    builder.next(first, &[by_time * (reference - measured) + (output - free) / pid.tracking]);
+    builder.next(&[by_time * (reference - measured) + (output - free) / pid.tracking]);
     output
 }

@@ -55,14 +55,10 @@ pub(super) fn filtered<'g>(
     let list = |list: &[Traced<'g>]| list.iter().map(|x| *x / scale).collect::<Vec<_>>();
     let (b, a) = (list(&b), list(&a[1..]));
     // In equilibrium at an output y the input is y over the static gain, `Σ b/(1 + Σ a)`, and the states follow from both.
-    let first = builder.states.len();
-    let rest = resting((&b, &a), start);
-    let states: Vec<Traced<'g>> = rest.into_iter().map(|start| builder.new_state(start)).collect();
-    let mut state = vec![BlockBuilder::zero()];
-    state.extend(states);
-    let _ = TransferFunction { numerator: &b, denominator: &a }.step(input, &mut state);
-    builder.next(first, &state[1..]);
-    Ok(state[0])
+    let mut memory = vec![BlockBuilder::zero()];
+    memory.extend(resting((&b, &a), start));
+    let block = TransferFunction { numerator: &b, denominator: &a };
+    Ok(builder.step(|memory| block.step(input, memory), memory))
 }
 
 /// The states of the sampled form in equilibrium at an output y, if the static gain is finite: `s_k = Σ_{j≥k} (b_j u − a_j y)`.
@@ -97,11 +93,10 @@ fn flowing<'g>(
             if k == order { y - beta(order) * u } else { alpha(k) * y - beta(k) * u }
         }
     };
-    let first = builder.states.len();
     let states: Vec<Traced<'g>> = (1..=order).map(|k| builder.new_state(at_rest(k))).collect();
     let output = beta(order) * input + states.last().map_or(zero, |x| *x);
     let rate = |k: usize| if k == 0 { zero } else { states[k - 1] } + beta(k) * input - alpha(k) * output;
     let rates: Vec<Traced<'g>> = (0..order).map(rate).collect();
-    builder.next(first, &rates);
+    builder.next(&rates);
     output
 }

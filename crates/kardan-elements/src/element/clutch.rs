@@ -1,7 +1,8 @@
 //! The element `clutch`: friction between two shafts with a torque from a signal.
 
 use super::shared::gear_loss::check_rubs;
-use super::{Element, KeyError, gear};
+use super::shared::shafts::{ENDS, check_ends};
+use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
@@ -49,7 +50,7 @@ torque = \"200 N m * (1 - exp(-t/(0.2 s)))\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let own = [gear::check(values), check_static_factor(values)].concat();
+    let own = [check_ends(values, ENDS), check_static_factor(values)].concat();
     own.into_iter().chain(check_rubs(values, "torque")).collect()
 }
 

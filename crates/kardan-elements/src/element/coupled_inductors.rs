@@ -1,6 +1,6 @@
 //! The element `coupled_inductors` of a circuit.
 
-use super::shared::branch::{branch, check_ends};
+use super::shared::branch::{branch, check_winding};
 use super::{Element, KeyError};
 use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::{Dimension, Exact, Expression};
@@ -57,7 +57,7 @@ mutual_inductance = \"60 mH\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [check_ends(values, ["from_1", "to_1"]), check_ends(values, ["from_2", "to_2"])].concat();
+    let mut out = [check_winding(values, ["from_1", "to_1"]), check_winding(values, ["from_2", "to_2"])].concat();
     match (values.has("mutual_inductance"), values.has("coupling")) {
         (false, false) => {
             let help = "add `mutual_inductance` or `coupling`; coils without it are two elements `inductor`";

@@ -58,7 +58,10 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
             out.push(Term::Constraint { direction: Direction::shaft(name), offset: Exact::zero() });
             out.push(Term::Moving(Arc::new(charge)));
         }
-        None => out.push(Term::MultiplierLaw(MultiplierLaw::Speed(vec![(name.to_string(), Exact::one())], function))),
+        None => {
+            let row = vec![(name.to_string(), Exact::one())];
+            out.push(Term::MultiplierLaw(MultiplierLaw::Prescribed { row, order: 1, function }));
+        }
     }
     out
 }

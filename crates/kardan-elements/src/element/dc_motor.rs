@@ -1,6 +1,7 @@
 //! The element `dc_motor`: a machine between a circuit and a shaft.
 
 use super::shared::branch::{FROM, TO, branch, check_branch};
+use super::shared::losses::{damper, inertia};
 use super::shared::straight::{check_moves, check_reaction};
 use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
@@ -66,16 +67,10 @@ fn check(values: &Values) -> Vec<KeyError> {
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     let current = Direction::shaft(name);
-    if let Some(resistance) = values.exact("resistance").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { direction: current.clone(), damping: resistance.clone() });
-    }
-    if let Some(inductance) = values.exact("inductance").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { direction: current, inertia: inductance.clone() });
-    }
+    out.extend(damper(&current, values.exact("resistance")));
+    out.extend(inertia(&current, values.exact("inductance")));
     let (Some(shaft), Some(constant)) = (values.word("shaft"), values.exact("torque_constant")) else { return out };
-    if let Some(inertia) = values.exact("rotor_inertia").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { direction: Direction::shaft(shaft), inertia: inertia.clone() });
-    }
+    out.extend(inertia(&Direction::shaft(shaft), values.exact("rotor_inertia")));
     out.extend(gyrator(name, values, shaft, constant));
     out
 }

@@ -1,7 +1,7 @@
 //! The element `driver`: a driver model that steers a car.
 
-use super::shared::car::quoted;
 use super::shared::car_checks::least;
+use super::shared::composite::{Composite, quoted};
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_results::Symbol;
@@ -110,22 +110,16 @@ fn check(values: &Values) -> Vec<KeyError> {
     out
 }
 
-/// The generator of a driver: its name and its keys.
-struct DriverBuilder<'a> {
-    name: &'a str,
-    entries: &'a Entries,
-}
-
 /// The tables that a driver expands to; none if a required key is missing.
 pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
-    let driver = DriverBuilder { name, entries };
+    let driver = Composite { name, entries };
     let mut out = Entries::default();
     let (wheel, kind) = (driver.text("wheel")?, driver.text("kind")?);
     let reference = match kind.as_str() {
-        "open_loop" => format!("({})", driver.formula("angle")?),
+        "open_loop" => format!("({})", driver.written("angle")?),
         "preview" | "two_level" => {
             let preview = driver.preview_signal(&mut out, kind == "two_level")?;
-            driver.formula("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
+            driver.written("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
         }
         "hands_off" => return Some(out),
         _ => return None,
@@ -149,13 +143,13 @@ fn with_word(text: &str, word: &str, by: &str) -> String {
     out + rest
 }
 
-impl DriverBuilder<'_> {
+impl Composite<'_> {
     fn text(&self, key: &str) -> Option<String> {
         self.entries.text(key).map(str::to_string)
     }
 
-    /// The expression of a key.
-    fn formula(&self, key: &str) -> Option<String> {
+    /// The expression of a key as it is written.
+    fn written(&self, key: &str) -> Option<String> {
         match self.entries.get(key)? {
             RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
             RawValue::Quantity(value, dimension) => Some(kardan_math::units::format_quantity(value, *dimension)),
@@ -163,33 +157,18 @@ impl DriverBuilder<'_> {
         }
     }
 
-    /// A number of the driver, by its name in expressions.
-    fn own(&self, key: &str) -> String {
-        quoted(format!("{}.{key}", self.name))
-    }
-
-    /// The name of a part.
-    fn part(&self, part: &str) -> String {
-        format!("{}_{part}", self.name)
-    }
-
-    fn add(&self, out: &mut Entries, group: &str, part: &str, keys: &[(&str, String)]) {
-        let table = Entries::of_texts(keys.iter().cloned());
-        out.table_mut(group).set(&self.part(part), RawValue::Table(table));
-    }
-
     /// The path at an x.
     fn path_at(&self, path: &str, x: &str) -> String {
         let is_name = path.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'));
-        if is_name { format!("{}({x})", quoted(path.into())) } else { format!("({})", with_word(path, "ahead", x)) }
+        if is_name { format!("{}({x})", quoted(path)) } else { format!("({})", with_word(path, "ahead", x)) }
     }
 
     /// The wheel angle that the path requests, after the reaction time.
     fn preview_signal(&self, out: &mut Entries, two_level: bool) -> Option<String> {
-        let (car, path, gain) = (self.text("car")?, self.text("path")?, self.formula("gain")?);
-        let of = |word: &str| quoted(format!("{car}.{word}"));
+        let (car, path, gain) = (self.text("car")?, self.text("path")?, self.written("gain")?);
+        let of = |word: &str| quoted(&format!("{car}.{word}"));
         let [x, y, heading, u, v] = ["x", "y", "heading", "v_x", "v_y"].map(of);
-        let (time, ahead) = (self.own("preview"), quoted(self.part("preview_x")));
+        let (time, ahead) = (self.own("preview"), quoted(&self.part("preview_x")));
         let block = |out: &mut Entries, part: &str, input: String| {
             let keys = [("kind", "gain".to_string()), ("gain", "1".to_string()), ("input", input)];
             self.add(out, "block", part, &[&keys[..], &[("sample_time", self.own("sample_time"))]].concat());
@@ -208,21 +187,21 @@ impl DriverBuilder<'_> {
         };
         block(out, "target", target);
         let preview = format!("{y} + {time} * ({u} * sin({heading}) + {v} * cos({heading}))");
-        let beside = format!("({gain}) * ({} - ({preview}))", quoted(self.part("target")));
+        let beside = format!("({gain}) * ({} - ({preview}))", quoted(&self.part("target")));
         self.react(out, beside);
-        let preview = quoted(self.part("preview"));
+        let preview = quoted(&self.part("preview"));
         if !two_level {
             return Some(preview);
         }
-        let curvature_gain = self.formula("curvature_gain")?;
+        let curvature_gain = self.written("curvature_gain")?;
         let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
         block(out, "curvature", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
-        Some(format!("({curvature_gain}) * {} + {preview}", quoted(self.part("curvature"))))
+        Some(format!("({curvature_gain}) * {} + {preview}", quoted(&self.part("curvature"))))
     }
 
     /// An observed quantity after the reaction time.
     fn react(&self, out: &mut Entries, input: String) {
-        let at_once = self.formula("reaction").and_then(|text| kardan_math::units::parse_quantity(&text).ok());
+        let at_once = self.written("reaction").and_then(|text| kardan_math::units::parse_quantity(&text).ok());
         let kind = match at_once.is_some_and(|(value, _)| value.is_zero()) {
             true => [("kind", "gain".to_string()), ("gain", "1".to_string())],
             false => [("kind", "delay".to_string()), ("time", self.own("reaction"))],
@@ -233,20 +212,20 @@ impl DriverBuilder<'_> {
 
     /// Muscles, arms and hands.
     fn arms(&self, out: &mut Entries, wheel: &str, reference: &str) {
-        let (target, lag, arm) = (quoted(self.part("arm_target")), self.own("lag"), self.part("arm"));
+        let (target, lag, arm) = (quoted(&self.part("arm_target")), self.own("lag"), self.part("arm"));
         let [stiffness, damping] = ["stiffness", "damping"].map(|key| self.own(key));
         let target_keys =
             [("kind", "low_pass".to_string()), ("input", reference.to_string()), ("time_constant", lag.clone())];
         self.add(out, "block", "arm_target", &target_keys);
         self.add(out, "shaft", "arm", &[("inertia", self.own("arm_inertia"))]);
-        let [phi, w] = ["phi", "w"].map(|word| quoted(format!("{arm}.{word}")));
+        let [phi, w] = ["phi", "w"].map(|word| self.of("arm", word));
         // The muscles damp the deviation from the intended rate.
         let law = format!("{stiffness} * ({target} - {phi}) + {damping} * (({reference} - {target}) / {lag} - {w})");
         self.add(out, "torque", "muscles", &[("shaft", arm.clone()), ("law", law)]);
-        let [angle, speed] = ["phi", "w"].map(|word| quoted(format!("{wheel}.{word}")));
+        let [angle, speed] = ["phi", "w"].map(|word| quoted(&format!("{wheel}.{word}")));
         let [stiffness, damping] = ["grip_stiffness", "grip_damping"].map(|key| self.own(key));
         let force = format!("{stiffness} * ({phi} - {angle}) + {damping} * ({w} - {speed})");
-        let law = self.formula("grip").map_or(force.clone(), |grip| format!("({grip}) * ({force})"));
+        let law = self.written("grip").map_or(force.clone(), |grip| format!("({grip}) * ({force})"));
         let hands = [("shaft", wheel.to_string()), ("reaction", arm), ("law", law)];
         self.add(out, "torque", "hands", &hands);
     }

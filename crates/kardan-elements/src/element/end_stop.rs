@@ -1,7 +1,8 @@
 //! The element `end_stop`: stops that limit an angle or a distance.
 
 use super::shared::contact::{Side, check_contact, contact};
-use super::{Element, KeyError, gear};
+use super::shared::shafts::{ENDS, check_ends};
+use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
@@ -50,7 +51,7 @@ damping = \"10 N m s/rad\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [gear::check(values), check_contact(values, "lower")].concat();
+    let mut out = [check_ends(values, ENDS), check_contact(values, "lower")].concat();
     match (values.exact("lower"), values.exact("upper")) {
         (None, None) if !values.has("lower") && !values.has("upper") => {
             out.push(KeyError::new("shaft_1", "it has no stop on either side", "give `lower`, `upper` or both"))

@@ -1,8 +1,9 @@
 //! The element `gear`: two bodies in a fixed ratio.
 
+use super::Element;
 use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
 use super::shared::gear_loss::{EFFICIENCY, EFFICIENCY_BACK, LOSS, check_gear_loss, gear_loss};
-use super::{Element, KeyError};
+use super::shared::shafts::{ENDS, check_ends};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
@@ -47,25 +48,9 @@ shaft_1 = \"motor\"
 shaft_2 = \"load\"
 ratio = \"51/5\"
 ",
-    check: check_gear,
+    check: |values| [check_ends(values, ENDS), check_backlash(values), check_gear_loss(values)].concat(),
     terms,
 };
-
-fn check_gear(values: &Values) -> Vec<KeyError> {
-    [check(values), check_backlash(values), check_gear_loss(values)].concat()
-}
-
-/// Both ends are not the same body.
-pub(super) fn check(values: &Values) -> Vec<KeyError> {
-    if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
-        return vec![KeyError::new(
-            "shaft_2",
-            format!("both ends are `{}`", values.word_or_default("shaft_1")),
-            "name two different ones",
-        )];
-    }
-    Vec::new()
-}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.ratio();

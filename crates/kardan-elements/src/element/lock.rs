@@ -1,6 +1,7 @@
 //! The element `lock`: a form-fit lock that a signal engages.
 
-use super::{Element, KeyError, gear};
+use super::Element;
+use super::shared::shafts::{ENDS, check_ends};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
@@ -35,13 +36,9 @@ shaft_1 = \"input\"
 shaft_2 = \"output\"
 engaged = \"t/(1 s)\"
 ",
-    check,
+    check: |values| check_ends(values, ENDS),
     terms,
 };
-
-fn check(values: &Values) -> Vec<KeyError> {
-    gear::check(values)
-}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let Some(engaged) = values.formula("engaged") else { return Vec::new() };

@@ -1,9 +1,9 @@
 //! The element `mass`: a rigid body in translation.
 
 use super::Element;
-use super::shared::losses::{check_losses, losses};
+use super::shared::losses::{check_losses, inertia, losses};
 use kardan_math::units::Dimension;
-use kardan_mechanics::equations::{Direction, Term};
+use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
@@ -48,10 +48,8 @@ friction = \"120 N\"
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::shaft(name);
-    let mut out = vec![Term::Position { name: name.to_string() }];
-    if let Some(mass) = values.exact("mass").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { direction: direction.clone(), inertia: mass.clone() });
-    }
+    let mut out = vec![Term::Coordinate { name: name.to_string(), domain: Domain::Translation }];
+    out.extend(inertia(&direction, values.exact("mass")));
     out.extend(losses(&direction, values));
     out
 }

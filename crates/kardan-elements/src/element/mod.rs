@@ -37,84 +37,49 @@ mod universal_joint;
 mod vehicle;
 mod voltage_source;
 
-pub use brake::Brake;
-pub use capacitor::Capacitor;
-pub use clutch::Clutch;
-pub use constraint::Constraint;
-pub use coupled_inductors::CoupledInductors;
-pub use current_source::CurrentSource;
-pub use dc_motor::DcMotor;
-pub use disturbance::Disturbance;
-pub use driver::Driver;
-pub use end_stop::EndStop;
-pub use gear::Gear;
-pub use harmonic_drive::HarmonicDrive;
-pub use inductor::Inductor;
-pub use lock::Lock;
-pub use mass::Mass;
-pub use motor::Motor;
-pub use one_way_clutch::OneWayClutch;
-pub use planetary::Planetary;
-pub use prescribed_motion::PrescribedMotion;
-pub use pulley::Pulley;
-pub use rack_and_pinion::RackAndPinion;
-pub use resistor::Resistor;
-pub use screw::Screw;
-pub use sensor::Sensor;
-pub use shaft::Shaft;
+pub use shared::composite::quoted;
 pub use shared::gear_loss::{LOAD, LOSS, SPEED};
 pub use shared::kind::{Element, KeyError};
-pub use spring_damper::SpringDamper;
-pub use state::State;
-pub use torque::Torque;
-pub use transformer::Transformer;
-pub use universal_joint::{UniversalJoint, UniversalJointCurve};
-pub use vehicle::Vehicle;
-pub use voltage_source::VoltageSource;
 
 use driver::DRIVER;
 use kardan_schema::entries::Entries;
 use vehicle::VEHICLE;
 
-/// All kinds of elements.
-pub const REGISTRY: &[Element] = &[
-    VEHICLE,
-    DRIVER,
-    shaft::SHAFT,
-    mass::MASS,
-    harmonic_drive::HARMONIC_DRIVE,
-    planetary::PLANETARY,
-    gear::GEAR,
-    rack_and_pinion::RACK_AND_PINION,
-    screw::SCREW,
-    pulley::PULLEY,
-    spring_damper::SPRING_DAMPER,
-    universal_joint::UNIVERSAL_JOINT,
-    constraint::CONSTRAINT,
-    clutch::CLUTCH,
-    brake::BRAKE,
-    one_way_clutch::ONE_WAY_CLUTCH,
-    lock::LOCK,
-    end_stop::END_STOP,
-    prescribed_motion::PRESCRIBED_MOTION,
-    motor::MOTOR,
-    disturbance::DISTURBANCE,
-    torque::TORQUE,
-    state::STATE,
-    sensor::SENSOR,
-    inductor::INDUCTOR,
-    resistor::RESISTOR,
-    capacitor::CAPACITOR,
-    transformer::TRANSFORMER,
-    coupled_inductors::COUPLED_INDUCTORS,
-    voltage_source::VOLTAGE_SOURCE,
-    current_source::CURRENT_SOURCE,
-    dc_motor::DC_MOTOR,
-];
-
-/// The kind with that keyword.
-pub fn find(keyword: &str) -> Option<&'static Element> {
-    REGISTRY.iter().find(|element| element.keyword == keyword)
+registry! {
+    /// All kinds of elements.
+    Element:
+    vehicle::{Vehicle} => VEHICLE,
+    driver::{Driver} => DRIVER,
+    shaft::{Shaft} => SHAFT,
+    mass::{Mass} => MASS,
+    harmonic_drive::{HarmonicDrive} => HARMONIC_DRIVE,
+    planetary::{Planetary} => PLANETARY,
+    gear::{Gear} => GEAR,
+    rack_and_pinion::{RackAndPinion} => RACK_AND_PINION,
+    screw::{Screw} => SCREW,
+    pulley::{Pulley} => PULLEY,
+    spring_damper::{SpringDamper} => SPRING_DAMPER,
+    universal_joint::{UniversalJoint, UniversalJointCurve} => UNIVERSAL_JOINT,
+    constraint::{Constraint} => CONSTRAINT,
+    clutch::{Clutch} => CLUTCH,
+    brake::{Brake} => BRAKE,
+    one_way_clutch::{OneWayClutch} => ONE_WAY_CLUTCH,
+    lock::{Lock} => LOCK,
+    end_stop::{EndStop} => END_STOP,
+    prescribed_motion::{PrescribedMotion} => PRESCRIBED_MOTION,
+    motor::{Motor} => MOTOR,
+    disturbance::{Disturbance} => DISTURBANCE,
+    torque::{Torque} => TORQUE,
+    state::{State} => STATE,
+    sensor::{Sensor} => SENSOR,
+    inductor::{Inductor} => INDUCTOR,
+    resistor::{Resistor} => RESISTOR,
+    capacitor::{Capacitor} => CAPACITOR,
+    transformer::{Transformer} => TRANSFORMER,
+    coupled_inductors::{CoupledInductors} => COUPLED_INDUCTORS,
+    voltage_source::{VoltageSource} => VOLTAGE_SOURCE,
+    current_source::{CurrentSource} => CURRENT_SOURCE,
+    dc_motor::{DcMotor} => DC_MOTOR,
 }
 
 /// The tables that a composite element expands to: by its keyword, its name, its keys, and whether these name a mass.

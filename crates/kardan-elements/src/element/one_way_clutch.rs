@@ -1,6 +1,7 @@
 //! The element `one_way_clutch`: a freewheel.
 
-use super::{Element, KeyError};
+use super::Element;
+use super::shared::shafts::check_ends;
 use kardan_mechanics::equations::{Direction, Term, UnilateralConstraint};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
@@ -30,15 +31,9 @@ pub(super) const ONE_WAY_CLUTCH: Element = Element {
 driving = \"sprocket\"
 driven = \"wheel\"
 ",
-    check,
+    check: |values| check_ends(values, ["driving", "driven"]),
     terms,
 };
-
-fn check(values: &Values) -> Vec<KeyError> {
-    let same = values.word("driving").is_some() && values.word("driving") == values.word("driven");
-    let message = || format!("both ends are `{}`", values.word_or_default("driven"));
-    same.then(|| KeyError::new("driven", message(), "name two different ones")).into_iter().collect()
-}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::difference(values.word_or_default("driven"), values.word("driving"));

@@ -87,15 +87,12 @@ fn check(values: &Values) -> Vec<KeyError> {
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::difference(values.word_or_default("shaft"), values.word("reference"));
     let measure = values.translational.then_some(Term::Measure(Domain::Translation));
-    if let Some(key) = ["speed", "acceleration"].into_iter().find(|key| values.has(key)) {
+    if let Some((order, key)) = [(1, "speed"), (2, "acceleration")].into_iter().find(|(_, key)| values.has(key)) {
         let function = match values.of_time(key) {
             Some(function) => Arc::clone(function),
             None => Arc::new(OfTime::constant(&values.exact_or_default(key), Dimension::NONE)),
         };
-        let law = if key == "speed" { MultiplierLaw::Speed } else { MultiplierLaw::Acceleration }(
-            direction.entries,
-            function,
-        );
+        let law = MultiplierLaw::Prescribed { row: direction.entries, order, function };
         return measure.into_iter().chain([Term::MultiplierLaw(law)]).collect();
     }
     let (offset, moving) = right_side(values, places(values)[0]);

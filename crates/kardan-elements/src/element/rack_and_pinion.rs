@@ -118,6 +118,6 @@ fn bent(name: &str, [driving, rack]: [&str; 2], spline: Spline, values: &Values)
     let Some(backlash) = backlash_of(values) else { return moves(rack).into() };
     // The position that the rack would have without backlash follows from the pinion; the backlash is between these two.
     let direction = Direction::difference(rack, Some(name));
-    let behind = [Term::Position { name: name.into() }].into_iter().chain(moves(name));
+    let behind = [Term::Coordinate { name: name.into(), domain: Domain::Translation }].into_iter().chain(moves(name));
     behind.chain(backlash_terms(&direction, &Exact::zero(), backlash, &Side::of(values))).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::Element;
 use super::shared::branch::{FROM, TO, branch, check_branch};
+use super::shared::losses::damper;
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
@@ -42,8 +43,6 @@ resistance = \"50 Ohm\"
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
-    if let Some(resistance) = values.exact("resistance").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { direction: Direction::shaft(name), damping: resistance.clone() });
-    }
+    out.extend(damper(&Direction::shaft(name), values.exact("resistance")));
     out
 }

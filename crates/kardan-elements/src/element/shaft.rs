@@ -1,7 +1,7 @@
 //! The element `shaft`: a rigid rotating body.
 
 use super::Element;
-use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
+use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, inertia, losses};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
@@ -48,10 +48,5 @@ friction = \"0.2 N m\"
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = Direction::shaft(name);
-    let mut out = Vec::new();
-    if let Some(inertia) = values.exact("inertia").filter(|x| !x.is_zero()) {
-        out.push(Term::Inertia { direction: direction.clone(), inertia: inertia.clone() });
-    }
-    out.extend(losses(&direction, values));
-    out
+    inertia(&direction, values.exact("inertia")).into_iter().chain(losses(&direction, values)).collect()
 }

@@ -2,7 +2,8 @@
 
 use super::shared::contact::{Side, backlash_of, centred_limits, contact};
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
-use super::{Element, KeyError, gear};
+use super::shared::shafts::{ENDS, check_ends};
+use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
 use kardan_results::Symbol;
@@ -54,7 +55,7 @@ damping = \"0.02 N m s/rad\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [gear::check(values), check_losses(values, values.translational)].concat();
+    let mut out = [check_ends(values, ENDS), check_losses(values, values.translational)].concat();
     if values.has("backlash") && !values.exact("stiffness").is_some_and(|s| s.to_f64() > 0.0) {
         out.push(KeyError::new(
             "backlash",

@@ -2,7 +2,7 @@
 
 use super::Element;
 use kardan_math::units::{Dimension, Exact};
-use kardan_mechanics::equations::{Direction, Term};
+use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Values, keys};
 
@@ -38,7 +38,8 @@ rate = \"(1 m/s - 20 m/s * slip.z) / 0.6 m\"
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let direction = || Direction::shaft(name);
     let one = Exact::one();
-    let own = [Term::State { name: name.to_string() }, Term::Inertia { direction: direction(), inertia: one }];
+    let state = Term::Coordinate { name: name.to_string(), domain: Domain::Number };
+    let own = [state, Term::Inertia { direction: direction(), inertia: one }];
     let law = values.formula("rate").map(|law| Term::Torque { direction: direction(), law: law.clone() });
     own.into_iter().chain(law).collect()
 }

@@ -1,6 +1,6 @@
 //! The element `transformer` of a circuit.
 
-use super::shared::branch::{branch, check_ends};
+use super::shared::branch::{branch, check_winding};
 use super::{Element, KeyError};
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Term};
@@ -48,7 +48,7 @@ ratio = \"10/3\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    [check_ends(values, ["from_1", "to_1"]), check_ends(values, ["from_2", "to_2"])].concat()
+    [check_winding(values, ["from_1", "to_1"]), check_winding(values, ["from_2", "to_2"])].concat()
 }
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::shared::contact::{RESTITUTION, Side, backlash_of, backlash_terms, check_backlash};
+use super::shared::shafts::{ENDS, check_ends};
 use super::shared::straight::check_moves;
-use super::{Element, KeyError, gear};
+use super::{Element, KeyError};
 use kardan_expr::expr::{Expr, Function, Graph, Surd};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::{Dimension, Exact};
-use kardan_mechanics::equations::{Curve, CurveFormulas, Direction, Term};
+use kardan_mechanics::equations::{Curve, CurveFormulas, Direction, Domain, Term};
 use kardan_results::Symbol;
 use kardan_schema::schema::{ElementKeys, Keys, Sign, Values, keys};
 
@@ -59,7 +60,7 @@ angle = \"20 deg\"
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    let mut out = [gear::check(values), check_moves(values, &["shaft_1", "shaft_2"]), check_backlash(values)].concat();
+    let mut out = [check_ends(values, ENDS), check_moves(values, &ENDS), check_backlash(values)].concat();
     let single = values.has("angle");
     let double = (values.has("angle_1"), values.has("angle_2"));
     if single && double != (false, false) {
@@ -120,7 +121,8 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
         return flanks(&driving, Exact::new(rational_from_f64(shift).unwrap_or_default(), 0));
     }
     // The angle that shaft_1 would have without backlash follows from shaft_2; the backlash is between these two.
-    let behind = [Term::Angle { name: name.into() }, Term::Transmission { driven: name.into(), driving, curve }];
+    let angle = Term::Coordinate { name: name.into(), domain: Domain::Rotation };
+    let behind = [angle, Term::Transmission { driven: name.into(), driving, curve }];
     behind.into_iter().chain(flanks(name, Exact::zero())).collect()
 }
 
@@ -157,10 +159,6 @@ impl Curve for NamedJoint {
             phase_out: self.joint.phase_in,
         };
         Some(Arc::new(Self { joint, inverted: !self.inverted, ..self.clone() }))
-    }
-
-    fn shifted_identity(&self) -> Option<f64> {
-        None
     }
 
     fn repeats_each_half_turn(&self) -> bool {

@@ -1,8 +1,8 @@
 //! The element `vehicle`: a car as a single-track model.
 
 use super::rack_and_pinion::points;
-use super::shared::car::Car;
 use super::shared::car_checks::{check_tyres, check_wheels, least};
+use super::shared::composite::Composite;
 use super::shared::spline::check_points;
 use super::shared::straight::check_moves;
 use super::{Element, KeyError};
@@ -200,7 +200,7 @@ pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Opt
     if needed.into_iter().any(|field| entries.keyed(field.name).is_none()) {
         return None;
     }
-    let car = Car { name, entries };
+    let car = Composite { name, entries };
     let mut out = Entries::default();
     car.body(&mut out);
     car.steering(&mut out, steered_by_mass);
@@ -212,7 +212,7 @@ pub(super) fn parts(name: &str, entries: &Entries, steered_by_mass: bool) -> Opt
     Some(out)
 }
 
-impl Car<'_> {
+impl Composite<'_> {
     /// The moving parts; the lateral velocity is in axes that rotate with the car.
     fn body(&self, out: &mut Entries) {
         self.add(out, "mass", "lateral", &[("mass", self.own("mass"))]);

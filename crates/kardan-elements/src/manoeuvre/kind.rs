@@ -1,5 +1,6 @@
 //! The description of a kind of manoeuvre, and the tables that it expands to.
 
+use crate::element::quoted;
 use kardan_math::units::Dimension;
 use kardan_schema::entries::Entries;
 use kardan_schema::schema::{Sign, keys};
@@ -135,11 +136,6 @@ pub struct Made {
     pub cones: Option<Cones>,
 }
 
-/// A name in the syntax of expressions.
-pub fn quoted(name: &str) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
-}
-
 impl ManoeuvreSpec<'_> {
     /// A value as an expression: the given one, or its default.
     pub fn value(&self, key: &str) -> Option<String> {
@@ -193,10 +189,12 @@ impl Made {
         self.shared.push((spec.word(key).unwrap_or(usual).to_string(), quoted(&name)));
     }
 
-    /// Adds the angle of the wheel as a signal of a kind.
-    pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)]) {
+    /// Adds the angle of the wheel as a signal, with these keys and those that it has in common with the manoeuvre.
+    pub fn steer(&mut self, spec: &ManoeuvreSpec<'_>, keys: &[(&str, &str)], common: &[&str]) {
         let name = spec.own("steer");
-        self.tables.push(("signal", name.clone(), Entries::of_texts(keys.iter().copied())));
+        let common = common.iter().map(|key| (*key, spec.text(key)));
+        let keys = keys.iter().map(|(key, text)| (*key, (*text).to_string())).chain(common);
+        self.tables.push(("signal", name.clone(), Entries::of_texts(keys)));
         self.angle = Some(quoted(&name));
     }
 }

@@ -16,7 +16,8 @@ mod steady_circle;
 mod step_steer;
 mod weave;
 
-pub use kind::{COMMON, Cones, Made, Manoeuvre, ManoeuvreKind, ManoeuvreSpec, Need, quoted};
+pub use crate::element::quoted;
+pub use kind::{COMMON, Cones, Made, Manoeuvre, ManoeuvreKind, ManoeuvreSpec, Need};
 pub use path::{Path, lanes};
 
 /// All kinds of manoeuvres.

@@ -17,16 +17,15 @@ pub(super) const PARKING: ManoeuvreKind = ManoeuvreKind {
 };
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
-    let wave = [("kind", "sine"), ("amplitude", amplitude.as_str())];
-    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let [start, frequency] = ["start", "frequency"].map(|key| spec.text(key));
+    made.steer(spec, &[("kind", "sine")], &["amplitude", "start", "frequency"]);
     made.duration = spec.value("duration").or(Some(format!("{start} + 1.25 / {frequency}")));
     let Some(torque) = &spec.torque else { return };
     made.figure(spec, "torque", &[("signal", torque), ("measure", "max_abs")]);
     if let Some(wheel) = &spec.wheel {
         let [phi, w] = ["phi", "w"].map(|word| super::quoted(&format!("{wheel}.{word}")));
-        let over = [("measure", "hysteresis"), ("over", phi.as_str()), ("from", start.as_str())];
-        made.figure(spec, "hysteresis", &[&[("signal", torque.as_str())][..], &over].concat());
+        let keys: [(&str, &str); 4] = [("signal", torque), ("measure", "hysteresis"), ("over", &phi), ("from", &start)];
+        made.figure(spec, "hysteresis", &keys);
         made.figure(spec, "power", &[("signal", &format!("({torque}) * {w}")), ("measure", "max")]);
     }
 }

@@ -1,6 +1,7 @@
 //! Lanes between cones.
 
-use super::kind::{Cones, Made, ManoeuvreSpec, Need, quoted};
+use super::kind::{Cones, Made, ManoeuvreSpec, Need};
+use crate::element::quoted;
 use kardan_math::units::Dimension;
 use kardan_schema::entries::{Entries, RawValue};
 use kardan_schema::schema::{EntryValue, Names, Sign, keys};

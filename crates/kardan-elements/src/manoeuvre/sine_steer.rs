@@ -18,8 +18,7 @@ pub(super) const SINE_STEER: ManoeuvreKind = ManoeuvreKind {
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
-    let wave = [("kind", "sine_with_dwell"), ("dwell", "0 s"), ("amplitude", amplitude.as_str())];
-    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    made.steer(spec, &[("kind", "sine_with_dwell"), ("dwell", "0 s")], &["amplitude", "start", "frequency"]);
     made.duration = spec.value("duration").or(Some(format!("{start} + 1 / {frequency} + 2 s")));
     for (word, name) in [("yaw_rate", "yaw"), ("a_y", "a_y")] {
         let signal = spec.of_car(word);

@@ -20,10 +20,9 @@ pub(super) const SINE_WITH_DWELL: ManoeuvreKind = ManoeuvreKind {
 };
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
-    let dwell = spec.text("dwell");
-    let wave = [("kind", "sine_with_dwell"), ("amplitude", amplitude.as_str()), ("dwell", dwell.as_str())];
-    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let keys = ["amplitude", "dwell", "start", "frequency"];
+    let [amplitude, dwell, start, frequency] = keys.map(|key| spec.text(key));
+    made.steer(spec, &[("kind", "sine_with_dwell")], &keys);
     let end = format!("{start} + 1 / {frequency} + {dwell}");
     made.duration = spec.value("duration").or(Some(format!("{end} + 2 s")));
     let against = format!("-{} / {amplitude}", spec.of_car("yaw_rate"));

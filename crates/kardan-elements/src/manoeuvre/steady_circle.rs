@@ -19,7 +19,7 @@ pub(super) const STEADY_CIRCLE: ManoeuvreKind = ManoeuvreKind {
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let [amplitude, start, over] = ["amplitude", "start", "over"].map(|key| spec.text(key));
-    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
+    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude)], &["start", "over"]);
     made.duration = spec.value("duration").or(Some(format!("{start} + {over}")));
     let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));
     let [front, rear] = ["front_axle", "rear_axle"].map(|key| spec.of_car(key));

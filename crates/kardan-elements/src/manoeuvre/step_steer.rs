@@ -20,7 +20,7 @@ pub(super) const STEP_STEER: ManoeuvreKind = ManoeuvreKind {
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
     let [amplitude, start, rate] = ["amplitude", "start", "rate"].map(|key| spec.text(key));
     let over = format!("abs({amplitude}) / {rate}");
-    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)]);
+    made.steer(spec, &[("kind", "ramp"), ("to", &amplitude), ("start", &start), ("over", &over)], &[]);
     made.duration = spec.value("duration").or(Some(format!("{start} + {over} + 4 s")));
     let half = format!("{start} + {over} / 2");
     let [a_y, r, u, v] = ["a_y", "yaw_rate", "v_x", "v_y"].map(|word| spec.of_car(word));

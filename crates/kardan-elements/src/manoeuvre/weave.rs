@@ -20,10 +20,8 @@ pub(super) const WEAVE: ManoeuvreKind = ManoeuvreKind {
 };
 
 fn write(spec: &ManoeuvreSpec<'_>, made: &mut Made) {
-    let [amplitude, start, frequency] = ["amplitude", "start", "frequency"].map(|key| spec.text(key));
-    let periods = spec.text("periods");
-    let wave = [("kind", "sine"), ("amplitude", amplitude.as_str())];
-    made.steer(spec, &[&wave[..], &[("start", start.as_str()), ("frequency", frequency.as_str())]].concat());
+    let [start, frequency, periods] = ["start", "frequency", "periods"].map(|key| spec.text(key));
+    made.steer(spec, &[("kind", "sine")], &["amplitude", "start", "frequency"]);
     let end = spec.value("duration").unwrap_or(format!("{start} + ({periods} + 1.5) / {frequency}"));
     made.duration = Some(end.clone());
     let from = format!("{end} - {periods} / {frequency}");

@@ -15,33 +15,19 @@ mod smooth_step;
 mod table;
 mod writer;
 
-pub use chirp::Chirp;
-pub use expression::ExpressionSignal;
-pub use multisine::{Multisine, MultisineLine};
-pub use noise::Noise;
-pub use pulses::Pulses;
-pub use ramp::Ramp;
-pub use sine::Sine;
-pub use sine_with_dwell::SineWithDwell;
-pub use smooth_step::SmoothStep;
-pub use table::TableSignal;
 pub use writer::{MOST_BREAKPOINTS, Refused, Samples, SignalKind, SignalWriter};
 
-/// All kinds of signals.
-pub const REGISTRY: &[SignalKind] = &[
-    sine::SINE,
-    chirp::CHIRP,
-    pulses::PULSES,
-    ramp::RAMP,
-    smooth_step::SMOOTH_STEP,
-    sine_with_dwell::SINE_WITH_DWELL,
-    multisine::MULTISINE,
-    noise::NOISE,
-    table::TABLE,
-    expression::EXPRESSION,
-];
-
-/// The kind with that keyword.
-pub fn find(keyword: &str) -> Option<&'static SignalKind> {
-    REGISTRY.iter().find(|kind| kind.keyword == keyword)
+registry! {
+    /// All kinds of signals.
+    SignalKind:
+    sine::{Sine} => SINE,
+    chirp::{Chirp} => CHIRP,
+    pulses::{Pulses} => PULSES,
+    ramp::{Ramp} => RAMP,
+    smooth_step::{SmoothStep} => SMOOTH_STEP,
+    sine_with_dwell::{SineWithDwell} => SINE_WITH_DWELL,
+    multisine::{Multisine, MultisineLine} => MULTISINE,
+    noise::{Noise} => NOISE,
+    table::{TableSignal} => TABLE,
+    expression::{ExpressionSignal} => EXPRESSION,
 }

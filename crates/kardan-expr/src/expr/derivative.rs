@@ -207,22 +207,20 @@ impl Graph {
 
     /// Expressions whose zeros are places where an expression may jump.
     pub fn jumps(&mut self, expr: Expr) -> Vec<Expr> {
-        let mut found = Vec::new();
-        for part in self.needed(&[expr]) {
-            if let Node::Select([a, b, ..]) = *self.node(part) {
-                found.push(self.subtract(a, b));
-            }
-        }
-        found.sort();
-        found.dedup();
-        found
+        self.bends(expr, |node| matches!(node, Node::Select(_)))
     }
 
     /// Expressions whose zeros are places where an expression may have a jump or a kink: there its derivative is that of one side.
     pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
+        self.bends(expr, |_| true)
+    }
+
+    /// Expressions whose zeros separate the pieces of some nodes, each once.
+    fn bends(&mut self, expr: Expr, which: impl Fn(&Node) -> bool) -> Vec<Expr> {
         let mut found = Vec::new();
         for part in self.needed(&[expr]) {
             match self.node(part).clone() {
+                node if !which(&node) => {}
                 Node::Apply(Function::Abs, a) => found.push(a),
                 Node::Min(a, b) | Node::Max(a, b) | Node::Select([a, b, ..]) => found.push(self.subtract(a, b)),
                 Node::Table(number, x) => {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::ops::AddAssign;
 
 use kardan_math::num::Rational;
 use kardan_math::units::Dimension;
@@ -64,16 +65,6 @@ impl Graph {
     /// Whether it is the same, node by node.
     pub fn has_nodes_of(&self, other: &Self) -> bool {
         (&self.nodes, &self.symbols, &self.tables) == (&other.nodes, &other.symbols, &other.tables)
-    }
-
-    /// How many nodes there are.
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether there is no node.
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
     }
 
     /// An exact number.
@@ -159,14 +150,7 @@ impl Graph {
                 _ => flat.push((*term, factor.clone())),
             }
         }
-        flat.sort_by_key(|(term, _)| *term);
-        let mut terms: Vec<(Expr, Rational)> = Vec::with_capacity(flat.len());
-        for (term, factor) in flat {
-            match terms.last_mut() {
-                Some((last, sum)) if *last == term => *sum += factor,
-                _ => terms.push((term, factor)),
-            }
-        }
+        let mut terms = merged(flat);
         terms.retain(|(_, factor)| !factor.is_zero());
         match (all.is_zero(), terms.as_slice()) {
             (_, []) => self.number(all),
@@ -237,14 +221,7 @@ impl Graph {
         if number.is_zero() {
             return self.integer(0);
         }
-        flat.sort_by_key(|(factor, _)| *factor);
-        let mut factors: Vec<(Expr, i32)> = Vec::with_capacity(flat.len());
-        for (factor, power) in flat {
-            match factors.last_mut() {
-                Some((last, sum)) if *last == factor => *sum += power,
-                _ => factors.push((factor, power)),
-            }
-        }
+        let mut factors = merged(flat);
         factors.retain(|(_, power)| *power != 0);
         let rest = match factors.as_slice() {
             [] => return self.number(number),
@@ -336,6 +313,19 @@ impl Graph {
         });
         self.put(Node::Table(number as u32, x))
     }
+}
+
+/// Parts in order, each once: the numbers of equal ones are added.
+fn merged<N: AddAssign>(mut parts: Vec<(Expr, N)>) -> Vec<(Expr, N)> {
+    parts.sort_by_key(|(part, _)| *part);
+    let mut out: Vec<(Expr, N)> = Vec::with_capacity(parts.len());
+    for (part, number) in parts {
+        match out.last_mut() {
+            Some((last, sum)) if *last == part => *sum += number,
+            _ => out.push((part, number)),
+        }
+    }
+    out
 }
 
 /// A power of a number that is not zero if the power is negative.

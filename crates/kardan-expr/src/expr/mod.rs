@@ -7,7 +7,6 @@
 mod at_once;
 mod dependence;
 mod derivative;
-mod dimensions;
 mod domains;
 mod forward;
 mod graph;
@@ -38,8 +37,7 @@ pub use nodes::{Expr, Function, Symbol};
 pub use of_time::{OfTime, Part, Pieces, polynomial};
 pub use one_sided::{Linear, Number, SidesOf, bending, kinked, linear_sides};
 pub use piecewise_polynomial::PiecewisePolynomial;
-pub use print::{Style, parenthesised, printed};
-pub use print::{bare, raised};
+pub use print::{Style, bare, parenthesised, printed, raised};
 pub use sides::{Direction, Place, Side, Sided, exactly};
 pub use substitution::Substitution;
 pub use surds::{Surd, Surds};

@@ -60,12 +60,6 @@ impl Linear {
         self.guards.iter().all(|(guard, above)| *above != side.below.contains(guard))
     }
 
-    /// The side that it is.
-    pub fn side(&self) -> Side {
-        let below = self.guards.iter().filter(|(_, above)| !above);
-        Side { below: below.map(|(guard, _)| guard.clone()).collect() }
-    }
-
     /// Some of the expressions alone.
     #[must_use]
     pub fn of(&self, exprs: &[usize]) -> Self {

@@ -69,15 +69,8 @@ impl Graph {
 
     /// Expressions with others in place of some within them.
     pub fn replace(&mut self, exprs: &[Expr], replacements: &[(Expr, Expr)]) -> Vec<Expr> {
-        let mut new: HashMap<Expr, Expr> = HashMap::new();
-        for expr in self.needed(exprs) {
-            let value = match replacements.iter().find(|(own, _)| *own == expr) {
-                Some((_, value)) => *value,
-                None => self.rebuilt(expr, |part| new[&part]),
-            };
-            new.insert(expr, value);
-        }
-        exprs.iter().map(|expr| new[expr]).collect()
+        let made = replacements.iter().copied().collect();
+        Substitution { made, ..Substitution::default() }.of(self, exprs)
     }
 }
 

@@ -55,44 +55,32 @@ impl<'g> Traced<'g> {
     }
 }
 
-impl Add for Traced<'_> {
-    type Output = Self;
+/// An operator of two numbers: a node of expressions, or a fraction of the numerators and denominators.
+macro_rules! operator {
+    ($trait:ident, $method:ident, $node:ident, [$a:ident, $b:ident, $c:ident, $d:ident] => $fraction:expr) => {
+        impl $trait for Traced<'_> {
+            type Output = Self;
 
-    fn add(self, other: Self) -> Self {
-        Self::recorded([self, other], |graph, [a, b]| graph.add(a, b)).unwrap_or_else(|| {
-            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
-            Self::Fraction(a * d + c * b, b * d)
-        })
-    }
+            fn $method(self, other: Self) -> Self {
+                Self::recorded([self, other], |graph, [a, b]| graph.$node(a, b)).unwrap_or_else(|| {
+                    let (($a, $b), ($c, $d)) = (self.fraction(), other.fraction());
+                    let (numerator, denominator) = $fraction;
+                    Self::Fraction(numerator, denominator)
+                })
+            }
+        }
+    };
 }
+
+operator!(Add, add, add, [a, b, c, d] => (a * d + c * b, b * d));
+operator!(Mul, mul, multiply, [a, b, c, d] => (a * c, b * d));
+operator!(Div, div, divide, [a, b, c, d] => (a * d, b * c));
 
 impl Sub for Traced<'_> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
         self + -other
-    }
-}
-
-impl Mul for Traced<'_> {
-    type Output = Self;
-
-    fn mul(self, other: Self) -> Self {
-        Self::recorded([self, other], |graph, [a, b]| graph.multiply(a, b)).unwrap_or_else(|| {
-            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
-            Self::Fraction(a * c, b * d)
-        })
-    }
-}
-
-impl Div for Traced<'_> {
-    type Output = Self;
-
-    fn div(self, other: Self) -> Self {
-        Self::recorded([self, other], |graph, [a, b]| graph.divide(a, b)).unwrap_or_else(|| {
-            let ((a, b), (c, d)) = (self.fraction(), other.fraction());
-            Self::Fraction(a * d, b * c)
-        })
     }
 }
 

@@ -31,23 +31,23 @@ impl Plan {
     /// ```
     pub fn not_finite(&self, memory: &[f64]) -> Option<String> {
         let results = self.results();
-        let is_finite = |place: &u32| memory[*place as usize].is_finite();
+        let is_finite = |place: &usize| memory[*place].is_finite();
         let (place, _) =
             results.iter().find(|(place, result)| !is_finite(place) && result.values().iter().all(is_finite))?;
         let writing = Writing { plan: self, memory, results: &results };
         let (named, numbers) = (writing.infix(*place, DEPTH), writing.operation(*place, &results[place], 0));
         let numbers = if named == numbers { String::new() } else { format!(" = {numbers}") };
-        Some(format!("{named}{numbers} is {}", memory[*place as usize]))
+        Some(format!("{named}{numbers} is {}", memory[*place]))
     }
 
     /// An output as a formula, a few operations deep; deeper operations are written as their value in a memory.
     pub fn formatted(&self, output: usize, memory: &[f64]) -> String {
-        Writing { plan: self, memory, results: &self.results() }.infix(self.place(output) as u32, DEPTH)
+        Writing { plan: self, memory, results: &self.results() }.infix(self.place(output), DEPTH)
     }
 
     /// The operation that computes each index behind inputs and constants.
-    fn results(&self) -> BTreeMap<u32, Operation<'_>> {
-        self.each_operation().flat_map(|operation| operation.out.map(|place| (place as u32, operation))).collect()
+    fn results(&self) -> BTreeMap<usize, Operation> {
+        self.each_operation().flat_map(|operation| operation.out.map(|place| (place, operation))).collect()
     }
 }
 
@@ -55,21 +55,21 @@ impl Plan {
 struct Writing<'a> {
     plan: &'a Plan,
     memory: &'a [f64],
-    results: &'a BTreeMap<u32, Operation<'a>>,
+    results: &'a BTreeMap<usize, Operation>,
 }
 
 impl Writing<'_> {
     /// A value as a formula, `depth` operations deep.
-    fn infix(&self, place: u32, depth: usize) -> String {
-        match (self.plan.inputs.get(place as usize), self.results.get(&place)) {
+    fn infix(&self, place: usize, depth: usize) -> String {
+        match (self.plan.inputs.get(place), self.results.get(&place)) {
             (Some(input), _) if depth > 0 => input.clone(),
             (None, Some(result)) if depth > 0 => self.operation(place, result, depth - 1),
-            _ => format!("{:?}", self.memory[place as usize]),
+            _ => format!("{:?}", self.memory[place]),
         }
     }
 
     /// An operation as one of its values, its operands `depth` operations deep.
-    fn operation(&self, place: u32, result: &Operation<'_>, depth: usize) -> String {
+    fn operation(&self, place: usize, result: &Operation, depth: usize) -> String {
         let operands = result.values();
         let inner = |k: usize| self.infix(operands[k], depth);
         // A term that is not a single word or call is in parentheses.
@@ -88,7 +88,7 @@ impl Writing<'_> {
             Operator::Divide => format!("{}/{}", part(0), part(1)),
             Operator::AddProduct => format!("{} + {}*{}", inner(2), part(0), part(1)),
             Operator::SubtractProduct => format!("{} - {}*{}", inner(2), part(0), part(1)),
-            Operator::SineCosine if place as usize == result.out[1] => format!("cos({})", inner(0)),
+            Operator::SineCosine if place == result.out[1] => format!("cos({})", inner(0)),
             Operator::SineCosine => format!("sin({})", inner(0)),
             other => {
                 let list: Vec<String> = (0..operands.len()).map(inner).collect();

@@ -52,35 +52,66 @@ pub struct Plan {
 
 /// An operation of a plan.
 #[derive(Debug, Clone, Copy)]
-struct Operation<'a> {
+struct Operation {
     operator: Operator,
-    /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
-    operands: &'a [u32],
+    /// Indices of its operands, then zeros; of [`Operator::Table`] the first is the table's number.
+    operands: [usize; 4],
     /// Where its value is, and of [`Operator::SineCosine`] the cosine.
     out: [usize; 2],
 }
 
-impl<'a> Operation<'a> {
+impl Operation {
     /// The operands that are values.
-    fn values(&self) -> &'a [u32] {
-        if self.operator == Operator::Table { &self.operands[1..] } else { self.operands }
+    fn values(&self) -> &[usize] {
+        &self.operands[usize::from(self.operator == Operator::Table)..self.operator.operands()]
     }
 }
 
 impl Plan {
     /// The operations in their order.
-    fn each_operation(&self) -> impl Iterator<Item = Operation<'_>> {
+    fn each_operation(&self) -> impl Iterator<Item = Operation> {
         let (mut first, mut operands) = (self.inputs.len() + self.constants.len(), self.operands.as_slice());
         self.runs.iter().flat_map(move |&Run { operator, count }| {
             let width = operator.operands();
             let (own, later) = operands.split_at(count * width);
             let place = first;
             (first, operands) = (first + count * operator.values(), later);
-            own.chunks_exact(width).enumerate().map(move |(k, operands)| {
+            own.chunks_exact(width).enumerate().map(move |(k, own)| {
+                let operands = std::array::from_fn(|j| own.get(j).map_or(0, |place| *place as usize));
                 let cosine = if operator == Operator::SineCosine { place + count + k } else { place + k };
                 Operation { operator, operands, out: [place + k, cosine] }
             })
         })
+    }
+
+    /// Which values of the memory some of them need.
+    fn needed(&self, outputs: &[usize]) -> Vec<bool> {
+        let mut needed = vec![false; self.block().memory()];
+        outputs.iter().for_each(|place| needed[*place] = true);
+        let operations: Vec<Operation> = self.each_operation().collect();
+        for operation in operations.iter().rev() {
+            if operation.out.iter().any(|place| needed[*place]) {
+                operation.values().iter().for_each(|place| needed[*place] = true);
+            }
+        }
+        needed
+    }
+
+    /// The operations that some values of the memory need and that vary, and which values do not change; `steady`
+    /// returns which inputs do not.
+    fn varying(&self, outputs: &[usize], steady: impl Fn(usize) -> bool) -> (Vec<Operation>, Vec<bool>) {
+        let (inputs, constants, needed) = (self.inputs.len(), self.constants.len(), self.needed(outputs));
+        let begin = |k: usize| if k < inputs { steady(k) } else { k < inputs + constants };
+        let mut is_steady: Vec<bool> = (0..needed.len()).map(begin).collect();
+        let mut operations = Vec::new();
+        for operation in self.each_operation() {
+            let rests = operation.values().iter().all(|place| is_steady[*place]);
+            operation.out.iter().for_each(|place| is_steady[*place] = rests);
+            if !rests && operation.out.iter().any(|place| needed[*place]) {
+                operations.push(operation);
+            }
+        }
+        (operations, is_steady)
     }
 
     /// The executable plan.

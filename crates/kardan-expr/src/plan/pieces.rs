@@ -11,10 +11,9 @@ const SAME: f64 = 1e-12;
 /// A value of smooth pieces. Numbers are indices into the values of an order.
 #[derive(Debug, Clone)]
 enum Kink {
-    /// One of two values, selected by whether the first of two is below the second.
-    Pair { than: [usize; 2], values: [usize; 2], sign: usize },
-    /// A value times the sign of it.
-    Size { value: usize, sign: usize },
+    /// One of two values, selected by whether a value is below another one, or below zero where there is none; without
+    /// values, that value times its sign.
+    Choice { value: usize, than: Option<usize>, values: Option<[usize; 2]>, sign: usize },
     /// A polynomial between two knots of a table. From `first` on: the coefficients, constant first, the origin, the
     /// argument minus the origin, and the intermediate values of Horner's rule of the previous order.
     Table { value: usize, table: Table, first: usize, piece: usize },
@@ -53,7 +52,7 @@ impl Pieces {
         match (operator, operands) {
             (Operator::Absolute, &[value]) => {
                 steps.push(step(Operator::Multiply, true, out, [value, free, 0], 0));
-                self.kinks.push(Kink::Size { value, sign: free });
+                self.kinks.push(Kink::Choice { value, than: None, values: None, sign: free });
                 free += 1;
             }
             (Operator::Table, &[number, value]) => {
@@ -73,14 +72,14 @@ impl Pieces {
                 self.kinks.push(Kink::Table { value, table, first, piece: 0 });
             }
             (Operator::Minimum | Operator::Maximum | Operator::Select, _) => {
-                let (than, values) = match *operands {
+                let ([value, than], values) = match *operands {
                     [a, b] if operator == Operator::Minimum => ([a, b], [a, b]),
                     [a, b] => ([a, b], [b, a]),
                     [a, b, then, otherwise] => ([a, b], [then, otherwise]),
                     _ => return None,
                 };
                 steps.push(step(Operator::Select, false, out, [values[0], values[1], 0], free));
-                self.kinks.push(Kink::Pair { than, values, sign: free });
+                self.kinks.push(Kink::Choice { value, than: Some(than), values: Some(values), sign: free });
                 free += 1;
             }
             _ => return None,
@@ -95,13 +94,10 @@ impl Pieces {
         *jumps = false;
         for (k, kink) in kinks.iter_mut().enumerate() {
             let meets = match kink {
-                Kink::Pair { than: [a, b], sign, .. } => {
-                    memory[*sign] = if memory[*a] < memory[*b] { -1.0 } else { 1.0 };
-                    memory[*a] == memory[*b]
-                }
-                Kink::Size { value, sign } => {
-                    memory[*sign] = if memory[*value] < 0.0 { -1.0 } else { 1.0 };
-                    memory[*value] == 0.0
+                Kink::Choice { value, than, sign, .. } => {
+                    let (a, b) = (memory[*value], than.map_or(0.0, |than| memory[than]));
+                    memory[*sign] = if a < b { -1.0 } else { 1.0 };
+                    a == b
                 }
                 Kink::Table { value, table, first, piece } => {
                     let (knots, x) = (knots(table, numbers), memory[*value]);
@@ -127,8 +123,8 @@ impl Pieces {
                 return true;
             }
             let change = match &mut kinks[*kink] {
-                Kink::Pair { than, values, sign } => {
-                    let [a, b] = than.map(|place| memory[k * width + place]);
+                Kink::Choice { value, than, values, sign } => {
+                    let (a, b) = (memory[k * width + *value], than.map_or(0.0, |than| memory[k * width + than]));
                     if a == b {
                         return true;
                     }
@@ -136,21 +132,11 @@ impl Pieces {
                     let change = memory[*sign] != chosen;
                     memory[*sign] = chosen;
                     // Lower orders were computed with the other value.
-                    let apart = |order: usize| {
+                    let apart = |values: [usize; 2], order: usize| {
                         let [a, b] = values.map(|place| memory[order * width + place]);
                         (a - b).abs() > SAME * (a.abs() + b.abs())
                     };
-                    *jumps |= change && (0..k).any(apart);
-                    change
-                }
-                Kink::Size { value, sign } => {
-                    let slope = memory[k * width + *value];
-                    if slope == 0.0 {
-                        return true;
-                    }
-                    let chosen = if slope < 0.0 { -1.0 } else { 1.0 };
-                    let change = memory[*sign] != chosen;
-                    memory[*sign] = chosen;
+                    *jumps |= change && values.is_some_and(|values| (0..k).any(|order| apart(values, order)));
                     change
                 }
                 Kink::Table { value, table, first, piece } => {
@@ -185,8 +171,7 @@ impl Pieces {
     pub fn margins<'a>(&'a self, memory: &'a [f64]) -> impl Iterator<Item = (usize, Option<usize>, f64, f64)> + 'a {
         self.kinks.iter().flat_map(move |kink| {
             let margins = match kink {
-                Kink::Pair { than: [a, b], sign, .. } => [Some((*a, Some(*b), memory[*sign], 0.0)), None],
-                Kink::Size { value, sign } => [Some((*value, None, memory[*sign], 0.0)), None],
+                Kink::Choice { value, than, sign, .. } => [Some((*value, *than, memory[*sign], 0.0)), None],
                 Kink::Table { value, table, piece, .. } => {
                     let knots = knots(table, &self.numbers);
                     let above = piece.checked_sub(1).map(|below| (*value, None, 1.0, -knots[below]));
@@ -198,12 +183,12 @@ impl Pieces {
     }
 }
 
-fn knots<'a>(table: &Table, numbers: &'a [f64]) -> &'a [f64] {
+pub(super) fn knots<'a>(table: &Table, numbers: &'a [f64]) -> &'a [f64] {
     &numbers[table.first..][..table.pieces - 1]
 }
 
 /// The origin of a piece and its coefficients.
-fn piece_of<'a>(table: &Table, numbers: &'a [f64], piece: usize) -> (f64, &'a [f64]) {
+pub(super) fn piece_of<'a>(table: &Table, numbers: &'a [f64], piece: usize) -> (f64, &'a [f64]) {
     let own = &numbers[table.first + table.pieces - 1..];
     (own[piece], &own[table.pieces + piece * table.terms..][..table.terms])
 }

@@ -9,6 +9,7 @@
 
 use kardan_rt::{Operator, Table};
 
+use super::pieces::{knots, piece_of};
 use super::{Operation, Plan};
 use crate::expr::{Domain, Interval, Intervals};
 
@@ -17,21 +18,7 @@ const WIDE: f64 = 0.5;
 /// Part of a value that outward rounding makes of it.
 const ROUNDING: f64 = 1e-14;
 
-/// An operation of a plan that a requested output depends on, and that varies.
-#[derive(Debug, Clone)]
-struct Varying {
-    operator: Operator,
-    /// Indices of its operands; of [`Operator::Table`] the first is the table's number.
-    operands: [usize; 4],
-    /// Where its value is, and of [`Operator::SineCosine`] the cosine.
-    out: [usize; 2],
-}
-
-impl Varying {
-    fn operands(&self) -> &[usize] {
-        &self.operands[usize::from(self.operator == Operator::Table)..self.operator.operands()]
-    }
-
+impl Operation {
     /// Whether it has a scale.
     fn has_scale(&self) -> bool {
         use Operator::{ArcCosine, ArcSine, ArcTangent, ArcTangent2, Divide, Exponential, Logarithm};
@@ -49,6 +36,11 @@ impl Varying {
                 | Logarithm
                 | Divide
         )
+    }
+
+    /// The operands that its scale is one of: of a quotient the divisor alone.
+    fn arguments(&self) -> &[usize] {
+        &self.values()[usize::from(self.operator == Operator::Divide)..]
     }
 
     /// How far its arguments move, in scales; `extent` returns for an index the size of its value and how far it moves.
@@ -98,7 +90,8 @@ impl Varying {
 /// The operations of a plan by which a step is judged.
 #[derive(Debug, Clone)]
 pub struct Resolution {
-    operations: Vec<Varying>,
+    /// Those that a requested output depends on, and that vary.
+    operations: Vec<Operation>,
     /// Those among them that have a scale.
     scaled: Vec<usize>,
     tables: Vec<Table>,
@@ -112,31 +105,17 @@ impl Resolution {
     /// For the values at some indices of a plan's memory and their operands; `steady` returns which inputs do not
     /// change.
     pub fn new(plan: &Plan, outputs: &[usize], steady: impl Fn(usize) -> bool) -> Self {
-        let needed = super::series::needed(plan, outputs);
-        let (inputs, constants, values) = (plan.inputs.len(), plan.constants.len(), plan.block().memory());
-        let mut is_steady: Vec<bool> =
-            (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
-        let mut operations = Vec::new();
-        for operation in plan.each_operation() {
-            let Operation { operator, out, .. } = operation;
-            let rests = operation.values().iter().all(|place| is_steady[*place as usize]);
-            out.iter().for_each(|place| is_steady[*place] = rests);
-            if !rests && out.iter().any(|place| needed[*place]) {
-                let place = |k: usize| operation.operands.get(k).map_or(0, |place| *place as usize);
-                operations.push(Varying { operator, operands: std::array::from_fn(place), out });
-            }
-        }
-        let varies = |operation: &Varying| {
-            let argument = usize::from(operation.operator == Operator::Divide);
-            operation.has_scale() && operation.operands()[argument..].iter().any(|place| !is_steady[*place])
+        let (operations, is_steady) = plan.varying(outputs, steady);
+        let varies = |operation: &Operation| {
+            operation.has_scale() && operation.arguments().iter().any(|place| !is_steady[*place])
         };
         Self {
             scaled: (0..operations.len()).filter(|k| varies(&operations[*k])).collect(),
             operations,
             tables: plan.tables.clone(),
             numbers: plan.numbers.clone(),
-            ranges: vec![Interval::point(0.0); values],
-            effects: vec![None; values],
+            ranges: vec![Interval::point(0.0); is_steady.len()],
+            effects: vec![None; is_steady.len()],
         }
     }
 
@@ -147,11 +126,7 @@ impl Resolution {
 
     /// Indices of the arguments of operations that have a scale.
     pub fn arguments(&self) -> impl Iterator<Item = usize> + '_ {
-        self.scaled.iter().flat_map(|k| {
-            let operation = &self.operations[*k];
-            let argument = usize::from(operation.operator == Operator::Divide);
-            operation.operands()[argument..].iter().copied()
-        })
+        self.scaled.iter().flat_map(|k| self.operations[*k].arguments().iter().copied())
     }
 
     /// The largest movement of arguments, in the scales of their operations: with more than 1 a step may miss an event.
@@ -174,7 +149,7 @@ impl Resolution {
         for operation in operations.iter() {
             let found = operation.range(tables, numbers, |place| ranges[place]);
             let far = operation.is_far(|place| ranges[place]);
-            let reached = || operation.operands().iter().any(|place| effects[*place].is_some());
+            let reached = || operation.values().iter().any(|place| effects[*place].is_some());
             let effect = match far {
                 true => found.map(Some),
                 false if reached() => {
@@ -202,17 +177,16 @@ impl Resolution {
 
 /// The values of a table over an interval.
 fn table(table: &Table, numbers: &[f64], x: Interval) -> Interval {
-    let (knots, own) = numbers[table.first..].split_at(table.pieces - 1);
-    let (origins, coefficients) = own.split_at(table.pieces);
+    let knots = knots(table, numbers);
     let first = knots.partition_point(|knot| *knot <= x.low);
     let last = knots.partition_point(|knot| *knot <= x.high);
     let of_piece = |piece: usize| {
         let from = if piece == first { x.low } else { knots[piece - 1] };
         let until = if piece == last { x.high } else { knots[piece] };
-        let argument = [Interval { low: from, high: until }, Interval::point(origins[piece])];
+        let (origin, coefficients) = piece_of(table, numbers, piece);
+        let argument = [Interval { low: from, high: until }, Interval::point(origin)];
         let argument = Intervals.operation(Operator::Subtract, &argument);
-        let own = &coefficients[piece * table.terms..][..table.terms];
-        own.iter().rev().fold(Interval::point(0.0), |value, c| {
+        coefficients.iter().rev().fold(Interval::point(0.0), |value, c| {
             Intervals.operation(Operator::AddProduct, &[value, argument, Interval::point(*c)])
         })
     };

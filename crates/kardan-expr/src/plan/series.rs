@@ -91,25 +91,16 @@ impl<N: Value> Series<N> {
         mut pieces: Option<&mut Pieces>,
         more: impl FnOnce(usize, &[bool]) -> (usize, Vec<Step>),
     ) -> Option<Self> {
-        let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
-        let values = plan.block().memory();
-        let mut is_steady: Vec<bool> =
-            (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
-        let needed = needed(plan, outputs);
-        let (mut steps, mut beside) = (Vec::new(), values);
-        for operation in plan.each_operation() {
+        let (operations, is_steady) = plan.varying(outputs, steady);
+        let (mut steps, mut beside) = (Vec::new(), is_steady.len());
+        for operation in operations {
             let Operation { operator, out: [out, cosine], .. } = operation;
-            let own_steady = operation.values().iter().all(|place| is_steady[*place as usize]);
-            (is_steady[out], is_steady[cosine]) = (own_steady, own_steady);
-            if own_steady || !(needed[out] || needed[cosine]) {
-                continue;
-            }
-            let operands: Vec<usize> = operation.operands.iter().map(|place| *place as usize).collect();
+            let operands = &operation.operands[..operator.operands()];
             if has_kinks(operator) {
-                beside = pieces.as_mut()?.write(plan, (operator, &operands), (out, beside), &mut steps)?;
+                beside = pieces.as_mut()?.write(plan, (operator, operands), (out, beside), &mut steps)?;
                 continue;
             }
-            let (scaled, operands) = arranged(operator, &operands, &is_steady);
+            let (scaled, operands) = arranged(operator, operands, &is_steady);
             let more = match operator {
                 Operator::SineCosine => cosine,
                 Operator::Tangent
@@ -187,19 +178,6 @@ impl<N: Value> Series<N> {
             None => steps.iter().for_each(|step| step.find(memory, *width, k)),
         }
     }
-}
-
-/// Which values of a plan's memory some of them need.
-pub(super) fn needed(plan: &Plan, outputs: &[usize]) -> Vec<bool> {
-    let mut needed = vec![false; plan.block().memory()];
-    outputs.iter().for_each(|place| needed[*place] = true);
-    let operations: Vec<Operation<'_>> = plan.each_operation().collect();
-    for operation in operations.iter().rev() {
-        if operation.out.iter().any(|place| needed[*place]) {
-            operation.values().iter().for_each(|place| needed[*place as usize] = true);
-        }
-    }
-    needed
 }
 
 fn has_kinks(operator: Operator) -> bool {

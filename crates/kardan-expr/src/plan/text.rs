@@ -33,8 +33,7 @@ impl fmt::Display for Plan {
             writeln!(out, "table {terms} | {} | {} | {}", numbers(knots), numbers(origins), numbers(coefficients))?;
         }
         let (inputs, constants) = (self.inputs.len(), self.constants.len());
-        let name = |place: u32| {
-            let place = place as usize;
+        let name = |place: usize| {
             if place < inputs {
                 self.inputs[place].clone()
             } else if place < inputs + constants {
@@ -46,7 +45,7 @@ impl fmt::Display for Plan {
         for operation in self.each_operation() {
             let operator = operation.operator;
             for place in &operation.out[..operator.values()] {
-                write!(out, "{} ", name(*place as u32))?;
+                write!(out, "{} ", name(*place))?;
             }
             write!(out, "= {}", word(operator))?;
             if operator == Operator::Table {
@@ -58,7 +57,7 @@ impl fmt::Display for Plan {
             writeln!(out)?;
         }
         for (output, place) in self.outputs.iter().zip(&self.places) {
-            writeln!(out, "output {output} = {}", name(*place))?;
+            writeln!(out, "output {output} = {}", name(*place as usize))?;
         }
         Ok(())
     }

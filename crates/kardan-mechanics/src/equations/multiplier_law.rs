@@ -13,24 +13,27 @@ pub enum MultiplierLaw<Row> {
     Rates(Vec<(Row, Arc<Formula>)>),
     /// `φ(q) = 0`.
     Surface(Arc<Formula>),
-    /// `Σ a_i q_i` is a function of time.
-    Position(Vec<(Row, Exact)>, Arc<OfTime>),
-    /// `Σ a_i q̇_i` is a function of time.
-    Speed(Vec<(Row, Exact)>, Arc<OfTime>),
-    /// `Σ a_i q̈_i` is a function of time.
-    Acceleration(Vec<(Row, Exact)>, Arc<OfTime>),
+    /// `Σ a_i q_i` or one of its rates is a function of time.
+    Prescribed {
+        /// a
+        row: Vec<(Row, Exact)>,
+        /// Whether it is the sum of positions (0), speeds (1) or accelerations (2).
+        order: usize,
+        /// The function.
+        function: Arc<OfTime>,
+    },
 }
 
 impl<Row> MultiplierLaw<Row> {
     /// The same over other names of coordinates.
     pub fn renamed<Other>(&self, name: impl Fn(&Row) -> Other) -> MultiplierLaw<Other> {
-        let numbers = |row: &[(Row, Exact)]| row.iter().map(|(own, x)| (name(own), x.clone())).collect();
         match self {
             Self::Rates(row) => MultiplierLaw::Rates(row.iter().map(|(own, a)| (name(own), Arc::clone(a))).collect()),
             Self::Surface(formula) => MultiplierLaw::Surface(Arc::clone(formula)),
-            Self::Position(row, place) => MultiplierLaw::Position(numbers(row), Arc::clone(place)),
-            Self::Speed(row, rate) => MultiplierLaw::Speed(numbers(row), Arc::clone(rate)),
-            Self::Acceleration(row, rate) => MultiplierLaw::Acceleration(numbers(row), Arc::clone(rate)),
+            Self::Prescribed { row, order, function } => {
+                let row = row.iter().map(|(own, x)| (name(own), x.clone())).collect();
+                MultiplierLaw::Prescribed { row, order: *order, function: Arc::clone(function) }
+            }
         }
     }
 
@@ -39,9 +42,7 @@ impl<Row> MultiplierLaw<Row> {
         match self {
             Self::Rates(row) => row.iter().map(|(own, _)| own).collect(),
             Self::Surface(_) => Vec::new(),
-            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => {
-                row.iter().map(|(own, _)| own).collect()
-            }
+            Self::Prescribed { row, .. } => row.iter().map(|(own, _)| own).collect(),
         }
     }
 
@@ -50,7 +51,7 @@ impl<Row> MultiplierLaw<Row> {
         match self {
             Self::Rates(row) => row.iter().map(|(_, formula)| formula).collect(),
             Self::Surface(formula) => vec![formula],
-            Self::Position(..) | Self::Speed(..) | Self::Acceleration(..) => Vec::new(),
+            Self::Prescribed { .. } => Vec::new(),
         }
     }
 
@@ -58,14 +59,14 @@ impl<Row> MultiplierLaw<Row> {
     pub fn is_rounded(&self) -> bool {
         let numbers = match self {
             Self::Rates(_) | Self::Surface(_) => &[][..],
-            Self::Position(row, _) | Self::Speed(row, _) | Self::Acceleration(row, _) => row,
+            Self::Prescribed { row, .. } => row,
         };
         numbers.iter().any(|(_, x)| x.is_rounded()) || self.formulas().into_iter().any(|formula| formula.is_rounded())
     }
 
     /// Whether it prescribes a function of time.
     pub fn prescribes(&self) -> bool {
-        matches!(self, Self::Position(..) | Self::Speed(..) | Self::Acceleration(..))
+        matches!(self, Self::Prescribed { .. })
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
 use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
+use crate::assemble::row_f64;
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
 use kardan_expr::expr::{Floating, Symbol, lower};
 use kardan_math::num::{Rational, SparseRow, rational_to_f64};
@@ -27,8 +27,12 @@ pub struct BlockTorque {
 }
 
 /// The value of a formula at angles and speeds of all coordinates, at time zero, with given block outputs.
-fn value_with_blocks(free: &Reduced, formula: &Formula, numeric: &Kinematics, output: &dyn Fn(&str) -> f64) -> f64 {
-    let mut motion = Motion::kinematics(free, false);
+fn value_with_blocks(
+    (free, mut motion): (&Reduced, Motion),
+    formula: &Formula,
+    numeric: &Kinematics,
+    output: &dyn Fn(&str) -> f64,
+) -> f64 {
     let value = motion.formula(free, formula);
     let Motion { graph, symbols, timed, .. } = &motion;
     let begin: Vec<f64> = timed.values(0.0).collect();
@@ -69,7 +73,7 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
     slopes
         .map(|(with, base)| BlockTorque {
             element: with.element,
-            row: with.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
+            row: row_f64(&with.row),
             on_outputs: with.on_outputs,
             on_positions: more(&with.on_positions, &base.on_positions),
             on_rates: more(&with.on_rates, &base.on_rates),
@@ -83,15 +87,14 @@ pub fn block_torques(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(
 /// # Panics
 /// As [`block_torques`].
 pub fn block_locks(reduced: &Reduced, point: &OperatingPoint, output: &dyn Fn(&str) -> f64) -> Vec<String> {
-    let free = all_free(&reduced.equations);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(&point.position, &point.rates);
+    let (free, motion) = Motion::free(&reduced.equations, false);
+    let numeric = Kinematics::at(reduced, &point.position, &point.rates);
     let locks = reduced.equations.unilaterals.iter().filter_map(|unilateral| match &unilateral.value {
         UnilateralConstraint::Lock { engaged } if reads_blocks(engaged) => Some((&unilateral.element, engaged)),
         _ => None,
     });
     let engaged = |(element, formula): (&String, &Arc<Formula>)| {
-        (value_with_blocks(&free, formula, &numeric, output) > 0.5).then(|| element.clone())
+        (value_with_blocks((&free, motion.clone()), formula, &numeric, output) > 0.5).then(|| element.clone())
     };
     locks.filter_map(engaged).collect()
 }

@@ -47,8 +47,7 @@ pub fn contacts(reduced: &Reduced, position: &[f64]) -> Vec<Contact> {
     if stops.is_empty() {
         return Vec::new();
     }
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
+    let kinematics = Kinematics::at_rest(reduced, position);
     let contact = |(number, unilateral, offset, soft): (usize, &DirectionalTerm<UnilateralConstraint>, f64, bool)| {
         let parts = unilateral.row_f64().into_iter().map(|(k, a)| a * kinematics.angles[k]);
         let (sum, size) = parts.fold((0.0, 0.0), |(sum, size), part| (sum + part, size + part.abs()));

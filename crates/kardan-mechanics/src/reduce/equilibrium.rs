@@ -442,7 +442,7 @@ fn rows_of_positions(reduced: &Reduced, motion: &mut Motion, start: &[f64]) -> V
         match constraint.law {
             MultiplierLaw::Rates(_) => {}
             MultiplierLaw::Surface(_) => out.extend(row.position.map(|position| (number, position))),
-            MultiplierLaw::Position(..) | MultiplierLaw::Speed(..) | MultiplierLaw::Acceleration(..) => {
+            MultiplierLaw::Prescribed { .. } => {
                 let terms = motion.products(&row.row, |motion, shaft| motion.angles[shaft]);
                 let here = motion.graph.sum(Rational::ZERO, &terms);
                 let begins = motion.values_at(&[here], start, &[]);

@@ -234,8 +234,7 @@ pub fn start_speed(reduced: &Reduced, position: &[f64], prescribed: &[StartValue
         (graded(&Exact::new(rational_from_f64(rate).unwrap_or(Rational::ZERO), 0)), rate != 0.0)
     };
     let mut start = Start::new(reduced, prescribed, rate);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     for transmission in &equations.transmissions {
         let (slope, _) = transmission.curve.derivatives(numeric.angles[transmission.driving]);
         let slope = Rational::ZERO.minus(&rational_from_f64(slope).unwrap_or(Rational::ZERO));

@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
 use super::{Kinematics, Motion, Reduced, kinematics, reduce};
 use crate::assemble::{DirectionalTerm, Equations, SpringLaw};
 use crate::equations::{Formula, Meaning, UnilateralConstraint};
@@ -49,19 +48,9 @@ impl Instant {
     /// The equations of motion then; prescribed offsets are constant.
     pub fn equations(&self, equations: &Equations) -> Equations {
         let mut out = equations.clone();
-        out.laws.iter_mut().for_each(|law| law.value = self.formula(&law.value));
-        for unilateral in &mut out.unilaterals {
-            match &mut unilateral.value {
-                UnilateralConstraint::Friction { torque: formula, .. }
-                | UnilateralConstraint::Lock { engaged: formula } => {
-                    *formula = self.formula(formula);
-                }
-                UnilateralConstraint::GearLoss(gear) => gear.loss = gear.loss.as_ref().map(|loss| self.formula(loss)),
-                UnilateralConstraint::OneWay
-                | UnilateralConstraint::Stop { .. }
-                | UnilateralConstraint::Cushion { .. } => {}
-            }
-        }
+        let laws = out.laws.iter_mut().map(|law| &mut law.value);
+        let unilaterals = out.unilaterals.iter_mut().filter_map(|unilateral| unilateral.value.formula_mut());
+        laws.chain(unilaterals).for_each(|formula| *formula = self.formula(formula));
         for (element, function) in std::mem::take(&mut out.moving) {
             let own = out.constraints.iter_mut().filter(|row| row.element == element);
             own.for_each(|row| row.value = exact(function.value(self.time)));
@@ -87,11 +76,9 @@ pub fn engaged_locks(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> BTr
 
 /// The value of a formula at a position and at speeds, at time zero.
 fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f64]) -> f64 {
-    let free = all_free(&reduced.equations);
-    let mut motion = Motion::free(&free);
+    let (free, mut motion) = Motion::free(&reduced.equations, true);
     let value = motion.formula(&free, formula);
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, speeds);
+    let numeric = Kinematics::at(reduced, position, speeds);
     motion.values_at(&[value], &numeric.angles, &numeric.speeds)[0]
 }
 
@@ -100,8 +87,7 @@ fn value_at(reduced: &Reduced, formula: &Formula, position: &[f64], speeds: &[f6
 /// # Panics
 /// As [`engaged_locks`].
 pub fn slip_speeds(reduced: &Reduced, position: &[f64], speeds: &[f64]) -> Vec<f64> {
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, speeds);
+    let numeric = Kinematics::at(reduced, position, speeds);
     let row_speed = |row: &[(usize, Rational)]| {
         // A speed at the level of rounding does not slip.
         let parts = row.iter().map(|(k, a)| rational_to_f64(a) * numeric.speeds[*k]);
@@ -167,8 +153,7 @@ fn coulomb(equations: &Equations, friction: usize, against: &dyn Fn(&str) -> Str
 /// # Panics
 /// If the position has not one entry per coordinate.
 pub fn with_enforced(reduced: &Reduced, enforced: &BTreeSet<usize>, position: &[f64], named: &[String]) -> Reduced {
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; position.len()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let rows: Vec<(String, Vec<(usize, Rational)>)> = reduced
         .equations
         .set_valued()

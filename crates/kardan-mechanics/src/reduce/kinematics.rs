@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Affine, Reduced, Step};
-use crate::assemble::TransmissionRow;
+use crate::assemble::{TransmissionRow, row_f64};
 use crate::equations::Curve;
 use kardan_expr::expr::{Graph, Surd, Surds, lower};
-use kardan_math::num::{self, Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
+use kardan_math::num::{self, Matrix, Rational, Scalar, dot, rational_from_f64};
 use kardan_math::units::Dimension;
 
 /// An [`Affine`] in floating point.
@@ -18,10 +18,7 @@ struct AffineF64 {
 
 impl From<&Affine> for AffineF64 {
     fn from(affine: &Affine) -> Self {
-        Self {
-            constant: affine.constant,
-            terms: affine.terms.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
-        }
+        Self { constant: affine.constant, terms: row_f64(&affine.terms) }
     }
 }
 
@@ -106,6 +103,18 @@ impl Kinematics {
             out.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&row);
         }
         out
+    }
+
+    /// Evaluated at a reduced position (rad) and speed (rad/s).
+    pub fn at(reduced: &Reduced, position: &[f64], speed: &[f64]) -> Self {
+        let mut out = Self::new(reduced);
+        out.update(position, speed);
+        out
+    }
+
+    /// Evaluated at a reduced position (rad), at rest.
+    pub fn at_rest(reduced: &Reduced, position: &[f64]) -> Self {
+        Self::at(reduced, position, &vec![0.0; reduced.degrees_of_freedom()])
     }
 
     /// Writes the constant basis over other coordinates, `K T`.
@@ -239,8 +248,7 @@ fn exact_argument(affine: &Affine, angles: &[Option<Surd>]) -> Option<Surd> {
 /// # Panics
 /// If `position` has not one entry per coordinate or gives a slope that is not finite.
 pub fn slopes(reduced: &Reduced, position: &[f64]) -> Vec<Slope> {
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let angles = exact_angles(reduced, position);
     let of = |t: &TransmissionRow| exact_slope(&*t.curve, angles[t.driving].as_ref(), numeric.angles[t.driving]);
     reduced.equations.transmissions.iter().map(of).collect()
@@ -248,11 +256,9 @@ pub fn slopes(reduced: &Reduced, position: &[f64]) -> Vec<Slope> {
 
 /// K at a position, one row for each shaft: exact, but for slopes of curves that are no fractions, which are rounded once.
 pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Vec<num::SparseRow> {
-    let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; r]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let angles = exact_angles(reduced, position);
-    let mut basis = vec![num::SparseRow::new(); n];
+    let mut basis = vec![num::SparseRow::new(); reduced.equations.coordinates.len()];
     for (column, &shaft) in reduced.coordinates.iter().enumerate() {
         basis[shaft].push((column, Rational::ONE));
     }

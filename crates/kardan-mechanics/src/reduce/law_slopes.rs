@@ -1,7 +1,7 @@
 //! Slopes of torque expressions, around a position at rest.
 
 use super::{Kinematics, Motion, Reduced, Step, kinematics, pressed_cushions};
-use crate::assemble::{DirectionalTerm, Equations, RestTorque};
+use crate::assemble::{DirectionalTerm, RestTorque, row_f64};
 use crate::equations::{Formula, UnilateralConstraint};
 use kardan_expr::expr::{Expr, Interval, Linear, Place, Rationals, Side, Surd, Symbol, bending, linear_sides, lower};
 use kardan_math::num::{LastDigits, Rational, SparseRow, rational_from_f64, rational_to_f64};
@@ -46,18 +46,6 @@ impl LawSlopes {
     }
 }
 
-/// The stiffness that a loaded transmission adds: a row over the coordinates, and the stiffness in its direction (N
-/// m/rad).
-#[derive(Debug, Clone, PartialEq)]
-pub struct GeometricStiffness {
-    /// The transmission.
-    pub element: String,
-    /// The row.
-    pub row: SparseRow,
-    /// N m/rad
-    pub stiffness: Rational,
-}
-
 /// The operating point of a model: at rest, and, where that is computed, in balance.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OperatingPoint {
@@ -84,24 +72,25 @@ impl OperatingPoint {
     }
 }
 
-/// The stiffness that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
+/// The stiffness (N m/rad) that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
 /// `−μ γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws
 /// there. Without laws and balancing torques there is none: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.
-pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
+pub fn geometric_stiffness(
+    reduced: &Reduced,
+    point: &OperatingPoint,
+    laws: &[LawSlopes],
+) -> Vec<DirectionalTerm<Rational>> {
     let (equations, position) = (&reduced.equations, &point.position);
     if equations.transmissions.is_empty() || laws.is_empty() && point.torques.is_none() {
         return Vec::new();
     }
-    let mut numeric = Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let mut forces = vec![0.0; equations.coordinates.len()];
     let mut act = |row: &[(usize, f64)], torque: f64| row.iter().for_each(|(k, x)| forces[*k] += x * torque);
-    for slopes in laws {
-        slopes.row.iter().for_each(|(k, x)| act(&[(*k, rational_to_f64(x))], slopes.value));
-    }
+    laws.iter().for_each(|slopes| act(&row_f64(&slopes.row), slopes.value));
     for (input, torque) in equations.inputs.iter().zip(point.torques.iter().flatten()) {
         act(&input.row_f64(), *torque);
     }
@@ -119,7 +108,7 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
     let mut out = Vec::new();
     for Step { shaft, argument, curve } in reduced.steps.iter().rev() {
         let torque = forces[*shaft];
-        let entries: Vec<(usize, f64)> = argument.terms.iter().map(|(k, c)| (*k, rational_to_f64(c))).collect();
+        let entries = row_f64(&argument.terms);
         let slope = match curve {
             None => 1.0,
             Some(curve) => {
@@ -129,7 +118,7 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
                 let own = equations.transmissions.iter().find(|t| t.driven == *shaft || t.driving == *shaft);
                 if !stiffness.is_zero() {
                     let element = own.map(|t| t.element.clone()).unwrap_or_default();
-                    out.push(GeometricStiffness { element, row: argument.terms.clone(), stiffness });
+                    out.push(DirectionalTerm { element, row: argument.terms.clone(), value: stiffness });
                 }
                 slope
             }
@@ -145,8 +134,7 @@ pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
     if formula.is_of_time() {
         return false;
     }
-    let free = all_free(&reduced.equations);
-    let mut motion = Motion::free(&free);
+    let (free, mut motion) = Motion::free(&reduced.equations, true);
     let torque = motion.formula(&free, formula);
     let at_zero = lower(&motion.graph, &[torque], &mut Rationals, |_| Some(Rational::ZERO));
     motion.graph.affine()(torque) && at_zero[0].as_ref().is_some_and(Rational::is_zero)
@@ -155,17 +143,6 @@ pub fn is_linear_law(reduced: &Reduced, law: usize) -> bool {
 /// Whether all laws are linear: small motions are then all motions, and no position is better than another.
 pub fn laws_are_linear(reduced: &Reduced) -> bool {
     (0..reduced.equations.laws.len()).all(|law| is_linear_law(reduced, law))
-}
-
-/// All coordinates of a model, as if none followed from others.
-pub(super) fn all_free(equations: &Equations) -> Reduced {
-    Reduced {
-        coordinates: (0..equations.coordinates.len()).collect(),
-        equations: equations.clone(),
-        redundant: Vec::new(),
-        steps: Vec::new(),
-        massless: None,
-    }
 }
 
 /// The relative rounding error of angles of a position.
@@ -186,8 +163,7 @@ struct RestPoint {
 
 impl RestPoint {
     fn new(reduced: &Reduced, point: &OperatingPoint, motion: &Motion) -> Self {
-        let mut numeric = Kinematics::new(reduced);
-        numeric.update(&point.position, &point.rates);
+        let numeric = Kinematics::at(reduced, &point.position, &point.rates);
         Self {
             symbols: motion.symbols.clone(),
             exact: kinematics::exact_angles(reduced, &point.position),
@@ -256,18 +232,11 @@ fn carried_slopes(rest_term: &DirectionalTerm<RestTorque>) -> LawSlopes {
     }
 }
 
-/// The torques of all laws around a reduced position (rad), then those of multipliers there.
+/// The torques of all laws around an operating point, where currents may flow, on its side of any kink there; then those
+/// of multipliers there.
 ///
 /// # Panics
-/// If `position` has not one entry per coordinate.
-pub fn law_slopes(reduced: &Reduced, position: &[f64]) -> Vec<LawSlopes> {
-    law_slopes_at(reduced, &OperatingPoint::unloaded(position))
-}
-
-/// The same at an operating point, where currents may flow, on its side of any kink there.
-///
-/// # Panics
-/// As [`law_slopes`].
+/// If the point has not one entry per coordinate.
 pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes> {
     let laws = law_slopes_with(reduced, point, &|_| true, None).into_iter();
     laws.chain(reduced.equations.carried.iter().map(carried_slopes)).collect()
@@ -277,7 +246,7 @@ pub fn law_slopes_at(reduced: &Reduced, point: &OperatingPoint) -> Vec<LawSlopes
 /// without them, block outputs are constant zero.
 ///
 /// # Panics
-/// As [`law_slopes`].
+/// As [`law_slopes_at`].
 pub fn law_slopes_with(
     reduced: &Reduced,
     point: &OperatingPoint,
@@ -288,9 +257,8 @@ pub fn law_slopes_with(
     if equations.laws.is_empty() {
         return Vec::new();
     }
-    let free = all_free(equations);
     // Block outputs are symbols where they are given, and functions of time with them.
-    let mut motion = if output.is_some() { Motion::kinematics(&free, false) } else { Motion::free(&free) };
+    let (free, mut motion) = Motion::free(equations, output.is_none());
     let mut rest_point = RestPoint::new(reduced, point, &motion);
     let mut out = Vec::new();
     for term in equations.laws.iter().filter(|law| which(&law.value)) {

@@ -1,6 +1,5 @@
 //! Torque expressions at measured motions.
 
-use super::law_slopes::all_free;
 use super::{Motion, Reduced, Timed};
 use crate::assemble::Equations;
 use crate::equations::{Formula, Meaning};
@@ -33,8 +32,7 @@ pub struct Wave {
 
 /// The sines and cosines of angles in the laws of torques, both of each.
 pub fn law_waves(equations: &Equations) -> Vec<Wave> {
-    let free = all_free(equations);
-    let mut motion = Motion::kinematics(&free, false);
+    let (free, mut motion) = Motion::free(equations, false);
     let torques: Vec<Expr> = equations.laws.iter().map(|law| motion.formula(&free, &law.value)).collect();
     let mut out: Vec<Wave> = Vec::new();
     for (_, _, symbol, [order, _]) in motion.graph.waves(&torques) {
@@ -104,8 +102,7 @@ impl LawTorques {
         parameters: &[String],
         waves: &[Wave],
     ) -> Result<Self, NotLinear> {
-        let (n, free) = (reduced.equations.coordinates.len(), all_free(&reduced.equations));
-        let mut motion = Motion::kinematics(&free, false);
+        let (free, mut motion) = Motion::free(&reduced.equations, false);
         let mut symbol = |name: &str| motion.graph.new_symbol(name.into(), Dimension::NONE);
         let load_and_speed = [symbol("load"), symbol("speed")];
         let waved: Vec<Expr> = (0..waves.len()).map(|k| symbol(&format!("wave.{k}"))).collect();
@@ -157,7 +154,7 @@ impl LawTorques {
         Ok(Self {
             memory: plan.memory(),
             plan,
-            shafts: n,
+            shafts: reduced.equations.coordinates.len(),
             waves: waves.len(),
             formulas: formulas.len(),
             parameters: parameters.len(),

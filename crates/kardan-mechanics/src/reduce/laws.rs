@@ -15,19 +15,14 @@ impl Motion {
     /// If it names a coordinate that the model does not have, or has an error; it was checked when it was read.
     pub fn formula(&mut self, reduced: &Reduced, formula: &Formula) -> Expr {
         let zero = self.graph.integer(0);
-        self.formula_of(reduced, formula, [zero; 2])
+        self.formula_with(reduced, formula, [zero; 2], &[])
     }
 
-    /// The same for a gear loss, with the sizes of its torque and of its speed.
+    /// The same with the sizes of torque and speed of a gear loss, and with parameters that are symbols.
     ///
     /// # Panics
     /// As [`Self::formula`].
-    pub fn formula_of(&mut self, reduced: &Reduced, formula: &Formula, load_and_speed: [Expr; 2]) -> Expr {
-        self.formula_with(reduced, formula, load_and_speed, &[])
-    }
-
-    /// The same with parameters that are symbols.
-    pub(super) fn formula_with(
+    pub fn formula_with(
         &mut self,
         reduced: &Reduced,
         formula: &Formula,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::equilibrium_rows::row_dot;
 use super::motion::{Motion, Relaxing, SparseRow};
 use super::slipping::slips;
-use super::{LawSlopes, MasslessDynamics, Reduced, Slip, is_linear_law, law_slopes, linearise};
+use super::{LawSlopes, MasslessDynamics, OperatingPoint, Reduced, Slip, is_linear_law, law_slopes_at, linearise};
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 use kardan_expr::expr::{Expr, Graph};
@@ -186,7 +186,7 @@ fn check_unilaterals(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) 
 /// themselves, or where frictions slide.
 fn check_laws(reduced: &Reduced, moved: &Matrix<Rational>, slides: bool) -> Result<(), NoMasslessDynamics> {
     let equations = &reduced.equations;
-    let slopes = law_slopes(reduced, &vec![0.0; reduced.degrees_of_freedom()]);
+    let slopes = law_slopes_at(reduced, &OperatingPoint::zero(reduced));
     let hinders = |(k, slopes): (usize, &LawSlopes)| {
         let law = &equations.laws[k];
         let mut coordinates = law.value.coordinates().filter_map(|name| reduced.coordinate(name));

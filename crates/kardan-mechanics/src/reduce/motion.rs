@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{MasslessDynamics, Reduced, Step};
+use crate::assemble::Equations;
 use kardan_expr::expr::{Expr, Floating, Graph, OfTime, Part, Symbol, lower};
 use kardan_expr::plan::{Plan, compile};
 use kardan_math::num::{Rational, rational_from_f64};
@@ -176,14 +177,23 @@ impl Motion {
         out
     }
 
-    /// Angles and speeds alone, at time zero.
-    pub(super) fn free(reduced: &Reduced) -> Self {
-        Self::kinematics(reduced, true)
+    /// A model whose coordinates are all free, as if none followed from others, with their angles and speeds alone; with
+    /// `begin` the time is fixed at zero.
+    pub(super) fn free(equations: &Equations, begin: bool) -> (Reduced, Self) {
+        let free = Reduced {
+            coordinates: (0..equations.coordinates.len()).collect(),
+            equations: equations.clone(),
+            redundant: Vec::new(),
+            steps: Vec::new(),
+            massless: None,
+        };
+        let motion = Self::kinematics(&free, begin);
+        (free, motion)
     }
 
     /// Angles, speeds, basis and bias, in the order in which shafts follow from each other; with `begin` the time is
     /// fixed.
-    pub(super) fn kinematics(reduced: &Reduced, begin: bool) -> Self {
+    fn kinematics(reduced: &Reduced, begin: bool) -> Self {
         let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
         let mut symbols = |rate: usize| -> Vec<Expr> {
             let symbol = |&coordinate: &usize| {

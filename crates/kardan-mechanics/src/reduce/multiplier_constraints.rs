@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::law_slopes::all_free;
-use super::{Motion, MultiplierTerms, Reduced, SparseRow};
+use super::{Kinematics, Motion, MultiplierTerms, Reduced, SparseRow};
 use crate::assemble::{DirectionalTerm, RestTorque};
 use crate::equations::{Formula, MultiplierLaw};
 use kardan_expr::expr::{Expr, OfTime, Rationals, Symbol, lower};
@@ -21,15 +20,13 @@ struct Free {
 
 impl Free {
     fn rates(reduced: &Reduced, row: &[(usize, Arc<Formula>)]) -> Self {
-        let free = all_free(&reduced.equations);
-        let mut motion = Motion::free(&free);
+        let (free, mut motion) = Motion::free(&reduced.equations, true);
         let row = row.iter().map(|(shaft, a)| (*shaft, motion.formula(&free, a))).collect();
         Self { motion, row, position: None }
     }
 
     fn surface(reduced: &Reduced, formula: &Formula) -> Self {
-        let free = all_free(&reduced.equations);
-        let mut motion = Motion::free(&free);
+        let (free, mut motion) = Motion::free(&reduced.equations, true);
         let position = motion.formula(&free, formula);
         let n = free.coordinates.len();
         let mut row = Vec::new();
@@ -65,9 +62,7 @@ impl Motion {
             let (rate, change) = match &constraint.law {
                 MultiplierLaw::Rates(row) => self.take(Free::rates(reduced, row)),
                 MultiplierLaw::Surface(formula) => self.take(Free::surface(reduced, formula)),
-                MultiplierLaw::Position(row, function) => self.prescribed_sum(row, function, 0),
-                MultiplierLaw::Speed(row, function) => self.prescribed_sum(row, function, 1),
-                MultiplierLaw::Acceleration(row, function) => self.prescribed_sum(row, function, 2),
+                MultiplierLaw::Prescribed { row, order, function } => self.prescribed_sum(row, function, *order),
             };
             let mut direction = SparseRow::new();
             let mut bias = vec![(change, Rational::ONE)];
@@ -500,9 +495,7 @@ pub fn inertia_with_rows(reduced: &Reduced, position: &[f64]) -> Option<Vec<Spar
         let entries = row.keys().zip(values.by_ref()).map(|(i, value)| Some((*i, rational_from_f64(value)?)));
         numbers.push(entries.collect::<Option<SparseNumbers>>()?);
     }
-    let mut numeric = super::Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; position.len()]);
-    if !numeric.basis.iter().all(|x| x.is_finite()) {
+    if !Kinematics::at_rest(reduced, position).basis.iter().all(|x| x.is_finite()) {
         return None;
     }
     let inertia = super::sparse_model(reduced, position).inertia;
@@ -540,8 +533,7 @@ pub fn frozen(reduced: &Reduced, position: &[f64], multipliers: &[f64]) -> Resul
     let slopes: Vec<Expr> = angles.iter().flat_map(|angle| motion.graph.derivatives(&entries, *angle)).collect();
     let values = motion.values_at(&[entries.as_slice(), &slopes].concat(), position, &[]);
     let r = reduced.degrees_of_freedom();
-    let mut numeric = super::Kinematics::new(reduced);
-    numeric.update(position, &vec![0.0; r]);
+    let numeric = Kinematics::at_rest(reduced, position);
     let mut equations = reduced.equations.clone();
     let mut entry = 0;
     // A coordinate that is zero is so exactly; of another one the value is rounded.

@@ -21,9 +21,7 @@ pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundan
     let matrix = equations.constraint_matrix();
     let rank = echelon(&matrix, &(0..n).collect::<Vec<_>>()).rank();
     if rank == rows {
-        let redundant = redundant_rates(equations);
-        remove_dependent_rates(equations);
-        return Ok(redundant);
+        return Ok(redundant_rates(equations));
     }
     // Pivots of the transpose are the first independent rows; the other columns are their shares.
     let e = echelon(&matrix.transpose(), &(0..rows).collect::<Vec<_>>());
@@ -50,12 +48,11 @@ pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundan
     let mut row = 0..rows;
     equations.constraints.retain(|_| e.pivots.contains(&row.next().expect("a number for each row")));
     redundant.extend(redundant_rates(equations));
-    remove_dependent_rates(equations);
     Ok(redundant)
 }
 
 /// Removes rows of speeds whose coefficients are numbers, and which follow from constraints at rest, from the
-/// multiplier constraints.
+/// multiplier constraints; returns them. Then removes those that are sums of others.
 fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
     let elements = rows - equations.nodes.len();
@@ -98,6 +95,7 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
     equations
         .multiplier_constraints
         .retain(|multiplier_constraint| out.iter().all(|row| row.constraint.element != multiplier_constraint.element));
+    remove_dependent_rates(equations);
     out
 }
 

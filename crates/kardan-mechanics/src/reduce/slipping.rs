@@ -32,8 +32,7 @@ impl Reduced {
     /// The torque of each slider where it sticks at reduced coordinates `position`, N m: its friction and
     /// `−T_yᵀ(S q − s₀)`.
     pub fn slipping_friction_torques(&self, position: &[f64]) -> Vec<(usize, f64)> {
-        let mut kinematics = Kinematics::new(self);
-        kinematics.update(position, &vec![0.0; position.len()]);
+        let kinematics = Kinematics::at_rest(self, position);
         let slips = self.massless.iter().flat_map(|massless| &massless.slips);
         let jenkins_torques = self.jenkins_shares(&kinematics).into_iter().map(|shares| {
             let torque = |(spring, share): (usize, f64)| {
@@ -49,9 +48,7 @@ impl Reduced {
     /// The rate of the torque of each slider while it sticks by the speeds of the shafts, `−T_yᵀ S`, N m/rad: a row
     /// with its shafts for each.
     pub fn jenkins_rows(&self) -> Vec<Vec<(usize, f64)>> {
-        let mut kinematics = Kinematics::new(self);
-        let zero = vec![0.0; self.degrees_of_freedom()];
-        kinematics.update(&zero, &zero);
+        let kinematics = Kinematics::at_rest(self, &vec![0.0; self.degrees_of_freedom()]);
         let row = |shares: Vec<(usize, f64)>| {
             let mut row = vec![0.0; self.equations.coordinates.len()];
             for (spring, share) in shares {

@@ -123,8 +123,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(base: &'a Reduced, model: &'a Reduced, from: &[f64], spec: &MotionSpec) -> Result<Self, NoSteadyMotion> {
-        let mut numeric = Kinematics::new(base);
-        numeric.update(from, &vec![0.0; from.len()]);
+        let numeric = Kinematics::at_rest(base, from);
         let start: Vec<f64> = model.coordinates.iter().map(|shaft| numeric.angles[*shaft]).collect();
         let place = |shaft: &usize| model.coordinates.iter().position(|own| own == shaft);
         let fixed: Vec<usize> = spec.positions.iter().filter_map(|(shaft, _)| place(shaft)).collect();
@@ -210,8 +209,7 @@ impl<'a> Search<'a> {
 
 /// Positions and speeds of the coordinates of a model at a point of one with the same shafts and other coordinates.
 pub fn motion_of(base: &Reduced, model: &Reduced, point: &OperatingPoint) -> [Vec<f64>; 2] {
-    let mut numeric = Kinematics::new(model);
-    numeric.update(&point.position, &point.rates);
+    let numeric = Kinematics::at(model, &point.position, &point.rates);
     [&numeric.angles, &numeric.speeds].map(|of| base.coordinates.iter().map(|shaft| of[*shaft]).collect())
 }
 

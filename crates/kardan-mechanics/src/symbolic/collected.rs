@@ -38,13 +38,14 @@ enum Rank {
 /// The value in factors; equal for all values of the letters.
 ///
 /// ```
-/// use kardan_mechanics::symbolic::{Laurent, Letters, Symbol, collected, Form, printed};
+/// use kardan_expr::expr::Style;
+/// use kardan_mechanics::symbolic::{Laurent, Letters, Symbol, collected, printed};
 /// let mut letters = Letters::default();
 /// let [i, j] = ["i", "J"].map(|name| letters.of(Symbol::Value(name.into())));
 /// let next = i.plus(&Laurent::number(1.into()));
 /// let value = next.times(&next).times(&i).times(&j).minus(&j.times(&i));
 /// let ratio = |name: &str| name == "i";
-/// let text = printed(&collected(&value, &letters, &ratio), Form::Text, &|letter| match letters.symbol(letter) {
+/// let text = printed(&collected(&value, &letters, &ratio), Style::Text, &|letter| match letters.symbol(letter) {
 ///     Symbol::Value(name) => name.clone(),
 ///     _ => String::new(),
 /// });

@@ -19,4 +19,4 @@ pub use collected::{Base, Collected, collected};
 pub use derivation::{Definition, FunctionSource, SymbolicMotion, SymbolicMultiplier, TimeFunction};
 pub use laurent::{Laurent, Letter, Monomial};
 pub use letters::{Letters, Meaning, Symbol};
-pub use printed::{Form, printed};
+pub use printed::printed;

@@ -7,7 +7,7 @@ use super::derivation::{Definition, Derivation, ResolvedCoordinate, SymbolicMoti
 use super::elimination::{Assumed, Entry, Line, eliminate, solved};
 use super::terms::{DirectionalTerm, Friction, Row, Spring, Terms, ratio};
 use super::{Laurent, Letters, Meaning, Symbol};
-use crate::equations::{Curve, NamedTerm};
+use crate::equations::{Curve, NamedTerm, Stribeck};
 use crate::reduce::{Affine, Reduced, Step};
 use kardan_math::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 
@@ -288,7 +288,7 @@ impl Derivation<'_> {
             self.terms.frictions[number].clone();
         let speed = self.over(&row, Symbol::Speed);
         let sense = self.letters.of(Symbol::Sign(speed.clone()));
-        let Some([breakaway, width]) = stribeck else { return torque.times(&sense) };
+        let Some(Stribeck { breakaway, speed: width }) = stribeck else { return torque.times(&sense) };
         let share = self.letters.divide(&speed, &width);
         let exponent = share.times(&share).scaled(&Rational::from(-1));
         let falling = self.letters.of(Symbol::Call("exp", vec![exponent]));

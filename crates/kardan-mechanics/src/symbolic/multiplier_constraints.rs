@@ -41,8 +41,10 @@ impl Derivation<'_> {
                 out.position = Some(surface);
                 (row, Some(Laurent::default()), Laurent::default())
             }
-            SymbolicMultiplierLaw::Speed(row) => (row, Some(self.prescribed(element, 0)), self.prescribed(element, 1)),
-            SymbolicMultiplierLaw::Acceleration(row) => (row, None, self.prescribed(element, 0)),
+            SymbolicMultiplierLaw::Prescribed(row, 1) => {
+                (row, Some(self.prescribed(element, 0)), self.prescribed(element, 1))
+            }
+            SymbolicMultiplierLaw::Prescribed(row, _) => (row, None, self.prescribed(element, 0)),
         };
         let (mut rate, mut acceleration) = (rate, prescribed);
         let moving = self.speeds_by_letter(n);

@@ -1,31 +1,22 @@
 //! Products as text and LaTeX.
 
 use super::{Base, Collected, Letter};
-use kardan_expr::expr::{bare, parenthesised, raised};
+use kardan_expr::expr::{Style, bare, parenthesised, raised};
 use kardan_math::num::{Rational, rational_to_f64};
 
-/// How it is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
-    /// As expressions of a model file: `i*(i + 1)*J/R^2`.
-    Text,
-    /// LaTeX.
-    Latex,
-}
-
-/// A product in words of its letters' names.
-pub fn printed(value: &Collected, form: Form, name: &dyn Fn(Letter) -> String) -> String {
-    Printer { form, name }.product(value)
+/// A product in words of its letters' names; as text it is an expression of a model file, `i*(i + 1)*J/R^2`.
+pub fn printed(value: &Collected, style: Style, name: &dyn Fn(Letter) -> String) -> String {
+    Printer { style, name }.product(value)
 }
 
 struct Printer<'a> {
-    form: Form,
+    style: Style,
     name: &'a dyn Fn(Letter) -> String,
 }
 
 impl Printer<'_> {
     fn latex(&self) -> bool {
-        self.form == Form::Latex
+        self.style == Style::Latex
     }
 
     fn product(&self, value: &Collected) -> String {

@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::elimination::Entry;
 use super::{Laurent, Letters, Symbol};
 use crate::assemble::by_element;
-use crate::equations::{Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Term, UnilateralConstraint};
+use crate::equations::{
+    Direction, Formula, GROUND, Meaning, MultiplierLaw, NamedTerm, Stribeck, Term, UnilateralConstraint,
+};
 use kardan_math::num::{Rational, Scalar};
 use kardan_math::units::Exact;
 
@@ -13,32 +15,11 @@ use kardan_math::units::Exact;
 pub(super) type Row = Vec<(usize, Laurent)>;
 
 /// A law along a direction.
-#[derive(Debug, Clone)]
-pub(super) struct DirectionalTerm<T> {
-    pub(super) element: String,
-    pub(super) row: Row,
-    pub(super) value: T,
-}
-
-impl<T> DirectionalTerm<T> {
-    fn new(element: &str, row: Row, value: T) -> Self {
-        Self { element: element.to_owned(), row, value }
-    }
-}
-
-/// A spring: stiffness, and relaxed position.
-#[derive(Debug, Clone)]
-pub(super) struct Spring {
-    pub(super) stiffness: Laurent,
-    pub(super) rest: Laurent,
-}
-
-/// A friction: its torque in motion, and its breakaway torque and Stribeck speed if it decays.
-#[derive(Debug, Clone)]
-pub(super) struct Friction {
-    pub(super) torque: Laurent,
-    pub(super) stribeck: Option<[Laurent; 2]>,
-}
+pub(super) type DirectionalTerm<T> = crate::assemble::DirectionalTerm<T, Laurent>;
+/// A spring.
+pub(super) type Spring = crate::assemble::SpringLaw<Laurent>;
+/// A friction.
+pub(super) type Friction = crate::assemble::FrictionLaw<Laurent>;
 
 /// A linear constraint: its entries with their numbers, and its right side.
 #[derive(Debug, Clone)]
@@ -54,10 +35,8 @@ pub(super) enum SymbolicMultiplierLaw {
     Rates(Row),
     /// φ = 0
     Surface(Laurent),
-    /// `Σ a_i q̇_i` is prescribed.
-    Speed(Row),
-    /// `Σ a_i q̈_i` is prescribed.
-    Acceleration(Row),
+    /// The sum of speeds (order 1) or accelerations (2) is prescribed.
+    Prescribed(Row, usize),
 }
 
 /// All terms, by kind; constraints in the order of the assembled ones.
@@ -82,30 +61,33 @@ impl Terms {
         let moving: BTreeSet<&str> = terms.iter().filter(moves).map(|one| one.element.as_str()).collect();
         let mut out = Self::default();
         let mut balances: BTreeMap<&str, BTreeMap<usize, Entry>> = BTreeMap::new();
-        for NamedTerm { element, term } in by_element(terms) {
+        for (element, term) in by_element(terms).into_iter().map(|named| (named.element.clone(), &named.term)) {
             let numbered = |letters: &mut Letters, direction: &Direction| entries(coordinates, direction, letters);
             match term {
                 Term::Inertia { direction, inertia } => {
-                    let row = row(numbered(letters, direction));
-                    out.inertias.push(DirectionalTerm::new(element, row, letters.exact(inertia)));
+                    let (row, value) = (row(numbered(letters, direction)), letters.exact(inertia));
+                    out.inertias.push(DirectionalTerm { element, row, value });
                 }
                 Term::Damper { direction, damping } => {
-                    let row = row(numbered(letters, direction));
-                    out.dampers.push(DirectionalTerm::new(element, row, letters.exact(damping)));
+                    let (row, value) = (row(numbered(letters, direction)), letters.exact(damping));
+                    out.dampers.push(DirectionalTerm { element, row, value });
                 }
                 Term::Spring { direction, stiffness, rest } => {
                     let value = Spring { stiffness: letters.exact(stiffness), rest: letters.exact(rest) };
-                    out.springs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
+                    out.springs.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
                 Term::Friction { direction, torque, stribeck } => {
-                    let stribeck = stribeck.as_ref().map(|one| [&one.breakaway, &one.speed].map(|x| letters.exact(x)));
+                    let stribeck = stribeck.as_ref().map(|Stribeck { breakaway, speed }| {
+                        let [breakaway, speed] = [breakaway, speed].map(|x| letters.exact(x));
+                        Stribeck { breakaway, speed }
+                    });
                     let value = Friction { torque: letters.exact(torque), stribeck };
-                    out.frictions.push(DirectionalTerm::new(element, row(numbered(letters, direction)), value));
+                    out.frictions.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value });
                 }
                 Term::Constraint { direction, offset } => {
                     let entries = numbered(letters, direction);
                     let offset = match moving.contains(element.as_str()) {
-                        true => letters.of(Symbol::OfTime(element.clone(), 0)),
+                        true => letters.of(Symbol::OfTime(element, 0)),
                         false => letters.exact(offset),
                     };
                     out.constraints.push(Constraint { entries, offset });
@@ -120,7 +102,7 @@ impl Terms {
                     out.comply(element, row, spring, damping);
                 }
                 Term::Input { direction, .. } | Term::Torque { direction, .. } => {
-                    out.inputs.push(DirectionalTerm::new(element, row(numbered(letters, direction)), ()));
+                    out.inputs.push(DirectionalTerm { element, row: row(numbered(letters, direction)), value: () });
                 }
                 Term::Balance { node, direction } if node != GROUND => {
                     let shares = balances.entry(node).or_default();
@@ -130,7 +112,7 @@ impl Terms {
                     }
                 }
                 Term::MultiplierLaw(law) => {
-                    out.multiplier_constraints.push((element.clone(), multiplier_law(coordinates, law, letters)))
+                    out.multiplier_constraints.push((element, multiplier_law(coordinates, law, letters)))
                 }
                 Term::UnilateralConstraint { direction, unilateral } => {
                     let row = row(numbered(letters, direction));
@@ -139,12 +121,9 @@ impl Terms {
                 Term::Balance { .. }
                 | Term::Transmission { .. }
                 | Term::Output(_)
-                | Term::Angle { .. }
-                | Term::Position { .. }
-                | Term::State { .. }
+                | Term::Coordinate { .. }
                 | Term::Measure(_)
-                | Term::Moving(_)
-                | Term::Charge { .. } => {}
+                | Term::Moving(_) => {}
             }
         }
         for mut entries in balances.into_values() {
@@ -159,18 +138,17 @@ impl Terms {
 
 impl Terms {
     /// Unilateral and switched laws; both sides of a stop are one torque.
-    fn unilateral(&mut self, element: &str, mut row: Row, unilateral: &UnilateralConstraint) {
+    fn unilateral(&mut self, element: String, mut row: Row, unilateral: &UnilateralConstraint) {
         let rubs = matches!(unilateral, UnilateralConstraint::GearLoss(_));
-        if self.unilaterals.iter().all(|candidate| candidate.element != *element || candidate.value != rubs) {
+        if self.unilaterals.iter().all(|candidate| candidate.element != element || candidate.value != rubs) {
             let sign = Rational::from(if unilateral.is_upper() { -1 } else { 1 });
             row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
-            self.unilaterals.push(DirectionalTerm { element: element.to_string(), row, value: rubs });
+            self.unilaterals.push(DirectionalTerm { element, row, value: rubs });
         }
     }
 
     /// A spring, and a damper where it is one, in the place of a constraint.
-    fn comply(&mut self, element: &str, row: Row, spring: Spring, damping: Option<Laurent>) {
-        let element = element.to_string();
+    fn comply(&mut self, element: String, row: Row, spring: Spring, damping: Option<Laurent>) {
         if let Some(value) = damping {
             self.dampers.push(DirectionalTerm { element: element.clone(), row: row.clone(), value });
         }
@@ -198,15 +176,10 @@ fn multiplier_law(coordinates: &[String], law: &MultiplierLaw<String>, letters: 
             let row = row.iter().filter_map(|(name, a)| Some((number(name)?, formula(a))));
             SymbolicMultiplierLaw::Rates(row.filter(|(_, entry)| !entry.is_zero()).collect())
         }
-        // No element creates one: it is a constraint that the reduction enforces by a multiplier.
-        MultiplierLaw::Position(row, _) | MultiplierLaw::Speed(row, _) | MultiplierLaw::Acceleration(row, _) => {
+        // No element creates a sum of positions: it is a constraint that the reduction enforces by a multiplier.
+        MultiplierLaw::Prescribed { row, order, .. } => {
             let direction = Direction { entries: row.clone() };
-            let row = self::row(entries(coordinates, &direction, letters));
-            if matches!(law, MultiplierLaw::Speed(..)) {
-                SymbolicMultiplierLaw::Speed(row)
-            } else {
-                SymbolicMultiplierLaw::Acceleration(row)
-            }
+            SymbolicMultiplierLaw::Prescribed(self::row(entries(coordinates, &direction, letters)), *order)
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::document::BlockTable;
 use crate::monitors::MonitorExpr;
 use crate::overlaps::TransitionGuard;
 use crate::table_reader::TableReader;
-use kardan_elements::block::{BlockBuilder, BlockKind, Expressions, Guard, List, Rule};
+use kardan_elements::block::{BlockBuilder, BlockKind, Expressions, Guard, List};
 use kardan_elements::element::KeyError;
 use kardan_expr::expr::{Expr, Lookup, Traced};
 use kardan_math::units::{Dimension, Exact};
@@ -80,11 +80,7 @@ impl<'a> Blocks<'a, '_, '_> {
             rules: RefCell::default(),
         };
         (kind.write)(&mut builder)?;
-        let rule = |Rule { what, value, above, dimension }: Rule<'_>| {
-            let block = String::new();
-            KeyRule { block, what, value: value.expr(graph), above, dimension }
-        };
-        let rules = builder.rules.take().into_iter().map(rule).collect();
+        let rules = builder.rules.take();
         let outputs =
             builder.outputs.iter().map(|output| (output.name.clone(), output.value.expr(graph), output.dimension));
         let states = builder

@@ -40,7 +40,7 @@ impl GearLossTerms {
         // Time-dependent symbols of losses are inputs of the loop.
         let zero = motion.graph.integer(0);
         for loss in gear_losses(reduced).filter_map(|(.., gear)| gear.loss.as_ref()) {
-            motion.formula_of(reduced, loss, [zero; 2]);
+            motion.formula_with(reduced, loss, [zero; 2], &[]);
         }
         let (r, holding) =
             (reduced.degrees_of_freedom(), friction.len() + reduced.equations.multiplier_constraints.len());

@@ -46,7 +46,7 @@ impl Laws {
             let part = motion.graph.add(back_loss, more);
             let mut loss = motion.graph.multiply(part, loads[k]);
             if let Some(formula) = &gear.loss {
-                let added = motion.formula_of(reduced, formula, [loads[k], speed]);
+                let added = motion.formula_with(reduced, formula, [loads[k], speed], &[]);
                 loss = motion.graph.add(loss, added);
             }
             losses.push(loss);

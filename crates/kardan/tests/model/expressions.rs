@@ -343,27 +343,6 @@ fn what_vanishes_vanishes_exactly() {
 }
 
 #[test]
-fn dimensions_are_found_and_what_does_not_fit_is_refused() {
-    let mut graph = Graph::default();
-    let inertia = graph.symbol("J", Dimension::INERTIA);
-    let rate = graph.symbol("a", Dimension::ANGULAR_ACCELERATION);
-    let angle = graph.symbol("phi", Dimension::ANGLE);
-    let torque = graph.multiply(inertia, rate);
-    assert_eq!(graph.dimension(torque), Ok(Dimension::TORQUE));
-    let sine = graph.apply(Function::Sin, angle);
-    assert_eq!(graph.dimension(sine), Ok(Dimension::NONE));
-    let wrong = graph.add(inertia, rate);
-    assert!(graph.dimension(wrong).unwrap_err().contains("`+` of"));
-    let wrong = graph.apply(Function::Exp, torque);
-    assert!(graph.dimension(wrong).unwrap_err().contains("`exp` takes a number"));
-    let wrong = graph.sum(Rational::ONE, &[(torque, Rational::ONE)]);
-    assert!(graph.dimension(wrong).unwrap_err().contains("a number is added"));
-    let square = graph.power(torque, 2);
-    let root = graph.apply(Function::Sqrt, square);
-    assert_eq!(graph.dimension(root), Ok(Dimension::TORQUE));
-}
-
-#[test]
 fn constants_are_folded_exactly_and_rounded_once() {
     let mut graph = Graph::default();
     let (x, pi) = (graph.symbol("x", Dimension::NONE), graph.pi());

@@ -160,8 +160,7 @@ fn put(
     }
     let multiplier_constraints = equations.multiplier_constraints.iter().filter_map(|multiplier_constraints| {
         match &multiplier_constraints.law {
-            kardan::equations::MultiplierLaw::Speed(_, function)
-            | kardan::equations::MultiplierLaw::Acceleration(_, function) => {
+            kardan::equations::MultiplierLaw::Prescribed { order: 1 | 2, function, .. } => {
                 Some((&multiplier_constraints.element, function))
             }
             _ => None,

@@ -1,8 +1,9 @@
 //! Branches of a circuit, between two nodes.
 
 use super::kind::KeyError;
+use super::shafts::named_twice;
 use kardan_math::units::Exact;
-use kardan_mechanics::equations::{Direction, Term};
+use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_schema::schema::{Field, Kind, Values};
 
 pub(in crate::element) const FROM: Field =
@@ -16,20 +17,20 @@ pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&st
         let direction = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
         values.word(key).map(|node| Term::Balance { node: node.into(), direction })
     };
-    let declared = Term::Charge { name: charge.to_string() };
+    let declared = Term::Coordinate { name: charge.to_string(), domain: Domain::Charge };
     std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
 }
 
 /// The ends of a branch must be two nodes.
 pub(in crate::element) fn check_branch(values: &Values) -> Vec<KeyError> {
-    check_ends(values, ["from", "to"])
+    check_winding(values, ["from", "to"])
 }
 
-pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
-    if values.word(from).is_none() || values.word(from) != values.word(to) {
-        return Vec::new();
-    }
-    let message =
-        format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
-    vec![KeyError::new(to, message, "name two different nodes")]
+/// The same of a winding.
+pub(in crate::element) fn check_winding(values: &Values, [from, to]: [&'static str; 2]) -> Vec<KeyError> {
+    let error = |node| {
+        let message = format!("both ends are the node `{node}`, so it has no part in the circuit");
+        KeyError::new(to, message, "name two different nodes")
+    };
+    named_twice(values, [from, to]).map(error).into_iter().collect()
 }

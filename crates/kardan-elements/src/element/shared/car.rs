@@ -1,27 +1,12 @@
-//! The generator of a car: names of its parts, and their tables.
+//! Speeds, frictions and loads of a car in expressions.
 
+use super::composite::Composite;
 use kardan_math::units::parse_number;
-use kardan_schema::entries::{Entries, RawValue};
 
 /// Lower limit of a friction that becomes zero or negative in a run.
 const LEAST_FRICTION: &str = "0.001";
 
-/// The generator of a car: its name and its keys.
-pub(in crate::element) struct Car<'a> {
-    pub(in crate::element) name: &'a str,
-    pub(in crate::element) entries: &'a Entries,
-}
-
-/// A name in the syntax of expressions.
-pub(in crate::element) fn quoted(name: String) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name }
-}
-
-impl Car<'_> {
-    pub(in crate::element) fn has(&self, key: &str) -> bool {
-        self.entries.keyed(key).is_some()
-    }
-
+impl Composite<'_> {
     /// Whether its tyre forces are limited, and its wheel angles exact.
     pub(in crate::element) fn slides(&self) -> bool {
         matches!(self.entries.text("tyre"), Some("magic_formula" | "tmeasy"))
@@ -30,26 +15,6 @@ impl Car<'_> {
     /// Whether its tyres are those of TMeasy.
     pub(in crate::element) fn tmeasy(&self) -> bool {
         self.entries.text("tyre") == Some("tmeasy")
-    }
-
-    /// A number of the car, by its name in expressions.
-    pub(in crate::element) fn own(&self, key: &str) -> String {
-        quoted(format!("{}.{key}", self.name))
-    }
-
-    /// The name of a part.
-    pub(in crate::element) fn part(&self, part: &str) -> String {
-        format!("{}_{part}", self.name)
-    }
-
-    /// A coordinate of a part, or its rate.
-    pub(in crate::element) fn of(&self, part: &str, quantity: &str) -> String {
-        quoted(format!("{}_{part}.{quantity}", self.name))
-    }
-
-    /// The expression of a key.
-    pub(in crate::element) fn formula(&self, key: &str) -> Option<String> {
-        self.entries.get(key)?.factor()
     }
 
     pub(in crate::element) fn speed(&self) -> String {
@@ -70,27 +35,6 @@ impl Car<'_> {
     pub(in crate::element) fn at_axis(&self) -> String {
         let v = self.of("lateral", "v");
         if self.rolls() { format!("({v} + {} * {})", self.roll_arm(), self.of("roll", "w")) } else { v }
-    }
-
-    /// Adds the table of a part.
-    pub(in crate::element) fn add(&self, out: &mut Entries, kind: &str, part: &str, keys: &[(&str, String)]) {
-        let table = Entries::of_texts(keys.iter().cloned());
-        out.table_mut(kind).set(&self.part(part), RawValue::Table(table));
-    }
-
-    /// A force along a direction: coefficients of parts.
-    pub(in crate::element) fn push(&self, out: &mut Entries, part: &str, direction: &[(&str, String)], law: String) {
-        let coefficients = Entries::of_texts(direction.iter().map(|(body, text)| (self.part(body), text)));
-        let mut table = Entries::default();
-        table.set("coefficients", RawValue::Table(coefficients));
-        table.set("law", RawValue::Text(law));
-        out.table_mut("torque").set(&self.part(part), RawValue::Table(table));
-    }
-
-    /// A shared formula of laws, blocks and programs.
-    pub(in crate::element) fn share(&self, out: &mut Entries, name: &str, value: String) {
-        let table = Entries::of_texts([("kind", "expression".to_string()), ("value", value)]);
-        out.table_mut("signal").set(&format!("{}.{name}", self.name), RawValue::Table(table));
     }
 
     /// The friction of an axle.

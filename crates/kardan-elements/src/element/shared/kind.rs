@@ -1,7 +1,7 @@
 //! The kind of an element: its keys, its checks and its terms.
 
 use kardan_math::units::Dimension;
-use kardan_mechanics::equations::Term;
+use kardan_mechanics::equations::{Domain, Term};
 use kardan_results::Symbol;
 use kardan_results::signal_name::Quantity;
 use kardan_schema::schema::{Field, Kind, Values};
@@ -44,7 +44,10 @@ impl Element {
     /// The charges that an element of that name introduces as coordinates, for all values of its keys.
     pub fn charges(&self, name: &str) -> Vec<String> {
         let terms = (self.terms)(name, &Values::default());
-        let charge = |term| if let Term::Charge { name } = term { Some(name) } else { None };
+        let charge = |term| match term {
+            Term::Coordinate { name, domain: Domain::Charge } => Some(name),
+            _ => None,
+        };
         terms.into_iter().filter_map(charge).collect()
     }
 

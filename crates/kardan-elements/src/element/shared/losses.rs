@@ -1,16 +1,25 @@
-//! Damping and friction along a direction.
+//! Inertia, damping and friction along a direction.
 
 use super::kind::KeyError;
-use kardan_math::units::Dimension;
+use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::equations::{Direction, Stribeck, Term};
 use kardan_schema::schema::{Field, Kind, Sign, Values};
 
+/// An inertia along a direction, if it is not zero.
+pub(in crate::element) fn inertia(direction: &Direction, inertia: Option<&Exact>) -> Option<Term> {
+    let inertia = inertia.filter(|x| !x.is_zero())?.clone();
+    Some(Term::Inertia { direction: direction.clone(), inertia })
+}
+
+/// A damper along a direction, if it is not zero.
+pub(in crate::element) fn damper(direction: &Direction, damping: Option<&Exact>) -> Option<Term> {
+    let damping = damping.filter(|x| !x.is_zero())?.clone();
+    Some(Term::Damper { direction: direction.clone(), damping })
+}
+
 /// Damper and friction along a direction, if they are not zero.
 pub(in crate::element) fn losses(direction: &Direction, values: &Values) -> Vec<Term> {
-    let mut out = Vec::new();
-    if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
-        out.push(Term::Damper { direction: direction.clone(), damping: damping.clone() });
-    }
+    let mut out = Vec::from_iter(damper(direction, values.exact("damping")));
     let torque = values.exact_or_default("friction");
     let stribeck = match (values.exact("breakaway"), values.exact("stribeck_speed")) {
         (Some(breakaway), Some(speed)) => Some(Stribeck { breakaway: breakaway.clone(), speed: speed.clone() }),

@@ -3,6 +3,7 @@
 pub(super) mod branch;
 pub(super) mod car;
 pub(super) mod car_checks;
+pub(super) mod composite;
 pub(super) mod contact;
 pub(super) mod gear_loss;
 pub(super) mod kind;

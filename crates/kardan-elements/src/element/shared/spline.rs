@@ -1,7 +1,5 @@
 //! Smooth curves through points.
 
-use std::sync::Arc;
-
 use super::kind::KeyError;
 use kardan_expr::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial};
 use kardan_math::num::{Rational, rational_from_f64};
@@ -63,14 +61,6 @@ impl Curve for Spline {
 
     fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3] {
         self.tables.clone().map(|table| graph.table(table, x))
-    }
-
-    fn inverse(&self) -> Option<Arc<dyn Curve>> {
-        None
-    }
-
-    fn shifted_identity(&self) -> Option<f64> {
-        None
     }
 }
 

@@ -1,6 +1,6 @@
 //! The side force of TMeasy (G. Rill, Road Vehicle Dynamics): a rational function up to its peak, then a cubic, then the sliding force.
 
-use super::car::Car;
+use super::composite::Composite;
 use super::wheels::AXLES;
 use kardan_schema::entries::Entries;
 
@@ -9,7 +9,7 @@ pub(in crate::element) const PEAK: f64 = 3.0;
 /// Default slip from which the tyre slides, over the peak slip.
 pub(in crate::element) const SLIDE: f64 = 3.0;
 
-impl Car<'_> {
+impl Composite<'_> {
     /// The initial slope times the peak slip, over the peak force: while friction and load change, the peak slip is proportional to the force.
     fn steepness(&self, axle: &str) -> String {
         match self.has("peak_slip") {

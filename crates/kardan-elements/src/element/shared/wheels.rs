@@ -1,6 +1,6 @@
 //! The four wheels of a car: loads, braking forces and the remaining side forces.
 
-use super::car::Car;
+use super::composite::Composite;
 use kardan_schema::entries::Entries;
 
 /// Names of axles and sides, with the letters of the wheels.
@@ -10,7 +10,7 @@ const SIDES: [(&str, &str); 2] = [("left", "l"), ("right", "r")];
 /// Least side force of a wheel over its static load: the slope of a root is infinite at zero.
 const LEAST: &str = "0.000001";
 
-impl Car<'_> {
+impl Composite<'_> {
     /// Whether its wheels differ: in load, braking force or friction.
     pub(in crate::element) fn wheels(&self) -> bool {
         ["braking", "height", "mu_left", "mu_right"].into_iter().any(|key| self.has(key))

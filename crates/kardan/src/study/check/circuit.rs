@@ -1,7 +1,7 @@
 //! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
 use crate::study::read::locations::{at_all, place_of_node};
-use kardan_mechanics::equations::{GROUND, NamedTerm, Term};
+use kardan_mechanics::equations::{Domain, GROUND, NamedTerm, Term};
 use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted};
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,7 +22,7 @@ struct Branch<'m> {
 fn branches(model: &Model) -> Vec<Branch<'_>> {
     let mut out: BTreeMap<&str, Branch<'_>> = BTreeMap::new();
     for NamedTerm { term, .. } in &model.terms {
-        if let Term::Charge { name } = term {
+        if let Term::Coordinate { name, domain: Domain::Charge } = term {
             out.insert(name, Branch { charge: name, ..Branch::default() });
         }
     }

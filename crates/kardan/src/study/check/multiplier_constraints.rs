@@ -165,7 +165,7 @@ pub(in crate::study) fn begin_on_rows(
 /// The prescribed value of a multiplier constraint at the start, if it is a speed, as text.
 fn prescribed_speed(reduced: &Reduced, row: usize) -> String {
     let constraint = &reduced.equations.multiplier_constraints[row];
-    let MultiplierLaw::Speed(_, function) = &constraint.law else { return String::new() };
+    let MultiplierLaw::Prescribed { order: 1, function, .. } = &constraint.law else { return String::new() };
     let unit = reduced.equations.domain_of_multiplier(constraint).unwrap_or_default().motion()[1].unit();
     format!(", which prescribes {} {unit}", function.value(0.0))
 }

@@ -88,9 +88,9 @@ pub(in crate::study) fn multiplier_lines(
         };
         let equation = match (&constraint.law, motion.multiplier_constraints[k].position) {
             (MultiplierLaw::Surface(_), Some(position)) => format!("{} = 0", formatted(position)),
-            (MultiplierLaw::Position(_, function), _) => format!("{} = {}", left_side(0), of_time(function, style)),
-            (MultiplierLaw::Speed(_, function), _) => format!("{} = {}", left_side(1), of_time(function, style)),
-            (MultiplierLaw::Acceleration(_, function), _) => format!("{} = {}", left_side(2), of_time(function, style)),
+            (MultiplierLaw::Prescribed { order, function, .. }, _) => {
+                format!("{} = {}", left_side(*order), of_time(function, style))
+            }
             _ => format!("{} = 0", left_side(1)),
         };
         MultiplierLine { element: constraint.element.clone(), shares, equation }

@@ -98,7 +98,9 @@ pub(super) struct MappedChannel {
 /// The domain of a coordinate of a model.
 fn domain_of(model: &Model, coordinate: &str) -> Domain {
     let own = model.terms.iter().find_map(|named| match &named.term {
-        Term::Position { name } | Term::Charge { name } if name == coordinate => Some(named.term.domain()),
+        Term::Coordinate { name, domain: domain @ (Domain::Translation | Domain::Charge) } if name == coordinate => {
+            Some(*domain)
+        }
         _ => None,
     });
     own.unwrap_or_default()

@@ -20,7 +20,7 @@ use crate::study::requests::bench_spec::check_bench;
 use crate::study::requests::safety_spec::safety_spec;
 use crate::study::requests::sweep_spec::sweep_spec;
 use kardan_mechanics::assemble::assemble;
-use kardan_mechanics::equations::{Direction, Measured, NamedTerm, Term};
+use kardan_mechanics::equations::{Direction, Domain, Measured, NamedTerm, Term};
 use kardan_mechanics::reduce::Reduced;
 use kardan_model::{Document, Model, VariantSettings};
 use kardan_schema::diagnostics::{Diagnostic, Severity};
@@ -115,7 +115,7 @@ fn unreduced(model: &mut Model) -> Reduced {
     // Only the element that introduces a charge knows it.
     let mut charges: Vec<(String, String)> = Vec::new();
     for NamedTerm { element, term, .. } in &model.terms {
-        if let Term::Charge { name } = term {
+        if let Term::Coordinate { name, domain: Domain::Charge } = term {
             charges.push((name.clone(), element.clone()));
         }
     }

@@ -76,7 +76,7 @@ impl Project {
             .equations
             .multiplier_constraints
             .iter()
-            .find(|constraint| matches!(constraint.law, MultiplierLaw::Position(..)));
+            .find(|constraint| matches!(constraint.law, MultiplierLaw::Prescribed { order: 0, .. }));
         if let Some(MultiplierConstraint { element, .. }) = behind {
             let message =
                 format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");

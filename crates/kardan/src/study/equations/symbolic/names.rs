@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::study::equations::latex_lines::{index, word};
-use kardan_expr::expr::parenthesised;
+use kardan_expr::expr::{Style, parenthesised};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, InputKind};
-use kardan_mechanics::symbolic::{Form, Laurent, Letter, Letters, Symbol, collected, printed};
+use kardan_mechanics::symbolic::{Laurent, Letter, Letters, Symbol, collected, printed};
 use kardan_model::SymbolValue;
 use kardan_results::SymbolicText;
 use kardan_results::signal_name::Quantity;
@@ -121,7 +121,7 @@ impl<'a> Names<'a> {
         })
     }
 
-    fn rendered(&self, value: &Laurent, form: Form) -> String {
+    fn rendered(&self, value: &Laurent, form: Style) -> String {
         let ratio = |name: &str| self.values.get(name).is_some_and(|value| value.dimension == Dimension::NONE);
         printed(&collected(value, self.letters, &ratio), form, &|letter| self.one(letter, form))
     }
@@ -131,8 +131,8 @@ impl<'a> Names<'a> {
         both(|form| self.one(letter, form))
     }
 
-    fn one(&self, letter: Letter, form: Form) -> String {
-        let latex = form == Form::Latex;
+    fn one(&self, letter: Letter, form: Style) -> String {
+        let latex = form == Style::Latex;
         if let Some(own) = self.own.get(&letter) {
             return if latex { own.latex.clone() } else { own.text.clone() };
         }
@@ -167,8 +167,8 @@ impl<'a> Names<'a> {
     }
 
     /// A coordinate, its rate or its acceleration.
-    pub(super) fn motion(&self, k: usize, order: usize, form: Form) -> String {
-        if form == Form::Text {
+    pub(super) fn motion(&self, k: usize, order: usize, form: Style) -> String {
+        if form == Style::Text {
             return format!("{}{}", self.coordinates[k], "'".repeat(order));
         }
         let letter = match self.equations.domain(k) {
@@ -186,29 +186,29 @@ impl<'a> Names<'a> {
     }
 
     /// The prescribed motion of an element, or a rate of it.
-    pub(super) fn of_time(&self, element: &str, order: usize, form: Form) -> String {
+    pub(super) fn of_time(&self, element: &str, order: usize, form: Style) -> String {
         let Some(name) = self.functions.get(element) else { return String::new() };
         match form {
-            Form::Text => format!("{}{}", name.text, "'".repeat(order)),
-            Form::Latex => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
+            Style::Text => format!("{}{}", name.text, "'".repeat(order)),
+            Style::Latex => format!("{}{}", ["b", r"\dot b", r"\ddot b"][order.min(2)], name.latex),
         }
     }
 
     /// The multiplier of a constraint.
-    pub(super) fn multiplier(&self, k: usize, form: Form) -> String {
+    pub(super) fn multiplier(&self, k: usize, form: Style) -> String {
         let constraint = &self.equations.multiplier_constraints[k];
         match (self.equations.domain_of_multiplier(constraint), form) {
             (Some(domain), _) => effort(domain, &constraint.element, form),
-            (None, Form::Latex) => format!(r"\lambda_{{{}}}", index(&constraint.element)),
-            (None, Form::Text) => Quantity::Multiplier.of(&word(&constraint.element)),
+            (None, Style::Latex) => format!(r"\lambda_{{{}}}", index(&constraint.element)),
+            (None, Style::Text) => Quantity::Multiplier.of(&word(&constraint.element)),
         }
     }
 
     /// The torque of a unilateral or switched constraint, or the gear loss of an element.
-    pub(super) fn unilateral(&self, element: &str, rubs: bool, form: Form) -> String {
+    pub(super) fn unilateral(&self, element: &str, rubs: bool, form: Style) -> String {
         match (rubs, form) {
-            (true, Form::Text) => Quantity::Friction.of(&word(element)),
-            (true, Form::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
+            (true, Style::Text) => Quantity::Friction.of(&word(element)),
+            (true, Style::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
             (false, _) => {
                 let own = self.equations.unilaterals.iter().find(|unilateral| unilateral.element == element);
                 effort(
@@ -237,8 +237,8 @@ impl<'a> Names<'a> {
         }
     }
 
-    fn call(&self, function: &str, parts: &[Laurent], form: Form) -> String {
-        let latex = form == Form::Latex;
+    fn call(&self, function: &str, parts: &[Laurent], form: Style) -> String {
+        let latex = form == Style::Latex;
         let parts: Vec<String> = parts.iter().map(|part| self.rendered(part, form)).collect();
         match (function, parts.as_slice(), latex) {
             ("^", [base, power], false) => format!("(({base})^({power}))"),
@@ -269,19 +269,19 @@ impl<'a> Names<'a> {
 }
 
 /// The same in both forms.
-pub(super) fn both(of: impl Fn(Form) -> String) -> SymbolicText {
-    SymbolicText { text: of(Form::Text), latex: of(Form::Latex) }
+pub(super) fn both(of: impl Fn(Style) -> String) -> SymbolicText {
+    SymbolicText { text: of(Style::Text), latex: of(Style::Latex) }
 }
 
 /// A torque, force or voltage of an element.
-fn effort(domain: Domain, element: &str, form: Form) -> String {
+fn effort(domain: Domain, element: &str, form: Style) -> String {
     let letter = match domain {
         Domain::Rotation => "tau",
         Domain::Translation => "f",
         Domain::Charge => "u",
         Domain::Number => "r",
     };
-    if form == Form::Latex { with_index(letter, element) } else { domain.effort().of(&word(element)) }
+    if form == Style::Latex { with_index(letter, element) } else { domain.effort().of(&word(element)) }
 }
 
 fn enclosed(text: &str, latex: bool) -> String {
