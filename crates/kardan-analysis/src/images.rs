@@ -3,7 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use super::LinearSystem;
-use kardan_math::num::{Matrix, ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
+use kardan_math::num::{
+    Matrix, ModularMatrix, Operator, PrimeField, Primes, Random, Rational, Reconstruction, Residue,
+};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -62,12 +64,15 @@ pub(super) struct Images<'a> {
     source: Primes,
 }
 
+/// The values of all entries, row by row: what [`Images::reconstruct`] brings back.
+pub(super) fn values(field: &PrimeField, matrix: &ModularMatrix) -> Vec<u64> {
+    (0..matrix.rows).flat_map(|i| matrix.row(i).iter().map(|&x| field.value(x))).collect()
+}
+
 /// A number that is the same for the same matrices (FNV-1a over their entries).
 pub(super) fn fingerprint(system: &LinearSystem) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    let mut add = |bytes: &[u8]| {
-        bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    };
+    let mut hash = Random::FNV;
+    let mut add = |bytes: &[u8]| hash = Random::fnv(hash, bytes);
     for matrix in [&system.e, &system.a, &system.b, &system.c, &system.d] {
         add(&[matrix.rows(), matrix.columns()].map(|x| x as u64).map(u64::to_le_bytes).concat());
         for (at, x) in matrix.as_slice().iter().enumerate().filter(|(_, x)| !x.is_zero()) {
