@@ -2,7 +2,7 @@
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
-use super::parts::{beside, block, column_basis, columns_of, kernel, stacked};
+use super::parts::{beside, columns_of, limit_space, pencil_at, stacked};
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
@@ -122,8 +122,7 @@ fn largest_up_to(most: usize, ranks: impl Iterator<Item = usize>) -> usize {
 
 /// `C (sE − A)⁻¹ B + D`; `None` at a pole.
 fn at(system: &LinearSystem, s: &Rational) -> Option<Matrix<Rational>> {
-    let pencil = system.e.scale(s).plus(&system.a.scale(&Rational::NEG_ONE));
-    Some(system.c.multiply(&pencil.solve(&system.b)?).plus(&system.d))
+    Some(system.c.multiply(&pencil_at(&system.e, &system.a, s).solve(&system.b)?).plus(&system.d))
 }
 
 /// The same modulo a prime, at a number that another one gives.
@@ -157,25 +156,14 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
         Fault::Output(k) if k == i => Rational::ONE,
         Fault::Output(_) => Rational::ZERO,
     });
-    // Over the states, the fault and the unknown inputs.
+    // Over the states, the fault and the unknown inputs: E times the rates, the rate of the fault, which is zero, and the outputs.
     let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
     let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));
-    // Over the states and the fault; columns span the space.
-    let mut space: Matrix<Rational> = Matrix::identity(n + 1);
-    loop {
-        // E times what rates may be: of the fault it is zero.
-        let width = space.columns();
-        let rates = system.e.multiply(&block(&space, 0..n, 0..width)).scale(&Rational::NEG_ONE);
-        let of_fault = beside(&Matrix::zeros(1, n + 1 + m), &block(&space, n..n + 1, 0..width));
-        let equations = stacked(&beside(&on_rates, &rates), &of_fault);
-        let matrix = stacked(&equations, &beside(&on_outputs, &Matrix::zeros(p, width)));
-        let solutions = kernel(&matrix);
-        let next = column_basis(&block(&solutions, 0..n + 1, 0..solutions.columns()));
-        if next.columns() == space.columns() {
-            return Some((0..next.columns()).all(|j| next[(n, j)].is_zero()));
-        }
-        space = next;
-    }
+    let equations = stacked(&stacked(&on_rates, &Matrix::zeros(1, n + 1 + m)), &on_outputs);
+    let of_fault = Matrix::from_fn(1 + p, 1, |i, _| if i == 0 { Rational::ONE } else { Rational::ZERO });
+    let rates = beside(&stacked(&system.e, &Matrix::zeros(1 + p, n)), &stacked(&Matrix::zeros(n, 1), &of_fault));
+    let space = limit_space(&equations, &rates, Matrix::identity(n + 1));
+    Some((0..space.columns()).all(|j| space[(n, j)].is_zero()))
 }
 
 /// The requirement on a set of sensors.

@@ -4,7 +4,7 @@ use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
 use super::LinearSystem;
-use super::parts::{beside, block, column_basis, kernel, reduced_form, rows_of, stacked};
+use super::parts::{beside, block, kernel, less, limit_space, reduced_form, rows_of, stacked};
 
 /// Names with factors: a direction, or a combination of quantities.
 type Combination = Vec<(String, Rational)>;
@@ -168,7 +168,7 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
             });
         }
     }
-    let through = d.plus(&c.multiply(&follows[0]).scale(&Rational::NEG_ONE));
+    let through = less(d, &c.multiply(&follows[0]));
 
     let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| beside(&all, follow));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
@@ -255,19 +255,6 @@ fn choose_states(
 fn quantity(coordinates: &[String], names: &[String], x: &Matrix<Rational>, j: usize) -> Combination {
     let angles = named(coordinates, column(x, j).into_iter().take(coordinates.len()));
     if angles.is_empty() { named(names, column(x, j)) } else { angles }
-}
-
-/// The spaces of all x with `matrix · x` in the span of `image · space`, each from the one before it, until they keep their dimension.
-fn limit_space(matrix: &Matrix<Rational>, image: &Matrix<Rational>, mut space: Matrix<Rational>) -> Matrix<Rational> {
-    let n = matrix.columns();
-    loop {
-        let combined = kernel(&beside(matrix, &image.multiply(&space)));
-        let next = column_basis(&block(&combined, 0..n, 0..combined.columns()));
-        if next.columns() == space.columns() {
-            return next;
-        }
-        space = next;
-    }
 }
 
 fn column(matrix: &Matrix<Rational>, j: usize) -> Vec<Rational> {

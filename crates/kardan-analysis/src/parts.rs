@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use dashu_int::ops::BitTest;
 use kardan_math::num::{Echelon, Matrix, Rational, echelon};
 
 /// The rows with these numbers.
@@ -37,6 +38,34 @@ pub(super) fn stacked(above: &Matrix<Rational>, below: &Matrix<Rational>) -> Mat
     })
 }
 
+/// `M − N`.
+pub(super) fn less(matrix: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
+    matrix.plus(&other.scale(&Rational::NEG_ONE))
+}
+
+/// `s E − A`.
+pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, s: &Rational) -> Matrix<Rational> {
+    less(&e.scale(s), a)
+}
+
+/// The spaces of all x that begin the (x, v) with `matrix · (x, v)` in the span of `image · space`, each from the one before it, until they
+/// keep their dimension.
+pub(super) fn limit_space(
+    matrix: &Matrix<Rational>,
+    image: &Matrix<Rational>,
+    mut space: Matrix<Rational>,
+) -> Matrix<Rational> {
+    let n = image.columns();
+    loop {
+        let combined = kernel(&beside(matrix, &image.multiply(&space)));
+        let next = column_basis(&block(&combined, 0..n, 0..combined.columns()));
+        if next.columns() == space.columns() {
+            return next;
+        }
+        space = next;
+    }
+}
+
 /// The echelon form with pivots in the order of the columns.
 pub(super) fn reduced_form(matrix: &Matrix<Rational>) -> Echelon {
     echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>())
@@ -51,6 +80,11 @@ pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
 pub(super) fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(&matrix.transpose());
     block(&found.form, 0..found.rank(), 0..matrix.rows()).transpose()
+}
+
+/// Bits of numerator and denominator.
+pub(super) fn bits_of(x: &Rational) -> usize {
+    x.numerator().bit_len() + x.denominator().bit_len()
 }
 
 /// The entries as text, row by row.

@@ -1,9 +1,7 @@
 //! Kalman's decomposition, the minimal realisation and the staircase form, exact.
 
-use dashu_int::ops::BitTest;
-
 use super::LinearSystem;
-use super::parts::{beside, block, columns_of, kernel, reduced_form};
+use super::parts::{beside, bits_of, block, columns_of, kernel, reduced_form};
 use kardan_math::num::{Matrix, Rational};
 use kardan_results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
 
@@ -57,8 +55,7 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
 /// Bits of the longest fraction.
 fn longest(system: &LinearSystem) -> usize {
     let all = [&system.e, &system.a, &system.b, &system.c].into_iter().flat_map(Matrix::as_slice);
-    let bits = |x: &Rational| x.numerator().bit_len() + x.denominator().bit_len();
-    all.map(bits).max().unwrap_or(0)
+    all.map(bits_of).max().unwrap_or(0)
 }
 
 /// Y from a certificate; without one there are none.

@@ -19,7 +19,7 @@ use super::system::LinearSystem;
 use infinity::{Side, verdicts};
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, exact_rank};
 use kardan_results::{Definition, DescriptorSystem, ImproperEntry, PolynomialRoots, SeparatedPencil};
-use separation::{NotSeparated, Separation};
+use separation::Separation;
 
 /// Descriptor systems with more states are not separated.
 pub const MOST_VARIABLES: usize = 200;
@@ -64,10 +64,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
     if system.states.len() > MOST_VARIABLES {
         return Err(DescriptorError::TooLarge);
     }
-    let apart = Separation::of(system).map_err(|why| match why {
-        NotSeparated::Singular => DescriptorError::Singular(SingularPencil::of(&system.e, &system.a)),
-        NotSeparated::TooLong => DescriptorError::TooLong,
-    })?;
+    let apart = Separation::of(system)?;
     let (states, definitions) = named(&apart.reading, &system.states);
     let slow = LinearSystem {
         states,

@@ -1,8 +1,7 @@
 //! The finite and the infinite part of a regular pencil.
 
-use dashu_int::ops::BitTest;
-
-use crate::parts::{beside, block, column_basis, kernel, reduced_form, stacked};
+use super::{DescriptorError, SingularPencil};
+use crate::parts::{beside, bits_of, block, column_basis, kernel, pencil_at, reduced_form, stacked};
 use crate::system::LinearSystem;
 use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
 
@@ -10,15 +9,6 @@ use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
 const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
-
-/// Why a pencil is not separated.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum NotSeparated {
-    /// Its determinant is zero for all s.
-    Singular,
-    /// The fractions are too long.
-    TooLong,
-}
 
 /// `S E T = diag(I, N)`, `S A T = diag(J, I)` with a nilpotent N.
 #[derive(Debug)]
@@ -42,18 +32,19 @@ pub(super) struct Separation {
 impl Separation {
     /// # Errors
     /// If the pencil is singular, or the fractions are too long.
-    pub fn of(system: &LinearSystem) -> Result<Self, NotSeparated> {
+    pub fn of(system: &LinearSystem) -> Result<Self, DescriptorError> {
         let (e, a) = (&system.e, &system.a);
+        let singular = || DescriptorError::Singular(SingularPencil::of(e, a));
         let width = bits(&[e, a]).checked_div(e.rows()).unwrap_or(0);
         if width.saturating_mul(bits(&[e, a])) > MAX_PENCIL_BITS {
-            return Err(NotSeparated::TooLong);
+            return Err(DescriptorError::TooLong);
         }
-        let at = regular_point(e, a).ok_or(NotSeparated::Singular)?;
-        let m = pencil_at(e, a, &at).solve(e).ok_or(NotSeparated::Singular)?;
+        let at = regular_point(e, a).ok_or_else(singular)?;
+        let m = pencil_at(e, a, &at).solve(e).ok_or_else(singular)?;
         if bits(&[&m]).saturating_mul(e.rows()) > MOST_WORK {
-            return Err(NotSeparated::TooLong);
+            return Err(DescriptorError::TooLong);
         }
-        Self::by_powers(system, &m).ok_or(NotSeparated::Singular)
+        Self::by_powers(system, &m).ok_or_else(singular)
     }
 
     /// By the kernels and images of the powers of `M = (s₀E − A)⁻¹E`.
@@ -88,7 +79,7 @@ impl Separation {
 /// Bits of all numbers.
 fn bits(matrices: &[&Matrix<Rational>]) -> usize {
     let all = matrices.iter().flat_map(|matrix| matrix.as_slice()).filter(|x| !x.is_zero());
-    all.map(|x| x.numerator().bit_len() + x.denominator().bit_len()).sum()
+    all.map(bits_of).sum()
 }
 
 /// A number s₀ with a regular `s₀E − A`: of n + 1 numbers one is, unless all are roots of the determinant, which is zero then.
@@ -96,11 +87,6 @@ fn regular_point(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Option<Rational>
     let n = e.rows();
     let number = |k: usize| Rational::from(if k.is_multiple_of(2) { (k / 2) as i64 } else { -(k.div_ceil(2) as i64) });
     (0..=n).map(number).find(|at| exact_rank(&pencil_at(e, a, at)) == n)
-}
-
-/// `s E − A`.
-pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, at: &Rational) -> Matrix<Rational> {
-    e.scale(at).plus(&a.scale(&Rational::NEG_ONE))
 }
 
 /// The kernels of M, M², … as long as they grow.
