@@ -50,10 +50,8 @@ impl Transfer {
             return self.likely_rank(outputs, faults);
         }
         let ranks = self.exact.iter().map(|point| {
-            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
-                Fault::Input(j) => point[(outputs[i], j)].clone(),
-                Fault::Output(k) if k == outputs[i] => Rational::ONE,
-                Fault::Output(_) => Rational::ZERO,
+            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| {
+                effect(faults[k], outputs[i], |j| point[(outputs[i], j)].clone(), Rational::ONE, Rational::ZERO)
             }))
         });
         largest_up_to(outputs.len().min(faults.len()), ranks)
@@ -62,10 +60,8 @@ impl Transfer {
     /// The same modulo random primes: never larger, and smaller with a tiny probability.
     pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
         let ranks = self.modular.iter().map(|(field, point)| {
-            let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
-                Fault::Input(j) => point.row(outputs[i])[j],
-                Fault::Output(k) if k == outputs[i] => field.one(),
-                Fault::Output(_) => 0,
+            let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| {
+                effect(faults[k], outputs[i], |j| point.row(outputs[i])[j], field.one(), 0)
             });
             matrix.echelon(field).1.len()
         });
@@ -105,6 +101,15 @@ impl Transfer {
             }
         }
         (groups, silent)
+    }
+}
+
+/// What a fault does to an output; `of_input` is what an input does.
+fn effect<T>(fault: Fault, output: usize, of_input: impl Fn(usize) -> T, one: T, zero: T) -> T {
+    match fault {
+        Fault::Input(j) => of_input(j),
+        Fault::Output(k) if k == output => one,
+        Fault::Output(_) => zero,
     }
 }
 
@@ -151,11 +156,8 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
         Fault::Input(j) => system.b[(i, j)].clone(),
         Fault::Output(_) => Rational::ZERO,
     });
-    let shows = Matrix::from_fn(p, 1, |i, _| match fault {
-        Fault::Input(j) => system.d[(i, j)].clone(),
-        Fault::Output(k) if k == i => Rational::ONE,
-        Fault::Output(_) => Rational::ZERO,
-    });
+    let shows =
+        Matrix::from_fn(p, 1, |i, _| effect(fault, i, |j| system.d[(i, j)].clone(), Rational::ONE, Rational::ZERO));
     // Over the states, the fault and the unknown inputs: E times the rates, the rate of the fault, which is zero, and the outputs.
     let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
     let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));

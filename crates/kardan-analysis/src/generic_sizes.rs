@@ -34,11 +34,7 @@ impl Size {
     }
 
     fn larger(self, other: Self) -> Self {
-        Self {
-            above: self.above.max(other.above),
-            below: self.below.max(other.below),
-            bits: self.bits.max(other.bits),
-        }
+        Self { above: self.above.max(other.above), below: self.below.max(other.below), bits: self.bits.max(other.bits) }
     }
 
     /// Numerator and denominator together.

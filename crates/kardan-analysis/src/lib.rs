@@ -71,7 +71,7 @@ pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::{modular_properties, properties, stability_proofs};
 pub use realisation::{MOST_TRANSFORMED, realisations};
 pub use reduction::{Reduction, reduction, sum_of_terms};
-pub use sampling::{SamplingPlan, sample, wilson};
+pub use sampling::{SamplingPlan, sample};
 pub use stability::{Plane, despite_rounding, stability_of, stability_of_roots};
 pub use structure::{StructureError, certified_structure, controllable_rank, state_modular, structure};
 pub use system::{ConstrainedSystem, LinearSystem, LoadSlopes, Side};

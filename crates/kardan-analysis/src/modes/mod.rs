@@ -75,7 +75,7 @@ pub fn exact_modes_beside(
         return None;
     }
     let original = matrices.each_ref();
-    let band = bandwidth(original);
+    let band = bandwidth(&original.map(|matrix| matrix.as_ref()));
     let Rigid { free, damped } = rigid_motions(&reduction.system);
     let rigid: Vec<Vec<c64>> = free.iter().chain(&damped).map(|motion| dense(motion, r)).collect();
     let mode = mode_of_vector(system, reduction);

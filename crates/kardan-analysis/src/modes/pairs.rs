@@ -63,7 +63,7 @@ pub(super) fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &
     }
     let exact = |k: usize| Pair { value: c64::ZERO, vector: (0..r).map(|i| c64::new(motions[(i, k)], 0.0)).collect() };
     let mut out: Vec<Pair> = (0..free).chain(0..rigid_count).map(exact).collect();
-    let band = bandwidth(original);
+    let band = bandwidth(&original.map(|matrix| matrix.as_ref()));
     for (k, value) in values.into_iter().enumerate() {
         let vector: Vec<c64> = if unsolved.contains(&k) {
             quadratic_null_vectors(original, band, value, 1)?.swap_remove(0)
