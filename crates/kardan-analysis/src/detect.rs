@@ -2,7 +2,7 @@
 
 use super::LinearSystem;
 use super::parity::{Fault, choices, subsets};
-use super::parts::{beside, columns_of, limit_space, pencil_at, stacked};
+use super::parts::{columns_of, joined, limit_space, pencil_at, side_by_side, stacked};
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
@@ -159,11 +159,11 @@ pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[us
     let shows =
         Matrix::from_fn(p, 1, |i, _| effect(fault, i, |j| system.d[(i, j)].clone(), Rational::ONE, Rational::ZERO));
     // Over the states, the fault and the unknown inputs: E times the rates, the rate of the fault, which is zero, and the outputs.
-    let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
-    let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));
+    let on_rates = side_by_side(&[&system.a, &acts, &columns_of(&system.b, unknown)]);
+    let on_outputs = side_by_side(&[&system.c, &shows, &columns_of(&system.d, unknown)]);
     let equations = stacked(&stacked(&on_rates, &Matrix::zeros(1, n + 1 + m)), &on_outputs);
     let of_fault = Matrix::from_fn(1 + p, 1, |i, _| if i == 0 { Rational::ONE } else { Rational::ZERO });
-    let rates = beside(&stacked(&system.e, &Matrix::zeros(1 + p, n)), &stacked(&Matrix::zeros(n, 1), &of_fault));
+    let rates = joined([&system.e, &Matrix::zeros(n, 1)], [&Matrix::zeros(1 + p, n), &of_fault]);
     let space = limit_space(&equations, &rates, Matrix::identity(n + 1));
     Some((0..space.columns()).all(|j| space[(n, j)].is_zero()))
 }

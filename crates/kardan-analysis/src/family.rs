@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use faer::Mat;
 use kardan_rt::functions::exp2;
 
-use super::parts::{beside, less, stacked};
+use super::parts::{less, side_by_side, stacked};
 use super::pencil::OutputRow;
 use super::{ConstrainedSystem, OutputSignal, Side};
 use kardan_math::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
@@ -62,7 +62,7 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
         sums = sums.map(|sum| sum.transpose());
     }
     let below = Matrix::zeros(c + last, n + c);
-    let mut pencil = sums.map(|sum| stacked(&beside(&sum, &Matrix::zeros(n, c)), &below));
+    let mut pencil = sums.map(|sum| stacked(&side_by_side(&[&sum, &Matrix::zeros(n, c)]), &below));
     for k in 0..c {
         pencil[0].row_mut(n + k)[..n].clone_from_slice(rows.row(k));
         (0..n).for_each(|j| pencil[0][(j, n + k)] = rows[(k, j)].clone());

@@ -1,7 +1,7 @@
 //! Relations between sensor readings that are true for every motion of the model.
 
 use super::LinearSystem;
-use super::parts::{beside, block, reduced_form, stacked};
+use super::parts::{reduced_form, side_by_side, stacked, window};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
 /// A signal of a relation: a sensor reading or a command.
@@ -62,7 +62,7 @@ pub fn static_relations(system: &LinearSystem, commanded: &[usize]) -> StaticRel
         .collect();
     let rows: Vec<Vec<Rational>> = signals.iter().map(|signal| row_of(system, *signal)).collect();
     let found = left_null(&stack(&rows, &rateless(system)));
-    let over_signals = block(&found, 0..found.rows(), 0..signals.len());
+    let over_signals = window(&found, 0..found.rows(), 0..signals.len());
     let (circuits, all) = circuits(&over_signals);
     let relation = |row: Vec<Rational>| {
         let terms = signals.iter().zip(row).filter(|(_, x)| !x.is_zero()).map(|(signal, x)| (*signal, 0, x));
@@ -99,7 +99,7 @@ fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
 /// The algebraic equations of states and inputs: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
 fn rateless(system: &LinearSystem) -> Matrix<Rational> {
     let free = left_null(&system.e);
-    beside(&free.multiply(&system.a), &free.multiply(&system.b))
+    side_by_side(&[&free.multiply(&system.a), &free.multiply(&system.b)])
 }
 
 /// Rows, and below them those of a matrix.
@@ -110,7 +110,7 @@ fn stack(rows: &[Vec<Rational>], below: &Matrix<Rational>) -> Matrix<Rational> {
 /// Independent rows w with `wᵀM = 0` that span all of them.
 fn left_null(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(matrix);
-    block(&found.transform, found.rank()..matrix.rows(), 0..matrix.rows())
+    window(&found.transform, found.rank()..matrix.rows(), 0..matrix.rows())
 }
 
 /// The rows of least support in the span of the rows, each once up to a factor; whether these are all of them.
@@ -123,7 +123,7 @@ fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
     let row = |i: usize| basis.form.row(i).to_vec();
     let is_taken = |j: &usize| (0..d).any(|i| !basis.form[(i, *j)].is_zero());
     let taking: Vec<usize> = (0..span.columns()).filter(is_taken).collect();
-    let independent = block(&basis.form, 0..d, 0..span.columns());
+    let independent = window(&basis.form, 0..d, 0..span.columns());
     // In echelon form each row has a pivot that no other has: it is of least support.
     if choices(taking.len(), d - 1).is_none_or(|count| count > MOST_SETS) {
         return ((0..d).map(row).collect(), false);

@@ -1,9 +1,8 @@
-//! Parts of exact matrices, matrices beside and above each other, and their kernels.
-
-use std::ops::Range;
+//! Parts of exact matrices, matrices made of parts, and their kernels.
 
 use dashu_int::ops::BitTest;
 use kardan_math::num::{Echelon, Matrix, Rational, echelon};
+pub(super) use kardan_math::num::{joined, side_by_side, stacked, window};
 
 /// The rows with these numbers.
 pub(super) fn rows_of(matrix: &Matrix<Rational>, rows: &[usize]) -> Matrix<Rational> {
@@ -13,29 +12,6 @@ pub(super) fn rows_of(matrix: &Matrix<Rational>, rows: &[usize]) -> Matrix<Ratio
 /// The columns with these numbers.
 pub(super) fn columns_of(matrix: &Matrix<Rational>, columns: &[usize]) -> Matrix<Rational> {
     Matrix::from_fn(matrix.rows(), columns.len(), |i, j| matrix[(i, columns[j])].clone())
-}
-
-/// A block of consecutive rows and columns.
-pub(super) fn block(matrix: &Matrix<Rational>, rows: Range<usize>, columns: Range<usize>) -> Matrix<Rational> {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows.start + i, columns.start + j)].clone())
-}
-
-/// Two matrices beside each other.
-pub(super) fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
-    let width = left.columns();
-    Matrix::from_fn(left.rows(), width + right.columns(), |i, j| match j.checked_sub(width) {
-        None => left[(i, j)].clone(),
-        Some(j) => right[(i, j)].clone(),
-    })
-}
-
-/// A matrix above another one.
-pub(super) fn stacked(above: &Matrix<Rational>, below: &Matrix<Rational>) -> Matrix<Rational> {
-    let height = above.rows();
-    Matrix::from_fn(height + below.rows(), above.columns(), |i, j| match i.checked_sub(height) {
-        None => above[(i, j)].clone(),
-        Some(i) => below[(i, j)].clone(),
-    })
 }
 
 /// `M − N`.
@@ -57,8 +33,8 @@ pub(super) fn limit_space(
 ) -> Matrix<Rational> {
     let n = image.columns();
     loop {
-        let combined = kernel(&beside(matrix, &image.multiply(&space)));
-        let next = column_basis(&block(&combined, 0..n, 0..combined.columns()));
+        let combined = kernel(&side_by_side(&[matrix, &image.multiply(&space)]));
+        let next = column_basis(&window(&combined, 0..n, 0..combined.columns()));
         if next.columns() == space.columns() {
             return next;
         }
@@ -79,7 +55,7 @@ pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
 /// A basis of the columns.
 pub(super) fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(&matrix.transpose());
-    block(&found.form, 0..found.rank(), 0..matrix.rows()).transpose()
+    window(&found.form, 0..found.rank(), 0..matrix.rows()).transpose()
 }
 
 /// Bits of numerator and denominator.

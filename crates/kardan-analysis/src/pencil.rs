@@ -1,6 +1,6 @@
 //! The pencil of a linear system with named outputs.
 
-use super::parts::{beside, less, reduced_form, stacked};
+use super::parts::{joined, less, reduced_form, side_by_side, stacked};
 use super::reduction::reduced_system;
 use super::{ConstrainedSystem, LinearSystem};
 use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, dense_rows, project, sparse_rows};
@@ -40,8 +40,8 @@ pub fn linear_system(
     let [damping, stiffness] = [reduced.damping_matrix(), reduced.stiffness_matrix()];
     let (zero, one, m) = (Matrix::zeros(r, r), Matrix::identity(r), system.inputs.len());
     let minus = |matrix: &Matrix<Rational>| matrix.scale(&Rational::NEG_ONE);
-    let e = stacked(&beside(&one, &zero), &beside(&zero, &inertia));
-    let a = stacked(&beside(&zero, &one), &beside(&minus(&stiffness), &minus(&damping)));
+    let e = joined([&one, &zero], [&zero, &inertia]);
+    let a = joined([&zero, &one], [&minus(&stiffness), &minus(&damping)]);
     let b = stacked(&Matrix::zeros(r, m), &input);
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
     let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
@@ -49,7 +49,7 @@ pub fn linear_system(
         let row = OutputRow::of(system, &output.measured);
         let [on_positions, on_speeds, on_inputs] =
             row.over_states(system, &rows, [&stiffness, &damping, &inertia, &input]);
-        c.row_mut(i).clone_from_slice(beside(&on_positions, &on_speeds).as_slice());
+        c.row_mut(i).clone_from_slice(side_by_side(&[&on_positions, &on_speeds]).as_slice());
         d.row_mut(i).clone_from_slice(on_inputs.as_slice());
     }
     let names = reduced.coordinates.iter();
@@ -154,7 +154,7 @@ impl OutputRow {
 /// and moves no inertia of a single shaft.
 fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
-    let e = reduced_form(&beside(matrix, right));
+    let e = reduced_form(&side_by_side(&[matrix, right]));
     assert!(!e.pivots.contains(&n), "the inertia is positive semidefinite");
     let mut out = Matrix::<Rational>::zeros(n, 1);
     for (row, &pivot) in e.pivots.iter().enumerate() {

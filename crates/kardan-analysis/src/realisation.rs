@@ -1,7 +1,7 @@
 //! Kalman's decomposition, the minimal realisation and the staircase form, exact.
 
 use super::LinearSystem;
-use super::parts::{beside, bits_of, block, columns_of, kernel, reduced_form};
+use super::parts::{bits_of, columns_of, kernel, reduced_form, side_by_side, window};
 use kardan_math::num::{Matrix, Rational};
 use kardan_results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
 
@@ -69,13 +69,13 @@ fn rows(invariant: Option<&Invariant>, count: usize, n: usize) -> Option<Matrix<
 
 /// Matrices beside each other.
 fn all_beside(parts: &[Matrix<Rational>], n: usize) -> Matrix<Rational> {
-    parts.iter().fold(Matrix::zeros(n, 0), |all, part| beside(&all, part))
+    parts.iter().fold(Matrix::zeros(n, 0), |all, part| side_by_side(&[&all, part]))
 }
 
 /// The columns of `more` that do not depend on those of `basis` and on each other.
 fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Rational> {
     let first = basis.columns();
-    let both = beside(basis, more);
+    let both = side_by_side(&[basis, more]);
     let new: Vec<usize> = reduced_form(&both).pivots.into_iter().filter(|&j| j >= first).collect();
     columns_of(&both, &new)
 }
@@ -84,12 +84,12 @@ fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Ratio
 fn kalman_basis(reachable: &Matrix<Rational>, hidden: &Matrix<Rational>) -> [Matrix<Rational>; 4] {
     let (n, r) = (reachable.rows(), reachable.columns());
     // R x + N y = 0: the vectors R x lie in both.
-    let both = kernel(&beside(reachable, hidden));
-    let common = reachable.multiply(&block(&both, 0..r, 0..both.columns()));
+    let both = kernel(&side_by_side(&[reachable, hidden]));
+    let common = reachable.multiply(&window(&both, 0..r, 0..both.columns()));
     let common = completing(&Matrix::zeros(n, 0), &common);
     let observable = completing(&common, reachable);
     let neither = completing(&common, hidden);
-    let rest = completing(&beside(&beside(&common, &observable), &neither), &Matrix::identity(n));
+    let rest = completing(&side_by_side(&[&common, &observable, &neither]), &Matrix::identity(n));
     [common, observable, neither, rest]
 }
 
@@ -111,7 +111,7 @@ fn transformed(system: &LinearSystem, parts: &[Matrix<Rational>], names: Vec<Str
 fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> TransformedSystem {
     let cut = |m: &Matrix<Rational>, rows: bool, columns: bool| {
         let of = |own: bool, all: usize| if own { first..first + count } else { 0..all };
-        block(m, of(rows, m.rows()), of(columns, m.columns()))
+        window(m, of(rows, m.rows()), of(columns, m.columns()))
     };
     TransformedSystem {
         blocks: vec![Block { name: "controllable and observable".into(), states: count }],
@@ -149,5 +149,5 @@ fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)
 pub(super) fn diagonal_block(system: &TransformedSystem, number: usize) -> Matrix<Rational> {
     let first: usize = system.blocks[..number].iter().map(|block| block.states).sum();
     let own = first..first + system.blocks[number].states;
-    block(&system.a, own.clone(), own)
+    window(&system.a, own.clone(), own)
 }

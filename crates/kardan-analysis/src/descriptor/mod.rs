@@ -12,7 +12,7 @@ mod singular;
 pub use singular::SingularPencil;
 
 use super::massless::plain_combination;
-use super::parts::{beside, rows_of, stacked, texts};
+use super::parts::{joined, rows_of, side_by_side, stacked, texts};
 use super::properties::{described_zeros, orders_at_infinity};
 use super::structure::{pencil, structure};
 use super::system::LinearSystem;
@@ -171,10 +171,10 @@ fn at_infinity(slow: &LinearSystem, derivatives: &[Matrix<Rational>]) -> Option<
         Some(before) => {
             // The j-th integrals of the inputs are the states n + (j − 1) m, …; of them the last ones enter the system.
             let shift = Matrix::from_fn(k * m, k * m, |i, j| if i == j + m { Rational::ONE } else { Rational::ZERO });
-            let entry = beside(&Matrix::zeros(n, before * m), &slow.b);
-            let a = stacked(&beside(&slow.a, &entry), &beside(&Matrix::zeros(k * m, n), &shift));
+            let entry = side_by_side(&[&Matrix::zeros(n, before * m), &slow.b]);
+            let a = joined([&slow.a, &entry], [&Matrix::zeros(k * m, n), &shift]);
             let b = stacked(&stacked(&Matrix::zeros(n, m), &Matrix::identity(m)), &Matrix::zeros(before * m, m));
-            let c = (0..k).rev().fold(slow.c.clone(), |all, i| beside(&all, power(i)));
+            let c = (0..k).rev().fold(slow.c.clone(), |all, i| side_by_side(&[&all, power(i)]));
             LinearSystem { d: power(k).clone(), ..LinearSystem::state_space(a, b, c) }
         }
     };

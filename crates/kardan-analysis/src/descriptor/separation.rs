@@ -1,7 +1,7 @@
 //! The finite and the infinite part of a regular pencil.
 
 use super::{DescriptorError, SingularPencil};
-use crate::parts::{beside, bits_of, block, column_basis, kernel, pencil_at, reduced_form, stacked};
+use crate::parts::{bits_of, column_basis, kernel, pencil_at, reduced_form, side_by_side, stacked, window};
 use crate::system::LinearSystem;
 use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
 
@@ -58,10 +58,10 @@ impl Separation {
         // L V = I.
         let slow_basis = image.multiply(&reading.multiply(&image).solve(&Matrix::identity(image.columns()))?);
         let finite = slow_basis.columns();
-        let right = beside(&slow_basis, &fast_basis);
-        let left = beside(&e.multiply(&slow_basis), &a.multiply(&fast_basis)).solve(&Matrix::identity(n))?;
+        let right = side_by_side(&[&slow_basis, &fast_basis]);
+        let left = side_by_side(&[&e.multiply(&slow_basis), &a.multiply(&fast_basis)]).solve(&Matrix::identity(n))?;
         let on = |matrix: &Matrix<Rational>, basis: &Matrix<Rational>| left.multiply(&matrix.multiply(basis));
-        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| block(matrix, from..to, 0..matrix.columns());
+        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| window(matrix, from..to, 0..matrix.columns());
         let inputs = left.multiply(&system.b);
         let slow = [part(&on(a, &slow_basis), 0, finite), part(&inputs, 0, finite), system.c.multiply(&slow_basis)];
         let fast = [part(&on(e, &fast_basis), finite, n), part(&inputs, finite, n), system.c.multiply(&fast_basis)];
@@ -135,13 +135,13 @@ pub(super) fn split_by_e(system: &LinearSystem) -> (usize, LinearSystem) {
     let b = form.transform.multiply(&system.b);
     let c = system.c.multiply(&q);
     let p = system.outputs.len();
-    let of_a = block(&a, 0..rank, 0..rank);
+    let of_a = window(&a, 0..rank, 0..rank);
     // Of all equations over the variables that E leaves out and the inputs.
-    let inputs = beside(&block(&a, 0..n, rank..n), &b);
-    let of_b = block(&inputs, 0..rank, 0..inputs.columns());
-    let of_c = stacked(&block(&a, rank..n, 0..rank), &block(&c, 0..p, 0..rank));
-    let through = beside(&block(&c, 0..p, rank..n), &system.d);
-    let of_d = stacked(&block(&inputs, rank..n, 0..inputs.columns()), &through);
+    let inputs = side_by_side(&[&window(&a, 0..n, rank..n), &b]);
+    let of_b = window(&inputs, 0..rank, 0..inputs.columns());
+    let of_c = stacked(&window(&a, rank..n, 0..rank), &window(&c, 0..p, 0..rank));
+    let through = side_by_side(&[&window(&c, 0..p, rank..n), &system.d]);
+    let of_d = stacked(&window(&inputs, rank..n, 0..inputs.columns()), &through);
     (rank, LinearSystem { d: of_d, ..LinearSystem::state_space(of_a, of_b, of_c) })
 }
 
