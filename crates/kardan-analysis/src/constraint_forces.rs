@@ -51,12 +51,9 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
     let (c, h) = (system.constraint_matrix(), system.inertia_matrix());
     let hk = h.multiply(&k);
     let reduced = k.transpose().multiply(&hk);
-    let witness = match definiteness(&reduced) {
-        Definiteness::Positive => None,
-        Definiteness::PositiveSemi { direction } => Some(direction),
-        Definiteness::Indefinite { witness } => Some(witness),
-    };
-    if let Some(x) = witness {
+    if let Definiteness::PositiveSemi { direction: x } | Definiteness::Indefinite { witness: x } =
+        definiteness(&reduced)
+    {
         let x = Matrix::from_fn(x.len(), 1, |i, _| x[i].clone());
         let energy = x.transpose().multiply(&reduced).multiply(&x).to_f64()[(0, 0)];
         let direction = k.multiply(&x).as_slice().iter().map(Scalar::to_f64).collect();

@@ -3,7 +3,7 @@
 use super::LinearSystem;
 use super::parts::{bits_of, columns_of, kernel, reduced_form, side_by_side, window};
 use kardan_math::num::{Matrix, Rational};
-use kardan_results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
+use kardan_results::{Block, Certificate, Invariant, MinorColumn, Realisations, TransformedSystem};
 
 /// More states are not transformed.
 pub const MOST_TRANSFORMED: usize = 64;
@@ -48,7 +48,7 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
     let kalman = transformed(&explicit, &parts, names.map(String::from).into())?;
     let first = parts[0].columns();
     let minimal = minimal(&kalman, first, parts[1].columns());
-    let staircase = staircase(&explicit, reached.columns.iter().map(|column| (column.input, column.power)))?;
+    let staircase = staircase(&explicit, reached.columns.clone())?;
     Some(Realisations { kalman, minimal, staircase })
 }
 
@@ -124,14 +124,14 @@ fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> Transforme
 }
 
 /// The columns `Aᵏ b`, power by power: A takes each block into the next one, so it is block Hessenberg, and B is in the first.
-fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)>) -> Option<TransformedSystem> {
+fn staircase(system: &LinearSystem, mut columns: Vec<MinorColumn>) -> Option<TransformedSystem> {
     let n = system.states.len();
     let mut blocks: Vec<Matrix<Rational>> = Vec::new();
     let mut power_of_b = system.b.clone();
-    let mut ordered: Vec<(usize, usize)> = columns.collect();
-    ordered.sort_by_key(|(_, power)| *power);
+    columns.sort_by_key(|column| column.power);
     for power in 0.. {
-        let chosen: Vec<usize> = ordered.iter().filter(|(_, k)| *k == power).map(|(input, _)| *input).collect();
+        let chosen: Vec<usize> =
+            columns.iter().filter(|column| column.power == power).map(|column| column.input).collect();
         if chosen.is_empty() {
             break;
         }

@@ -3,7 +3,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, c64};
 
-use super::shape::{largest, normalised};
+use super::shape::{largest, normalised, times};
 use kardan_math::num::null_vectors;
 
 /// A band counts as narrow where the matrix has more than so many times its rows.
@@ -71,7 +71,7 @@ pub(super) fn quadratic_null_vectors(
     let fastest =
         (0..r).map(|i| (s[(i, i)].abs() / h[(i, i)]).sqrt() + d[(i, i)].abs() / h[(i, i)]).fold(size, f64::max);
     let tolerance = 1e-14 * r as f64 * fastest / size.max(f64::MIN_POSITIVE);
-    let unscaled = |x: &[c64]| normalised(&x.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>());
+    let unscaled = |x: &[c64]| normalised(&times(x, &scales));
     let mut x: Vec<c64> = (0..r).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
     for _ in 0..if count == 1 { 2 } else { 0 } {
         let before = x.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
