@@ -1,7 +1,7 @@
 //! Which faults outputs can detect, and which they can isolate from each other.
 
 use super::LinearSystem;
-use super::parity::{Fault, choices, subsets};
+use super::parity::{ParitySignal, choices, subsets};
 use super::parts::{columns_of, joined, limit_space, pencil_at, side_by_side, stacked};
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
@@ -45,7 +45,7 @@ impl Transfer {
     }
 
     /// The rank of what these faults do to these outputs, over the rational functions.
-    pub fn rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+    pub fn rank(&self, outputs: &[usize], faults: &[ParitySignal]) -> usize {
         if self.exact.is_empty() {
             return self.likely_rank(outputs, faults);
         }
@@ -58,7 +58,7 @@ impl Transfer {
     }
 
     /// The same modulo random primes: never larger, and smaller with a tiny probability.
-    pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+    pub fn likely_rank(&self, outputs: &[usize], faults: &[ParitySignal]) -> usize {
         let ranks = self.modular.iter().map(|(field, point)| {
             let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| {
                 effect(faults[k], outputs[i], |j| point.row(outputs[i])[j], field.one(), 0)
@@ -69,8 +69,8 @@ impl Transfer {
     }
 
     /// Whether these outputs show a fault at all, whatever the unknown inputs do.
-    pub fn detects(&self, outputs: &[usize], fault: Fault, unknown: &[usize]) -> bool {
-        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+    pub fn detects(&self, outputs: &[usize], fault: ParitySignal, unknown: &[usize]) -> bool {
+        let mut columns: Vec<ParitySignal> = unknown.iter().map(|&j| ParitySignal::Input(j)).collect();
         let base_rank = self.rank(outputs, &columns);
         columns.push(fault);
         self.rank(outputs, &columns) > base_rank
@@ -81,10 +81,15 @@ impl Transfer {
     ///
     /// Two faults that are shown can be isolated if one is shown for any course of the other; that is mutual, and of three faults, if
     /// the first cannot be isolated from the second and the second not from the third, the first cannot be isolated from the third.
-    pub fn groups(&self, outputs: &[usize], faults: &[Fault], unknown: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
-        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+    pub fn groups(
+        &self,
+        outputs: &[usize],
+        faults: &[ParitySignal],
+        unknown: &[usize],
+    ) -> (Vec<Vec<usize>>, Vec<usize>) {
+        let mut columns: Vec<ParitySignal> = unknown.iter().map(|&j| ParitySignal::Input(j)).collect();
         let base = self.rank(outputs, &columns);
-        let mut rank = |more: &[Fault]| {
+        let mut rank = |more: &[ParitySignal]| {
             columns.truncate(unknown.len());
             columns.extend_from_slice(more);
             self.rank(outputs, &columns)
@@ -105,11 +110,11 @@ impl Transfer {
 }
 
 /// What a fault does to an output; `of_input` is what an input does.
-fn effect<T>(fault: Fault, output: usize, of_input: impl Fn(usize) -> T, one: T, zero: T) -> T {
+fn effect<T>(fault: ParitySignal, output: usize, of_input: impl Fn(usize) -> T, one: T, zero: T) -> T {
     match fault {
-        Fault::Input(j) => of_input(j),
-        Fault::Output(k) if k == output => one,
-        Fault::Output(_) => zero,
+        ParitySignal::Input(j) => of_input(j),
+        ParitySignal::Output(k) if k == output => one,
+        ParitySignal::Output(_) => zero,
     }
 }
 
@@ -147,14 +152,14 @@ fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, 
 ///
 /// Method: the largest space of states, with the fault as one of them, in which some inputs keep the outputs at zero (the recursion of
 /// Wonham and Morse, for `E ẋ = A x + B u`); the fault is not detected if it moves in it.
-pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
+pub fn constant_is_detectable(system: &LinearSystem, fault: ParitySignal, unknown: &[usize]) -> Option<bool> {
     let (n, p, m) = (system.states.len(), system.outputs.len(), unknown.len());
     if n > MOST_EXACT {
         return None;
     }
     let acts = Matrix::from_fn(n, 1, |i, _| match fault {
-        Fault::Input(j) => system.b[(i, j)].clone(),
-        Fault::Output(_) => Rational::ZERO,
+        ParitySignal::Input(j) => system.b[(i, j)].clone(),
+        ParitySignal::Output(_) => Rational::ZERO,
     });
     let shows =
         Matrix::from_fn(p, 1, |i, _| effect(fault, i, |j| system.d[(i, j)].clone(), Rational::ONE, Rational::ZERO));
@@ -192,10 +197,10 @@ pub struct SmallestSets {
 pub fn smallest_sets(transfer: &Transfer, goal: Goal, failing: &[usize], unknown: &[usize]) -> SmallestSets {
     let likely = Transfer { exact: Vec::new(), ..transfer.clone() };
     let reaches = |set: &[usize]| {
-        let own = set.iter().map(|&k| Fault::Output(k));
-        let faults: Vec<Fault> = failing.iter().map(|&j| Fault::Input(j)).chain(own).collect();
+        let own = set.iter().map(|&k| ParitySignal::Output(k));
+        let faults: Vec<ParitySignal> = failing.iter().map(|&j| ParitySignal::Input(j)).chain(own).collect();
         match goal {
-            Goal::Shows(input) => likely.detects(set, Fault::Input(input), unknown),
+            Goal::Shows(input) => likely.detects(set, ParitySignal::Input(input), unknown),
             Goal::ShowsAll => faults.iter().all(|&fault| likely.detects(set, fault, unknown)),
             Goal::Isolates => likely.groups(set, &faults, unknown).0.len() == faults.len(),
         }

@@ -63,9 +63,7 @@ pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction, plain_combination};
 pub use modes::{exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes};
-pub use parity::{
-    Broken, Fault, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations,
-};
+pub use parity::{Broken, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::{modular_properties, properties, stability_proofs};

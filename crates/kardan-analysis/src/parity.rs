@@ -4,12 +4,13 @@ use super::LinearSystem;
 use super::parts::{reduced_form, side_by_side, stacked, window};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
-/// A signal of a relation: a sensor reading or a command.
+/// A signal of a relation: a sensor reading or a command. A fault adds an arbitrary time function to one: to what a sensor reads, to what an
+/// input does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ParitySignal {
     /// An output of the system.
     Output(usize),
-    /// An input that is known.
+    /// An input.
     Input(usize),
 }
 
@@ -163,15 +164,6 @@ pub(super) fn subsets(of: usize, size: usize) -> impl Iterator<Item = Vec<usize>
     })
 }
 
-/// A fault that adds an arbitrary time function to a signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
-    /// To what a sensor reads.
-    Output(usize),
-    /// To what an input does.
-    Input(usize),
-}
-
 /// A relation that a fault breaks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Broken {
@@ -191,7 +183,7 @@ const MOST_ROWS: usize = 160;
 /// inputs one with few terms that the fault does not leave alone. Exact.
 pub fn relations(
     system: &LinearSystem,
-    faults: &[Fault],
+    faults: &[ParitySignal],
     commanded: &[usize],
     unknown: &[usize],
 ) -> Vec<Option<Broken>> {
@@ -209,7 +201,7 @@ pub fn relations(
             let seeing = rows.iter().filter(|row| stacked.sees(row, *fault));
             let seeing = seeing.map(|row| (stacked.relation(row, commanded), row));
             *found = seeing.min_by_key(|(relation, _)| relation.terms.len()).map(|(relation, row)| {
-                let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
+                let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, ParitySignal::Input(j)));
                 Broken { relation, moved_by: moved_by.collect() }
             });
         }
@@ -276,11 +268,11 @@ impl Stacked<'_> {
         (0..simple.rank()).map(|i| simple.form.row(i)[width..].to_vec()).collect()
     }
 
-    fn sees(&self, row: &[Rational], fault: Fault) -> bool {
+    fn sees(&self, row: &[Rational], fault: ParitySignal) -> bool {
         let p = self.system.outputs.len();
         match fault {
-            Fault::Output(k) => (0..=self.order).any(|level| !row[level * p + k].is_zero()),
-            Fault::Input(j) => (0..=self.order).any(|level| !dot(row, &self.input(j, level)).is_zero()),
+            ParitySignal::Output(k) => (0..=self.order).any(|level| !row[level * p + k].is_zero()),
+            ParitySignal::Input(j) => (0..=self.order).any(|level| !dot(row, &self.input(j, level)).is_zero()),
         }
     }
 
