@@ -52,6 +52,12 @@ pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     reduced_form(matrix).kernel()
 }
 
+/// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.
+pub(super) fn left_kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    let order: Vec<usize> = (0..matrix.rows()).rev().collect();
+    echelon(&matrix.transpose(), &order).kernel().transpose()
+}
+
 /// A basis of the columns.
 pub(super) fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(&matrix.transpose());

@@ -1,12 +1,11 @@
 //! A linear system in chosen coordinates.
 
-use std::ops::IndexMut;
-
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use super::system::minus_loads;
 use super::{ConstrainedSystem, LoadSlopes};
-use kardan_math::num::{Rational, Scalar, SparseRow, project, rational_to_f64};
+use kardan_math::num::{Rational, SparseRow, project, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
 
 /// A system in chosen coordinates, exact and sparse: `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` \[diss. (4.37)\].
@@ -115,23 +114,6 @@ fn reduced_load(load: &DirectionalTerm<LoadSlopes>, basis: &[SparseRow]) -> Dire
     let LoadSlopes { on_positions, on_rates } = &load.value;
     let value = LoadSlopes { on_positions: project(on_positions, basis), on_rates: project(on_rates, basis) };
     DirectionalTerm { element: load.element.clone(), row: project(&load.row, basis), value }
-}
-
-/// A sum of terms without `Σ a gᵀ`, exact or in floating point.
-pub(super) fn minus_loads<S: Scalar, M: IndexMut<(usize, usize), Output = S>>(
-    mut sum: M,
-    loads: &[DirectionalTerm<LoadSlopes>],
-    of: impl Fn(&LoadSlopes) -> &SparseRow,
-) -> M {
-    for load in loads {
-        for (i, x) in &load.row {
-            for (j, y) in of(&load.value) {
-                let entry = &mut sum[(*i, *j)];
-                *entry = entry.minus(&S::from_rational(x).times(&S::from_rational(y)));
-            }
-        }
-    }
-    sum
 }
 
 /// `Σ c a aᵀ` in floating point, symmetric to the last bit.

@@ -1,9 +1,9 @@
 //! A linear constrained mechanical system as terms along directions.
 
 use std::collections::BTreeSet;
+use std::ops::IndexMut;
 
 use super::parts::{columns_of, less, reduced_form, rows_of};
-use super::reduction::minus_loads;
 use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, dense_rows, sparse_echelon, sum_of_outer};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -249,6 +249,23 @@ fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
         DirectionalTerm { element, row, value }
     };
     slopes.into_iter().map(load).collect()
+}
+
+/// A sum of terms without `Σ a gᵀ`, exact or in floating point.
+pub(super) fn minus_loads<S: Scalar, M: IndexMut<(usize, usize), Output = S>>(
+    mut sum: M,
+    loads: &[DirectionalTerm<LoadSlopes>],
+    of: impl Fn(&LoadSlopes) -> &SparseRow,
+) -> M {
+    for load in loads {
+        for (i, x) in &load.row {
+            for (j, y) in of(&load.value) {
+                let entry = &mut sum[(*i, *j)];
+                *entry = entry.minus(&S::from_rational(x).times(&S::from_rational(y)));
+            }
+        }
+    }
+    sum
 }
 
 /// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for

@@ -9,6 +9,7 @@ mod infinity;
 mod separation;
 mod singular;
 
+pub use separation::DescriptorError;
 pub use singular::SingularPencil;
 
 use super::massless::plain_combination;
@@ -23,17 +24,6 @@ use separation::Separation;
 
 /// Descriptor systems with more states are not separated.
 pub const MOST_VARIABLES: usize = 200;
-
-/// Why a descriptor system is not separated.
-#[derive(Debug, Clone, PartialEq)]
-pub enum DescriptorError {
-    /// det(sE − A) is zero for all s.
-    Singular(SingularPencil),
-    /// More than [`MOST_VARIABLES`] variables.
-    TooLarge,
-    /// Full matrices of long fractions, such as numbers of floating point: exact elimination would take too long.
-    TooLong,
-}
 
 /// A descriptor system, and the state space that it is equivalent to.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,14 +1,27 @@
 //! The finite and the infinite part of a regular pencil.
 
-use super::{DescriptorError, SingularPencil};
-use crate::parts::{bits_of, column_basis, kernel, pencil_at, reduced_form, side_by_side, stacked, window};
+use super::singular::SingularPencil;
+use crate::parts::{
+    bits_of, column_basis, kernel, left_kernel, pencil_at, reduced_form, side_by_side, stacked, window,
+};
 use crate::system::LinearSystem;
-use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
+use kardan_math::num::{Matrix, Rational, exact_rank};
 
 /// Bits of all numbers times bits of a mean row, of the given pencil: above this limit not even one inverse is computed.
 const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
+
+/// Why a descriptor system is not separated.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DescriptorError {
+    /// det(sE − A) is zero for all s.
+    Singular(SingularPencil),
+    /// More than [`MOST_VARIABLES`](super::MOST_VARIABLES) variables.
+    TooLarge,
+    /// Full matrices of long fractions, such as numbers of floating point: exact elimination would take too long.
+    TooLong,
+}
 
 /// `S E T = diag(I, N)`, `S A T = diag(J, I)` with a nilpotent N.
 #[derive(Debug)]
@@ -143,10 +156,4 @@ pub(super) fn split_by_e(system: &LinearSystem) -> (usize, LinearSystem) {
     let through = side_by_side(&[&window(&c, 0..p, rank..n), &system.d]);
     let of_d = stacked(&window(&inputs, rank..n, 0..inputs.columns()), &through);
     (rank, LinearSystem { d: of_d, ..LinearSystem::state_space(of_a, of_b, of_c) })
-}
-
-/// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.
-pub(super) fn left_kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let order: Vec<usize> = (0..matrix.rows()).rev().collect();
-    echelon(&matrix.transpose(), &order).kernel().transpose()
 }
