@@ -9,8 +9,7 @@ use kardan_math::units::Exact;
 use kardan_mechanics::assemble::DirectionalTerm;
 use kardan_mechanics::equations::UnilateralConstraint;
 use kardan_mechanics::reduce::{
-    GeometricStiffness, LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, pressed_cushions,
-    slopes,
+    LawSlopes, OperatingPoint, Reduced, geometric_stiffness, law_slopes_at, pressed_cushions, slopes,
 };
 
 /// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
@@ -111,10 +110,7 @@ impl ConstrainedSystem {
                 .collect(),
         };
         let slopes = law_slopes_at(reduced, point);
-        out.springs.extend(geometric_stiffness(reduced, point, &slopes).into_iter().map(|one| {
-            let GeometricStiffness { element, row, stiffness } = one;
-            DirectionalTerm { element, row, value: stiffness }
-        }));
+        out.springs.extend(geometric_stiffness(reduced, point, &slopes));
         out.loads = loads(slopes);
         out.press(reduced, position, stuck);
         out.drop_dependent_constraints();

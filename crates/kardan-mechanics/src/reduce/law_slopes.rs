@@ -46,18 +46,6 @@ impl LawSlopes {
     }
 }
 
-/// The stiffness that a loaded transmission adds: a row over the coordinates, and the stiffness in its direction (N
-/// m/rad).
-#[derive(Debug, Clone, PartialEq)]
-pub struct GeometricStiffness {
-    /// The transmission.
-    pub element: String,
-    /// The row.
-    pub row: SparseRow,
-    /// N m/rad
-    pub stiffness: Rational,
-}
-
 /// The operating point of a model: at rest, and, where that is computed, in balance.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OperatingPoint {
@@ -86,11 +74,16 @@ impl OperatingPoint {
 
 /// The stiffness that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
 /// `−μ γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws
-/// there. Without laws and balancing torques there is none: springs are then taken as relaxed.
+/// there; each as a row over the coordinates and the stiffness in its direction (N m/rad). Without laws and balancing
+/// torques there is none: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.
-pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[LawSlopes]) -> Vec<GeometricStiffness> {
+pub fn geometric_stiffness(
+    reduced: &Reduced,
+    point: &OperatingPoint,
+    laws: &[LawSlopes],
+) -> Vec<DirectionalTerm<Rational>> {
     let (equations, position) = (&reduced.equations, &point.position);
     if equations.transmissions.is_empty() || laws.is_empty() && point.torques.is_none() {
         return Vec::new();
@@ -129,7 +122,7 @@ pub fn geometric_stiffness(reduced: &Reduced, point: &OperatingPoint, laws: &[La
                 let own = equations.transmissions.iter().find(|t| t.driven == *shaft || t.driving == *shaft);
                 if !stiffness.is_zero() {
                     let element = own.map(|t| t.element.clone()).unwrap_or_default();
-                    out.push(GeometricStiffness { element, row: argument.terms.clone(), stiffness });
+                    out.push(DirectionalTerm { element, row: argument.terms.clone(), value: stiffness });
                 }
                 slope
             }

@@ -207,9 +207,9 @@ fn sparse_model_near(
     let mut damping = sparse_sum_of_outer(damped.chain(of_contacts(1)), r);
     let mut geometric = geometric_stiffness(reduced, point, &slopes);
     if let Some(digits) = digits {
-        geometric.iter_mut().for_each(|one| one.stiffness = digits.near(&one.stiffness));
+        geometric.iter_mut().for_each(|one| one.value = digits.near(&one.value));
     }
-    let bent = geometric.iter().map(|one| (reduced_row(&one.row), one.stiffness.clone()));
+    let bent = geometric.iter().map(|one| (reduced_row(&one.row), one.value.clone()));
     let stretched = springs.iter().map(|s| (reduced_row(&s.row), s.value.stiffness.to_rational()));
     let mut stiffness = sparse_sum_of_outer(stretched.chain(bent).chain(of_contacts(0)), r);
     minus_laws(&mut damping, &|law| law.2.clone());

@@ -42,8 +42,8 @@ pub use initial::{StartConflict, StartValue, start_position, start_speed};
 pub use instant::{Instant, closed_contacts, engaged_locks, slip_speeds, with_enforced, with_sliding};
 pub use kinematics::{Kinematics, Slope, slopes};
 pub use law_slopes::{
-    GeometricStiffness, LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, law_slopes_at,
-    law_slopes_with, laws_are_linear,
+    LawSlopes, OperatingPoint, geometric_stiffness, is_linear_law, law_slopes, law_slopes_at, law_slopes_with,
+    laws_are_linear,
 };
 pub use law_torques::{LawTorques, NotLinear, Wave, law_waves};
 pub use linear::{LinearModel, SparseModel, linearise, linearise_at, linearise_near, sparse_model};
