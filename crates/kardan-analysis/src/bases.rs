@@ -2,7 +2,8 @@
 
 use faer::{Mat, Side};
 
-use super::reduction::{columns, minus_loads};
+use super::reduction::columns;
+use super::system::minus_loads;
 use super::{ConstrainedSystem, reduction, sum_of_terms};
 use kardan_math::num::dot;
 use kardan_results::{Basis, EigenvalueBounds, NamedMatrix};

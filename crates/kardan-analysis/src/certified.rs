@@ -83,9 +83,9 @@ use super::images::Image;
 use super::spectrum::SpectrumText;
 use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, factor_text, factors, with_leading_one};
 use super::zeros::{self, ZeroStructure};
-pub(super) use bounds::{norm_bits, whole};
-use bounds::{nullity_bits, pencil_of, without_ports};
-use evidence::{Gathered, Group, batch, bits, largest};
+pub(super) use bounds::{norm_bits, pencil_of};
+use bounds::{nullity_bits, whole, without_ports};
+use evidence::{Gathered, Group, Source, bits, largest};
 use kardan_math::num::modular_polynomial::{derivative, gcd, product};
 use kardan_math::num::{Matrix, Polynomial, PrimeField, Rational, Residue, multiply_whole};
 use kardan_results::Zeros;
@@ -97,6 +97,7 @@ const MOST_WORK: f64 = 1e13;
 const ATTEMPTS: usize = 4;
 
 /// The proven facts.
+#[derive(Default)]
 pub(super) struct Facts {
     /// The primes used.
     pub primes: Vec<u64>,
@@ -166,22 +167,14 @@ fn attempt(
     progress: &dyn Fn(f64),
 ) -> Result<Facts, String> {
     // All is done only at the end.
-    let finished = progress;
-    let progress = &|fraction: f64| finished(fraction.min(0.99));
-    let mut gathered = Gathered::new(system, actions, primes, progress)?;
+    let mut source = Source { primes, progress: &|fraction: f64| progress(fraction.min(0.99)) };
+    let mut gathered = Gathered::new(system, actions, &mut source)?;
     let mut facts = Facts {
         primes: std::mem::take(&mut gathered.primes),
-        lists: Default::default(),
-        pieces: Vec::new(),
         relative_degrees: gathered.relative_degrees.take().unwrap_or_default(),
         states: system.states.len(),
         rank: gathered.rank,
-        zeros: None,
-        zero_count: 0,
-        statements: Vec::new(),
-        open_spectrum: Vec::new(),
-        open_zeros: Vec::new(),
-        unlucky: false,
+        ..Facts::default()
     };
     facts.record(&format!("det(sE - A): coefficients known {} twice their bound", modulo(facts.primes.len() as u64)));
     let group = largest(&gathered.spectra).expect("there is a prime that does not divide det E");
@@ -193,7 +186,7 @@ fn attempt(
     let pencils = [Some(without_ports(system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
     for (k, pencil) in pencils.iter().enumerate() {
         if let Some(pencil) = pencil {
-            facts.prove_factors(k, pencil, group.bits, primes, progress);
+            facts.prove_factors(k, pencil, group.bits, &mut source);
         }
     }
     if facts.open_spectrum.is_empty() {
@@ -210,9 +203,9 @@ fn attempt(
         facts.zeros = Some(zeros);
         facts.record("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
     } else {
-        facts.prove_zeros(system, group, primes, progress);
+        facts.prove_zeros(system, group, &mut source);
     }
-    finished(1.0);
+    progress(1.0);
     Ok(facts)
 }
 
@@ -261,14 +254,7 @@ impl Facts {
     }
 
     /// Step 5 of the argument for one list of invariant factors.
-    fn prove_factors(
-        &mut self,
-        number: usize,
-        pencil: &LinearSystem,
-        have: u64,
-        primes: &mut dyn FnMut() -> u64,
-        progress: &dyn Fn(f64),
-    ) {
+    fn prove_factors(&mut self, number: usize, pencil: &LinearSystem, have: u64, source: &mut Source<'_>) {
         let what = ["invariant factors", "uncontrollable part", "unobservable part"][number];
         let list = self.lists[number].clone();
         if list.len() == 1 {
@@ -279,7 +265,7 @@ impl Facts {
             let image = Image::new(pencil, prime)?;
             agree(&image.field, &list, &factors(&image.field, &image.g)).then_some(())
         };
-        match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
+        match self.repeat(needed, have, pencil.states.len(), source, same) {
             Ok(count) => self.record(&format!(
                 "{what}: the same {} invariant factors {} the bound of the minors for their nullities",
                 list.len(),
@@ -290,13 +276,7 @@ impl Facts {
     }
 
     /// Step 9 of the argument where S is not square or not regular.
-    fn prove_zeros(
-        &mut self,
-        system: &LinearSystem,
-        group: &Group<(usize, Vec<usize>)>,
-        primes: &mut dyn FnMut() -> u64,
-        progress: &dyn Fn(f64),
-    ) {
+    fn prove_zeros(&mut self, system: &LinearSystem, group: &Group<(usize, Vec<usize>)>, source: &mut Source<'_>) {
         let (rank, degrees) = &group.key;
         self.zero_count = degrees.iter().sum();
         if *rank < self.rank {
@@ -323,7 +303,7 @@ impl Facts {
             let found = ZeroStructure::of(&image);
             (found.rank == *rank && agree(&image.field, &list, &found.factors)).then_some(())
         };
-        match self.repeat(needed, have, system.states.len(), primes, progress, same) {
+        match self.repeat(needed, have, system.states.len(), source, same) {
             Ok(count) => self.record(&format!(
                 "invariant zeros: the same invariant polynomials {} the bound of their nullities",
                 modulo(count)
@@ -340,8 +320,7 @@ impl Facts {
         needed: u64,
         have: u64,
         states: usize,
-        primes: &mut dyn FnMut() -> u64,
-        progress: &dyn Fn(f64),
+        source: &mut Source<'_>,
         same: impl Fn(u64) -> Option<()> + Sync,
     ) -> Result<u64, String> {
         let more = needed.saturating_sub(have);
@@ -351,9 +330,8 @@ impl Facts {
         }
         let (mut found, mut failed) = (0, 0);
         while found < more {
-            progress((have + found) as f64 / needed as f64);
-            let batch = batch(more - found, primes, |prime| Some(same(prime).is_some()));
-            for (prime, passed) in batch {
+            (source.progress)((have + found) as f64 / needed as f64);
+            for (prime, passed) in source.batch(more - found, |prime| Some(same(prime).is_some())) {
                 self.primes.push(prime);
                 if passed { found += bits(prime) } else { failed += bits(prime) }
             }

@@ -95,23 +95,16 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
 fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintClass> {
     let equations = &reduced.equations;
     let shafts = &equations.coordinates;
-    let equality = |element: &str, equation: String| ConstraintClass {
-        element: element.into(),
-        equation,
-        equality: true,
-        holonomic: Some(true),
-        scleronomic: true,
-        linear: true,
-        reason: None,
-    };
-    let linear = equations.constraints.iter().map(|c| ConstraintClass {
-        scleronomic: !equations.moving.contains_key(&c.element),
-        reason: equations.moving.contains_key(&c.element).then(|| {
+    let linear = equations.constraints.iter().map(|c| {
+        let excited = equations.moving.contains_key(&c.element).then_some(
             "linear, its right-hand side depends on the time: a kinematic excitation (source, sec. 4.1.1); solved exactly, the matrices are \
-             those of Theorem 4.1"
-                .to_string()
-        }),
-        ..equality(&c.element, format!("{} = {}", format_row(&c.row, shafts, ""), equations.format_offset(c)))
+             those of Theorem 4.1",
+        );
+        ConstraintClass {
+            scleronomic: excited.is_none(),
+            reason: excited.map(String::from),
+            ..equality(&c.element, format!("{} = {}", format_row(&c.row, shafts, ""), equations.format_offset(c)))
+        }
     });
     let curves = equations.transmissions.iter().map(|t| ConstraintClass {
         linear: false,
@@ -131,6 +124,19 @@ fn constraints(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<ConstraintCla
         .iter()
         .filter_map(|unilateral| unilateral_class(unilateral, shafts, stuck.contains(&unilateral.element)));
     linear.chain(redundant).chain(curves).chain(sticking).chain(unilaterals).collect()
+}
+
+/// An equality between positions with constant coefficients.
+fn equality(element: &str, equation: String) -> ConstraintClass {
+    ConstraintClass {
+        element: element.into(),
+        equation,
+        equality: true,
+        holonomic: Some(true),
+        scleronomic: true,
+        linear: true,
+        reason: None,
+    }
 }
 
 /// How an analysis treats a unilateral or switched constraint.
@@ -153,7 +159,7 @@ fn unilateral_class(
     let row = |mark: &str| format_row(&unilateral.row, shafts, mark);
     let open =
         format!("the linear analysis treats it as open; with `stuck = [\"{}\"]` it is enforced", unilateral.element);
-    let (equation, equality, holonomic, scleronomic) = match &unilateral.value {
+    let (equation, is_equality, holonomic, scleronomic) = match &unilateral.value {
         _ if stuck => (format!("{} = 0 while it is enforced", row("'")), true, true, true),
         UnilateralConstraint::Friction { .. }
         | UnilateralConstraint::Cushion { .. }
@@ -165,15 +171,12 @@ fn unilateral_class(
             (format!("{} = 0 while {while_engaged} > 0.5", row("'")), true, true, !engaged.is_of_time())
         }
     };
-    let reason = (!stuck).then_some(open);
     Some(ConstraintClass {
-        element: unilateral.element.clone(),
-        equation,
-        equality,
+        equality: is_equality,
         holonomic: Some(holonomic),
         scleronomic,
-        linear: true,
-        reason,
+        reason: (!stuck).then_some(open),
+        ..equality(&unilateral.element, equation)
     })
 }
 
@@ -227,23 +230,12 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
         // What follows from the time by other constraints is part of the row.
         let all: Vec<Expr> = row.iter().copied().chain(motion.multiplier_constraints[k].speed).collect();
         let of_time = motion.graph.symbols(&all).iter().any(|symbol| timed.contains(symbol));
-        let numbers = |row: &[(usize, Exact)], mark: &str| {
-            let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
-            format_row(&row, shafts, mark)
-        };
-        let found = |equation: String, holonomic: Option<bool>, scleronomic: bool, reason: String| {
-            let (element, reason) = (constraint.element.clone(), Some(reason));
-            let class = ConstraintClass { element, equation, equality: true, holonomic, scleronomic, linear, reason };
-            let origin = begin.multiplier_constraints[k].position.and_then(|position| {
-                lower(&begin.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
-            });
-            let breach = multiplier_breach(&class, origin.as_ref());
-            (class, breach)
-        };
         let multiplier =
             "no theorem of the source solves it; a simulation enforces it with its multiplier (source, eq. 4.18)";
-        let prescribed = |row: String, function: String, why: &str| {
-            (format!("{row} = {function}"), Some(true), false, format!("constant coefficients: {why}; {multiplier}"))
+        let prescribed = |row: &[(usize, Exact)], mark: &str, function: String, why: &str| {
+            let row: Vec<(usize, Rational)> = row.iter().map(|(shaft, x)| (*shaft, x.to_rational())).collect();
+            let equation = format!("{} = {function}", format_row(&row, shafts, mark));
+            (equation, Some(true), false, format!("constant coefficients: {why}; {multiplier}"))
         };
         let (equation, holonomic, scleronomic, reason) = match &constraint.law {
             MultiplierLaw::Surface(formula) => {
@@ -261,12 +253,9 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
                 };
                 let equation = format!("{} = 0", row.iter().map(term).collect::<Vec<_>>().join(" + "));
                 let (holonomic, why) = judged(&tests.rows[k], linear, &combined);
-                if linear {
-                    return found(equation, holonomic, !of_time, why);
-                }
                 let moves =
                     if of_time { "; its coefficients depend on the time through other prescribed motions" } else { "" };
-                (equation, holonomic, !of_time, format!("{why}{moves}; {multiplier}"))
+                (equation, holonomic, !of_time, if linear { why } else { format!("{why}{moves}; {multiplier}") })
             }
             MultiplierLaw::Prescribed { row, order, function } => {
                 let why = match order {
@@ -274,10 +263,17 @@ fn multiplier_classes(reduced: &Reduced) -> Vec<(ConstraintClass, Option<String>
                     1 => "its integral over time is a relation between positions",
                     _ => "its second integral over time is a relation between positions",
                 };
-                prescribed(numbers(row, &"'".repeat(*order)), function.text(), why)
+                prescribed(row, &"'".repeat(*order), function.text(), why)
             }
         };
-        found(equation, holonomic, scleronomic, reason)
+        let reason = Some(reason);
+        let class =
+            ConstraintClass { holonomic, scleronomic, linear, reason, ..equality(&constraint.element, equation) };
+        let origin = begin.multiplier_constraints[k].position.and_then(|position| {
+            lower(&begin.graph, &[position], &mut Rationals, |_| Some(Rational::ZERO)).pop().flatten()
+        });
+        let breach = multiplier_breach(&class, origin.as_ref());
+        (class, breach)
     };
     equations.multiplier_constraints.iter().enumerate().map(one).collect()
 }
@@ -287,37 +283,36 @@ const MOST_OF_LAW: usize = 160;
 
 /// Whether a row of speeds is a relation between positions, if that is decided, and how.
 fn judged(test: &Integrable, linear: bool, combined: &str) -> (Option<bool>, String) {
-    match test {
-        Integrable::No(point) => {
-            let why = format!(
+    let (holonomic, why) = match test {
+        Integrable::No(point) => (
+            Some(false),
+            format!(
                 "Frobenius' test is not zero, exactly, at the generic point {point}: no relation between positions is equivalent to it"
-            );
-            (Some(false), why + combined)
-        }
+            ),
+        ),
         _ if linear => {
             let why = "its coefficients are constant, given the other constraints: it is the rate of a linear relation \
                        between positions; the matrices are those of Theorem 4.1; a simulation enforces it with its \
                        multiplier (source, eq. 4.18)";
-            (Some(true), why.into())
+            return (Some(true), why.into());
         }
         Integrable::Closed => {
             let why = "the cross derivatives of its coefficients are equal, exactly: it is the rate of a relation between positions";
-            (Some(true), why.to_string() + combined)
+            (Some(true), why.to_string())
         }
-        Integrable::AtAllPoints(points, accident) => {
-            let why = format!(
+        Integrable::AtAllPoints(points, accident) => (
+            Some(true),
+            format!(
                 "Frobenius' test is zero at {points} random points modulo random primes: it is a relation between \
                  positions; wrong with a probability below {accident:.0e}"
-            );
-            (Some(true), why + combined)
-        }
-        Integrable::NotDecided(why) => (
-            None,
-            format!(
-                "it is not decided whether a relation between positions is equivalent to it: no integrating factor was found, and {why}"
             ),
         ),
-    }
+        Integrable::NotDecided(why) => {
+            let open = "it is not decided whether a relation between positions is equivalent to it";
+            return (None, format!("{open}: no integrating factor was found, and {why}"));
+        }
+    };
+    (holonomic, why + combined)
 }
 
 /// What several rows imply together: how many relations between positions, and the simple ones.

@@ -5,9 +5,10 @@ use faer::{Mat, Side};
 
 use super::bases::named;
 use super::family::to_mat;
+use super::parts::less;
 use super::reduction::columns;
 use super::{BasisError, ConstrainedSystem, reduction, sum_of_terms};
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness};
+use kardan_math::num::{Definiteness, Matrix, Scalar, definiteness};
 use kardan_results::{ConstraintForces, NamedMatrix};
 
 /// Up to this number of shafts all is computed over the rationals.
@@ -50,12 +51,9 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
     let (c, h) = (system.constraint_matrix(), system.inertia_matrix());
     let hk = h.multiply(&k);
     let reduced = k.transpose().multiply(&hk);
-    let witness = match definiteness(&reduced) {
-        Definiteness::Positive => None,
-        Definiteness::PositiveSemi { direction } => Some(direction),
-        Definiteness::Indefinite { witness } => Some(witness),
-    };
-    if let Some(x) = witness {
+    if let Definiteness::PositiveSemi { direction: x } | Definiteness::Indefinite { witness: x } =
+        definiteness(&reduced)
+    {
         let x = Matrix::from_fn(x.len(), 1, |i, _| x[i].clone());
         let energy = x.transpose().multiply(&reduced).multiply(&x).to_f64()[(0, 0)];
         let direction = k.multiply(&x).as_slice().iter().map(Scalar::to_f64).collect();
@@ -63,7 +61,7 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
     }
     let regular = "a definite matrix is regular";
     let moving = hk.multiply(&reduced.solve(&k.transpose()).expect(regular));
-    let p = Matrix::identity(system.coordinates.len()).plus(&moving.scale(&Rational::NEG_ONE));
+    let p = less(&Matrix::identity(system.coordinates.len()), &moving);
     let multipliers = c.multiply(&c.transpose()).solve(&c.multiply(&p)).expect("the rows of C are independent");
     Ok((to_mat(&p), to_mat(&multipliers)))
 }

@@ -1,8 +1,8 @@
 //! Which faults outputs can detect, and which they can isolate from each other.
 
 use super::LinearSystem;
-use super::parity::{Fault, choices, subsets};
-use super::parts::{beside, block, column_basis, columns_of, kernel, stacked};
+use super::parity::{ParitySignal, choices, subsets};
+use super::parts::{columns_of, joined, limit_space, pencil_at, side_by_side, stacked};
 use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Primes, Rational, exact_rank};
 
 /// Most states for which ranks are decided exactly; with more of them they are decided modulo random primes.
@@ -45,27 +45,23 @@ impl Transfer {
     }
 
     /// The rank of what these faults do to these outputs, over the rational functions.
-    pub fn rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+    pub fn rank(&self, outputs: &[usize], faults: &[ParitySignal]) -> usize {
         if self.exact.is_empty() {
             return self.likely_rank(outputs, faults);
         }
         let ranks = self.exact.iter().map(|point| {
-            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
-                Fault::Input(j) => point[(outputs[i], j)].clone(),
-                Fault::Output(k) if k == outputs[i] => Rational::ONE,
-                Fault::Output(_) => Rational::ZERO,
+            exact_rank(&Matrix::from_fn(outputs.len(), faults.len(), |i, k| {
+                effect(faults[k], outputs[i], |j| point[(outputs[i], j)].clone(), Rational::ONE, Rational::ZERO)
             }))
         });
         largest_up_to(outputs.len().min(faults.len()), ranks)
     }
 
     /// The same modulo random primes: never larger, and smaller with a tiny probability.
-    pub fn likely_rank(&self, outputs: &[usize], faults: &[Fault]) -> usize {
+    pub fn likely_rank(&self, outputs: &[usize], faults: &[ParitySignal]) -> usize {
         let ranks = self.modular.iter().map(|(field, point)| {
-            let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| match faults[k] {
-                Fault::Input(j) => point.row(outputs[i])[j],
-                Fault::Output(k) if k == outputs[i] => field.one(),
-                Fault::Output(_) => 0,
+            let matrix = ModularMatrix::from_fn(outputs.len(), faults.len(), |i, k| {
+                effect(faults[k], outputs[i], |j| point.row(outputs[i])[j], field.one(), 0)
             });
             matrix.echelon(field).1.len()
         });
@@ -73,8 +69,8 @@ impl Transfer {
     }
 
     /// Whether these outputs show a fault at all, whatever the unknown inputs do.
-    pub fn detects(&self, outputs: &[usize], fault: Fault, unknown: &[usize]) -> bool {
-        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+    pub fn detects(&self, outputs: &[usize], fault: ParitySignal, unknown: &[usize]) -> bool {
+        let mut columns: Vec<ParitySignal> = unknown.iter().map(|&j| ParitySignal::Input(j)).collect();
         let base_rank = self.rank(outputs, &columns);
         columns.push(fault);
         self.rank(outputs, &columns) > base_rank
@@ -85,10 +81,15 @@ impl Transfer {
     ///
     /// Two faults that are shown can be isolated if one is shown for any course of the other; that is mutual, and of three faults, if
     /// the first cannot be isolated from the second and the second not from the third, the first cannot be isolated from the third.
-    pub fn groups(&self, outputs: &[usize], faults: &[Fault], unknown: &[usize]) -> (Vec<Vec<usize>>, Vec<usize>) {
-        let mut columns: Vec<Fault> = unknown.iter().map(|&j| Fault::Input(j)).collect();
+    pub fn groups(
+        &self,
+        outputs: &[usize],
+        faults: &[ParitySignal],
+        unknown: &[usize],
+    ) -> (Vec<Vec<usize>>, Vec<usize>) {
+        let mut columns: Vec<ParitySignal> = unknown.iter().map(|&j| ParitySignal::Input(j)).collect();
         let base = self.rank(outputs, &columns);
-        let mut rank = |more: &[Fault]| {
+        let mut rank = |more: &[ParitySignal]| {
             columns.truncate(unknown.len());
             columns.extend_from_slice(more);
             self.rank(outputs, &columns)
@@ -108,6 +109,15 @@ impl Transfer {
     }
 }
 
+/// What a fault does to an output; `of_input` is what an input does.
+fn effect<T>(fault: ParitySignal, output: usize, of_input: impl Fn(usize) -> T, one: T, zero: T) -> T {
+    match fault {
+        ParitySignal::Input(j) => of_input(j),
+        ParitySignal::Output(k) if k == output => one,
+        ParitySignal::Output(_) => zero,
+    }
+}
+
 /// The largest rank, as far as the first one that is the most possible.
 fn largest_up_to(most: usize, ranks: impl Iterator<Item = usize>) -> usize {
     let mut best = 0;
@@ -122,8 +132,7 @@ fn largest_up_to(most: usize, ranks: impl Iterator<Item = usize>) -> usize {
 
 /// `C (sE − A)⁻¹ B + D`; `None` at a pole.
 fn at(system: &LinearSystem, s: &Rational) -> Option<Matrix<Rational>> {
-    let pencil = system.e.scale(s).plus(&system.a.scale(&Rational::NEG_ONE));
-    Some(system.c.multiply(&pencil.solve(&system.b)?).plus(&system.d))
+    Some(system.c.multiply(&pencil_at(&system.e, &system.a, s).solve(&system.b)?).plus(&system.d))
 }
 
 /// The same modulo a prime, at a number that another one gives.
@@ -143,39 +152,25 @@ fn modulo(system: &LinearSystem, prime: u64, point: u64) -> Option<(PrimeField, 
 ///
 /// Method: the largest space of states, with the fault as one of them, in which some inputs keep the outputs at zero (the recursion of
 /// Wonham and Morse, for `E ẋ = A x + B u`); the fault is not detected if it moves in it.
-pub fn constant_is_detectable(system: &LinearSystem, fault: Fault, unknown: &[usize]) -> Option<bool> {
+pub fn constant_is_detectable(system: &LinearSystem, fault: ParitySignal, unknown: &[usize]) -> Option<bool> {
     let (n, p, m) = (system.states.len(), system.outputs.len(), unknown.len());
     if n > MOST_EXACT {
         return None;
     }
     let acts = Matrix::from_fn(n, 1, |i, _| match fault {
-        Fault::Input(j) => system.b[(i, j)].clone(),
-        Fault::Output(_) => Rational::ZERO,
+        ParitySignal::Input(j) => system.b[(i, j)].clone(),
+        ParitySignal::Output(_) => Rational::ZERO,
     });
-    let shows = Matrix::from_fn(p, 1, |i, _| match fault {
-        Fault::Input(j) => system.d[(i, j)].clone(),
-        Fault::Output(k) if k == i => Rational::ONE,
-        Fault::Output(_) => Rational::ZERO,
-    });
-    // Over the states, the fault and the unknown inputs.
-    let on_rates = beside(&beside(&system.a, &acts), &columns_of(&system.b, unknown));
-    let on_outputs = beside(&beside(&system.c, &shows), &columns_of(&system.d, unknown));
-    // Over the states and the fault; columns span the space.
-    let mut space: Matrix<Rational> = Matrix::identity(n + 1);
-    loop {
-        // E times what rates may be: of the fault it is zero.
-        let width = space.columns();
-        let rates = system.e.multiply(&block(&space, 0..n, 0..width)).scale(&Rational::NEG_ONE);
-        let of_fault = beside(&Matrix::zeros(1, n + 1 + m), &block(&space, n..n + 1, 0..width));
-        let equations = stacked(&beside(&on_rates, &rates), &of_fault);
-        let matrix = stacked(&equations, &beside(&on_outputs, &Matrix::zeros(p, width)));
-        let solutions = kernel(&matrix);
-        let next = column_basis(&block(&solutions, 0..n + 1, 0..solutions.columns()));
-        if next.columns() == space.columns() {
-            return Some((0..next.columns()).all(|j| next[(n, j)].is_zero()));
-        }
-        space = next;
-    }
+    let shows =
+        Matrix::from_fn(p, 1, |i, _| effect(fault, i, |j| system.d[(i, j)].clone(), Rational::ONE, Rational::ZERO));
+    // Over the states, the fault and the unknown inputs: E times the rates, the rate of the fault, which is zero, and the outputs.
+    let on_rates = side_by_side(&[&system.a, &acts, &columns_of(&system.b, unknown)]);
+    let on_outputs = side_by_side(&[&system.c, &shows, &columns_of(&system.d, unknown)]);
+    let equations = stacked(&[&on_rates, &Matrix::zeros(1, n + 1 + m), &on_outputs]);
+    let of_fault = Matrix::from_fn(1 + p, 1, |i, _| if i == 0 { Rational::ONE } else { Rational::ZERO });
+    let rates = joined([&system.e, &Matrix::zeros(n, 1)], [&Matrix::zeros(1 + p, n), &of_fault]);
+    let space = limit_space(&equations, &rates, Matrix::identity(n + 1));
+    Some((0..space.columns()).all(|j| space[(n, j)].is_zero()))
 }
 
 /// The requirement on a set of sensors.
@@ -202,10 +197,10 @@ pub struct SmallestSets {
 pub fn smallest_sets(transfer: &Transfer, goal: Goal, failing: &[usize], unknown: &[usize]) -> SmallestSets {
     let likely = Transfer { exact: Vec::new(), ..transfer.clone() };
     let reaches = |set: &[usize]| {
-        let own = set.iter().map(|&k| Fault::Output(k));
-        let faults: Vec<Fault> = failing.iter().map(|&j| Fault::Input(j)).chain(own).collect();
+        let own = set.iter().map(|&k| ParitySignal::Output(k));
+        let faults: Vec<ParitySignal> = failing.iter().map(|&j| ParitySignal::Input(j)).chain(own).collect();
         match goal {
-            Goal::Shows(input) => likely.detects(set, Fault::Input(input), unknown),
+            Goal::Shows(input) => likely.detects(set, ParitySignal::Input(input), unknown),
             Goal::ShowsAll => faults.iter().all(|&fault| likely.detects(set, fault, unknown)),
             Goal::Isolates => likely.groups(set, &faults, unknown).0.len() == faults.len(),
         }

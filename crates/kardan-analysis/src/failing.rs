@@ -93,9 +93,9 @@ fn participants(
             true => lambda * number(&observed.e[(i, j)]) - number(&observed.a[(i, j)]),
             false => number(&observed.c[(i - n, j)]),
         });
-        let moved = squares(&matrix, defect, n, |v, i| v[i]);
-        let moved = system.states.iter().cloned().zip(moved.into_iter().map(f64::sqrt));
-        return (relative_shares(moved, LEAST_SHARE), Vec::new());
+        let null = null_space(&matrix, defect);
+        let moved = (0..n).map(|i| size_over(&null, |v| v[i]).sqrt());
+        return (relative_shares(system.states.iter().cloned().zip(moved), LEAST_SHARE), Vec::new());
     };
     let matrix = Mat::from_fn(r + rows, r, |i, j| {
         if i < r {
@@ -115,16 +115,13 @@ fn participants(
             (0..r).fold(sum, |sum, j| sum + v[j] * (factor * basis[(*shaft, j)]))
         })
     };
-    let shafts = &mechanics.system.coordinates;
-    let moved = squares(&matrix, defect, shafts.len(), |v, i| component(v, &[(i, Rational::ONE)]));
+    let null = null_space(&matrix, defect);
     let speed = if eigenvalue == Complex::default() { 1.0 } else { eigenvalue.abs() };
     let kinetic = mechanics.system.inertias.iter().map(|term| (term, speed * speed));
     let potential = mechanics.system.springs.iter().map(|term| (term, 1.0));
     let mut elements: Shares = Vec::new();
     for (term, factor) in kinetic.chain(potential) {
-        let energy = squares(&matrix, defect, 1, |v, _| component(v, &term.row))[0]
-            * factor
-            * rational_to_f64(&term.value).abs();
+        let energy = size_over(&null, |v| component(v, &term.row)) * factor * rational_to_f64(&term.value).abs();
         match elements.iter_mut().find(|one| one.name == term.element) {
             Some(one) => one.share += energy,
             None => elements.push(NamedShare { name: term.element.clone(), share: energy }),
@@ -132,24 +129,23 @@ fn participants(
     }
     let total: f64 = elements.iter().map(|one| one.share).sum();
     elements.iter_mut().for_each(|one| one.share /= total);
-    let shafts = relative_shares(shafts.iter().cloned().zip(moved.into_iter().map(f64::sqrt)), LEAST_SHARE);
-    (shafts, largest_first(elements, LEAST_SHARE))
+    let shafts = &mechanics.system.coordinates;
+    let moved = (0..shafts.len()).map(|i| size_over(&null, |v| component(v, &[(i, Rational::ONE)])).sqrt());
+    (relative_shares(shafts.iter().cloned().zip(moved), LEAST_SHARE), largest_first(elements, LEAST_SHARE))
 }
 
-/// `Σ |f(v, i)|²` over the null vectors v of a matrix whose rows are brought to one size.
-fn squares(matrix: &Mat<c64>, defect: usize, count: usize, f: impl Fn(&[c64], usize) -> c64) -> Vec<f64> {
+/// `Σ |f(v)|²` over null vectors v.
+fn size_over(null: &[Vec<c64>], f: impl Fn(&[c64]) -> c64) -> f64 {
+    null.iter().fold(0.0, |sum, v| sum + f(v).norm_sqr())
+}
+
+/// Null vectors of a matrix whose rows are brought to one size; none where they are not found.
+fn null_space(matrix: &Mat<c64>, defect: usize) -> Vec<Vec<c64>> {
     let size = |i: usize| (0..matrix.ncols()).map(|j| matrix[(i, j)].norm()).fold(0.0, f64::max);
     let sizes: Vec<f64> = (0..matrix.nrows()).map(|i| if size(i) > 0.0 { size(i) } else { 1.0 }).collect();
     let scaled = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / sizes[i]);
-    let mut out = vec![0.0; count];
-    let Some(null) = null_vectors(scaled.as_ref(), defect) else { return out };
-    for vector in null.vectors {
-        let v: Vec<c64> = vector.into_iter().map(|(re, im)| c64::new(re, im)).collect();
-        for (i, sum) in out.iter_mut().enumerate() {
-            *sum += f(&v, i).norm_sqr();
-        }
-    }
-    out
+    let vectors = null_vectors(scaled.as_ref(), defect).map_or_else(Vec::new, |null| null.vectors);
+    vectors.into_iter().map(|v| v.into_iter().map(|(re, im)| c64::new(re, im)).collect()).collect()
 }
 
 /// Sizes relative to the largest of them, largest first, without those up to `least`.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use faer::Mat;
 use kardan_rt::functions::exp2;
 
-use super::parts::{beside, stacked};
+use super::parts::{less, side_by_side, stacked};
 use super::pencil::OutputRow;
 use super::{ConstrainedSystem, OutputSignal, Side};
 use kardan_math::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
@@ -62,7 +62,7 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
         sums = sums.map(|sum| sum.transpose());
     }
     let below = Matrix::zeros(c + last, n + c);
-    let mut pencil = sums.map(|sum| stacked(&beside(&sum, &Matrix::zeros(n, c)), &below));
+    let mut pencil = sums.map(|sum| stacked(&[&side_by_side(&[&sum, &Matrix::zeros(n, c)]), &below]));
     for k in 0..c {
         pencil[0].row_mut(n + k)[..n].clone_from_slice(rows.row(k));
         (0..n).for_each(|j| pencil[0][(j, n + k)] = rows[(k, j)].clone());
@@ -211,20 +211,12 @@ fn slopes(
     };
     let mut slopes = Vec::new();
     for (i, parameter) in parameters.iter().enumerate() {
-        let two = Rational::from(2);
         let low = pencil_at(i, parameter.lower.clone())?;
         let middle = pencil_at(i, parameter.middle())?;
         let high = pencil_at(i, parameter.upper.clone())?;
-        let mut slope = [0; 3].map(|_| Matrix::<Rational>::zeros(base[0].rows(), base[0].columns()));
-        for k in 0..3 {
-            let entries = low[k].as_slice().iter().zip(middle[k].as_slice()).zip(high[k].as_slice());
-            if entries.clone().any(|((low, middle), high)| low.plus(high) != middle.times(&two)) {
-                return None;
-            }
-            let columns = base[0].columns();
-            for (at, ((low, _), high)) in entries.enumerate() {
-                slope[k][(at / columns, at % columns)] = high.minus(low).over(&two);
-            }
+        let slope = [0, 1, 2].map(|k| less(&high[k], &middle[k]));
+        if (0..3).any(|k| less(&middle[k], &low[k]) != slope[k]) {
+            return None;
         }
         slopes.push(slope);
     }

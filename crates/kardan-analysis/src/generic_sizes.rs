@@ -3,6 +3,7 @@
 use kardan_rt::Operator;
 
 use super::generic_motion::MOST_MULTIPLES;
+use super::parts::bits_of;
 use kardan_expr::expr::{Domain, PiecewisePolynomial};
 use kardan_math::num::Rational;
 
@@ -33,12 +34,7 @@ impl Size {
     }
 
     fn larger(self, other: Self) -> Self {
-        let larger = |a: f64, b: f64| a.max(b);
-        Self {
-            above: larger(self.above, other.above),
-            below: larger(self.below, other.below),
-            bits: larger(self.bits, other.bits),
-        }
+        Self { above: self.above.max(other.above), below: self.below.max(other.below), bits: self.bits.max(other.bits) }
     }
 
     /// Numerator and denominator together.
@@ -62,10 +58,7 @@ impl Domain for Sizes {
     type Value = Size;
 
     fn constant(&mut self, value: &Rational) -> Size {
-        let bits = |count: usize| count as f64;
-        use dashu_int::ops::BitTest;
-        let all = bits(value.numerator().bit_len() + value.denominator().bit_len());
-        Size { bits: all, ..Size::default() }
+        Size { bits: bits_of(value) as f64, ..Size::default() }
     }
 
     fn operation(&mut self, operator: Operator, x: &[Size]) -> Size {

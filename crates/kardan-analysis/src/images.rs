@@ -2,8 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::LinearSystem;
-use kardan_math::num::{Matrix, ModularMatrix, Operator, PrimeField, Primes, Rational, Reconstruction, Residue};
+use super::{LinearSystem, Side};
+use kardan_math::num::{
+    Matrix, ModularMatrix, Operator, PrimeField, Primes, Random, Rational, Reconstruction, Residue,
+};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -23,29 +25,23 @@ pub(super) struct Image {
 impl Image {
     /// `None` if E is singular modulo the prime, or the prime divides a denominator.
     pub fn new(system: &LinearSystem, prime: u64) -> Option<Self> {
-        let [e, a, b, c, d] = [&system.e, &system.a, &system.b, &system.c, &system.d];
-        Self::of_matrices(PrimeField::new(prime), [e, a, b, c, d], |matrix| matrix)
+        Self::of(system, Side::Inputs, prime)
     }
 
-    /// The image of the transposed system.
-    pub fn dual(system: &LinearSystem, prime: u64) -> Option<Self> {
-        let [e, a, b, c, d] = [&system.e, &system.a, &system.c, &system.b, &system.d];
-        Self::of_matrices(PrimeField::new(prime), [e, a, b, c, d], |matrix| matrix.transpose())
-    }
-
-    /// Of matrices as they are given, or transposed. No more of them are in memory at once than needed: each takes that of the square of the
-    /// states.
-    fn of_matrices(
-        field: PrimeField,
-        [e, a, b, c, d]: [&Matrix<Rational>; 5],
-        read: impl Fn(ModularMatrix) -> ModularMatrix,
-    ) -> Option<Self> {
-        let image = |matrix| ModularMatrix::from_rational(&field, matrix).map(&read);
-        let (inverse, determinant) = image(e)?.inverse(&field)?;
-        let g = inverse.multiply(&field, &image(a)?);
+    /// The same; with [`Side::Outputs`] of the transposed system. No more matrices are in memory at once than needed: each takes that of
+    /// the square of the states.
+    pub fn of(system: &LinearSystem, side: Side, prime: u64) -> Option<Self> {
+        let field = PrimeField::new(prime);
+        let image = |matrix: &Matrix<Rational>| {
+            let image = ModularMatrix::from_rational(&field, matrix)?;
+            Some(if side == Side::Inputs { image } else { image.transpose() })
+        };
+        let [b, c] = if side == Side::Inputs { [&system.b, &system.c] } else { [&system.c, &system.b] };
+        let (inverse, determinant) = image(&system.e)?.inverse(&field)?;
+        let g = inverse.multiply(&field, &image(&system.a)?);
         let b = inverse.multiply(&field, &image(b)?);
         let inverse_e = Operator::new(&inverse);
-        Some(Self { c: image(c)?, d: image(d)?, field, inverse_e, determinant, g, b })
+        Some(Self { c: image(c)?, d: image(&system.d)?, field, inverse_e, determinant, g, b })
     }
 }
 
@@ -62,12 +58,15 @@ pub(super) struct Images<'a> {
     source: Primes,
 }
 
+/// The values of all entries, row by row: what [`Images::reconstruct`] brings back.
+pub(super) fn values(field: &PrimeField, matrix: &ModularMatrix) -> Vec<u64> {
+    (0..matrix.rows).flat_map(|i| matrix.row(i).iter().map(|&x| field.value(x))).collect()
+}
+
 /// A number that is the same for the same matrices (FNV-1a over their entries).
 pub(super) fn fingerprint(system: &LinearSystem) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    let mut add = |bytes: &[u8]| {
-        bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    };
+    let mut hash = Random::FNV;
+    let mut add = |bytes: &[u8]| hash = Random::fnv(hash, bytes);
     for matrix in [&system.e, &system.a, &system.b, &system.c, &system.d] {
         add(&[matrix.rows(), matrix.columns()].map(|x| x as u64).map(u64::to_le_bytes).concat());
         for (at, x) in matrix.as_slice().iter().enumerate().filter(|(_, x)| !x.is_zero()) {
@@ -97,7 +96,7 @@ impl<'a> Images<'a> {
 
     /// The image modulo any prime.
     pub fn modulo(&self, prime: u64) -> Option<Image> {
-        if self.dual.is_some() { Image::dual(self.system, prime) } else { Image::new(self.system, prime) }
+        Image::of(self.system, if self.dual.is_some() { Side::Outputs } else { Side::Inputs }, prime)
     }
 
     /// Modulo unpredictable primes.

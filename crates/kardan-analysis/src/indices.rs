@@ -3,7 +3,6 @@
 use super::LinearSystem;
 use super::images::Images;
 use kardan_math::num::{Rational, Scalar, reachable};
-use kardan_results::MinorColumn;
 
 /// More states are computed modulo primes, ...
 const MOST_EXACT: usize = 32;
@@ -76,8 +75,7 @@ fn modular(system: &LinearSystem) -> Option<Vec<usize>> {
         let order = |(input, power): &(usize, usize)| std::cmp::Reverse((*power, *input));
         (columns.len(), columns.iter().map(order).collect::<Vec<_>>())
     })?;
-    let columns: Vec<MinorColumn> = best.into_iter().map(|(input, power)| MinorColumn { input, power }).collect();
-    let count = |input: usize| columns.iter().filter(|column| column.input == input).count();
+    let count = |input: usize| best.iter().filter(|(own, _)| *own == input).count();
     Some((0..system.inputs.len()).map(count).collect())
 }
 

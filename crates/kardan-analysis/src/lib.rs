@@ -63,15 +63,13 @@ pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction, plain_combination};
 pub use modes::{exact_modes_beside, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil, needs_modes};
-pub use parity::{
-    Broken, Fault, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations,
-};
+pub use parity::{Broken, ParitySignal, Relation, StaticRelations, relation_is_satisfied, relations, static_relations};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
 pub use properties::{modular_properties, properties, stability_proofs};
 pub use realisation::{MOST_TRANSFORMED, realisations};
 pub use reduction::{Reduction, reduction, sum_of_terms};
-pub use sampling::{SamplingPlan, sample, wilson};
+pub use sampling::{SamplingPlan, sample};
 pub use stability::{Plane, despite_rounding, stability_of, stability_of_roots};
 pub use structure::{StructureError, certified_structure, controllable_rank, state_modular, structure};
 pub use system::{ConstrainedSystem, LinearSystem, LoadSlopes, Side};

@@ -4,7 +4,7 @@ use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
 use super::LinearSystem;
-use super::parts::{beside, block, column_basis, kernel, reduced_form, rows_of, stacked};
+use super::parts::{kernel, less, limit_space, reduced_form, rows_of, side_by_side, stacked, window};
 
 /// Names with factors: a direction, or a combination of quantities.
 type Combination = Vec<(String, Rational)>;
@@ -135,7 +135,7 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
         [Quantity::Angle, Quantity::Speed].iter().flat_map(|k| coordinates.iter().map(|q| k.of(q))).collect();
 
     // Common kernel of H, D, S: named first because it is the most informative.
-    let free = kernel(&stacked(&block(e, r..n, r..n), &stacked(&block(a, r..n, r..n), &block(a, r..n, 0..r))));
+    let free = kernel(&stacked(&[&window(e, r..n, r..n), &window(a, r..n, r..n), &window(a, r..n, 0..r)]));
     if free.columns() > 0 {
         return Err(MasslessError::Undetermined { direction: named(coordinates, column(&free, 0)) });
     }
@@ -143,9 +143,9 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
     // are algebraic.
     let finite = limit_space(a, e, Matrix::identity(n));
     let infinite = limit_space(e, a, Matrix::zeros(n, 0));
-    let common = kernel(&beside(&finite, &infinite));
+    let common = kernel(&side_by_side(&[&finite, &infinite]));
     if common.columns() > 0 {
-        let part = block(&common, 0..finite.columns(), 0..1);
+        let part = window(&common, 0..finite.columns(), 0..1);
         return Err(MasslessError::Undetermined {
             direction: quantity(coordinates, &names, &finite.multiply(&part), 0),
         });
@@ -168,9 +168,9 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
             });
         }
     }
-    let through = d.plus(&c.multiply(&follows[0]).scale(&Rational::NEG_ONE));
+    let through = less(d, &c.multiply(&follows[0]));
 
-    let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| beside(&all, follow));
+    let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| side_by_side(&[&all, follow]));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
     // V with M V = 1.
     let basis = finite.multiply(&chosen.multiply(&finite).solve(&Matrix::identity(k)).expect("independent by choice"));
@@ -199,10 +199,10 @@ fn following(
     infinite: &Matrix<Rational>,
 ) -> Vec<Matrix<Rational>> {
     let (k, width) = (finite.columns(), infinite.columns());
-    let split = beside(&e.multiply(finite), &a.multiply(infinite));
-    let solved = split.solve(&beside(&e.multiply(infinite), b)).expect("regular: the pencil is");
-    let nilpotent = block(&solved, k..k + width, 0..width);
-    let mut power = block(&solved, k..k + width, width..solved.columns());
+    let split = side_by_side(&[&e.multiply(finite), &a.multiply(infinite)]);
+    let solved = split.solve(&side_by_side(&[&e.multiply(infinite), b])).expect("regular: the pencil is");
+    let nilpotent = window(&solved, k..k + width, 0..width);
+    let mut power = window(&solved, k..k + width, width..solved.columns());
     let mut out = vec![infinite.multiply(&power)];
     for _ in 1..=width {
         power = nilpotent.multiply(&power);
@@ -255,19 +255,6 @@ fn choose_states(
 fn quantity(coordinates: &[String], names: &[String], x: &Matrix<Rational>, j: usize) -> Combination {
     let angles = named(coordinates, column(x, j).into_iter().take(coordinates.len()));
     if angles.is_empty() { named(names, column(x, j)) } else { angles }
-}
-
-/// The spaces of all x with `matrix · x` in the span of `image · space`, each from the one before it, until they keep their dimension.
-fn limit_space(matrix: &Matrix<Rational>, image: &Matrix<Rational>, mut space: Matrix<Rational>) -> Matrix<Rational> {
-    let n = matrix.columns();
-    loop {
-        let combined = kernel(&beside(matrix, &image.multiply(&space)));
-        let next = column_basis(&block(&combined, 0..n, 0..combined.columns()));
-        if next.columns() == space.columns() {
-            return next;
-        }
-        space = next;
-    }
 }
 
 fn column(matrix: &Matrix<Rational>, j: usize) -> Vec<Rational> {

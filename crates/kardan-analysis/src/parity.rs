@@ -1,15 +1,16 @@
 //! Relations between sensor readings that are true for every motion of the model.
 
 use super::LinearSystem;
-use super::parts::{beside, block, reduced_form, stacked};
+use super::parts::{reduced_form, side_by_side, stacked, window};
 use kardan_math::num::{Matrix, Rational, Scalar, echelon, exact_rank};
 
-/// A signal of a relation: a sensor reading or a command.
+/// A signal of a relation: a sensor reading or a command. A fault adds an arbitrary time function to one: to what a sensor reads, to what an
+/// input does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ParitySignal {
     /// An output of the system.
     Output(usize),
-    /// An input that is known.
+    /// An input.
     Input(usize),
 }
 
@@ -62,7 +63,7 @@ pub fn static_relations(system: &LinearSystem, commanded: &[usize]) -> StaticRel
         .collect();
     let rows: Vec<Vec<Rational>> = signals.iter().map(|signal| row_of(system, *signal)).collect();
     let found = left_null(&stack(&rows, &rateless(system)));
-    let over_signals = block(&found, 0..found.rows(), 0..signals.len());
+    let over_signals = window(&found, 0..found.rows(), 0..signals.len());
     let (circuits, all) = circuits(&over_signals);
     let relation = |row: Vec<Rational>| {
         let terms = signals.iter().zip(row).filter(|(_, x)| !x.is_zero()).map(|(signal, x)| (*signal, 0, x));
@@ -99,18 +100,18 @@ fn row_of(system: &LinearSystem, signal: ParitySignal) -> Vec<Rational> {
 /// The algebraic equations of states and inputs: rows `[wᵀA, wᵀB]` with `wᵀE = 0`.
 fn rateless(system: &LinearSystem) -> Matrix<Rational> {
     let free = left_null(&system.e);
-    beside(&free.multiply(&system.a), &free.multiply(&system.b))
+    side_by_side(&[&free.multiply(&system.a), &free.multiply(&system.b)])
 }
 
 /// Rows, and below them those of a matrix.
 fn stack(rows: &[Vec<Rational>], below: &Matrix<Rational>) -> Matrix<Rational> {
-    stacked(&Matrix::from_fn(rows.len(), below.columns(), |i, j| rows[i][j].clone()), below)
+    stacked(&[&Matrix::from_fn(rows.len(), below.columns(), |i, j| rows[i][j].clone()), below])
 }
 
 /// Independent rows w with `wᵀM = 0` that span all of them.
 fn left_null(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(matrix);
-    block(&found.transform, found.rank()..matrix.rows(), 0..matrix.rows())
+    window(&found.transform, found.rank()..matrix.rows(), 0..matrix.rows())
 }
 
 /// The rows of least support in the span of the rows, each once up to a factor; whether these are all of them.
@@ -123,7 +124,7 @@ fn circuits(span: &Matrix<Rational>) -> (Vec<Vec<Rational>>, bool) {
     let row = |i: usize| basis.form.row(i).to_vec();
     let is_taken = |j: &usize| (0..d).any(|i| !basis.form[(i, *j)].is_zero());
     let taking: Vec<usize> = (0..span.columns()).filter(is_taken).collect();
-    let independent = block(&basis.form, 0..d, 0..span.columns());
+    let independent = window(&basis.form, 0..d, 0..span.columns());
     // In echelon form each row has a pivot that no other has: it is of least support.
     if choices(taking.len(), d - 1).is_none_or(|count| count > MOST_SETS) {
         return ((0..d).map(row).collect(), false);
@@ -163,15 +164,6 @@ pub(super) fn subsets(of: usize, size: usize) -> impl Iterator<Item = Vec<usize>
     })
 }
 
-/// A fault that adds an arbitrary time function to a signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
-    /// To what a sensor reads.
-    Output(usize),
-    /// To what an input does.
-    Input(usize),
-}
-
 /// A relation that a fault breaks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Broken {
@@ -191,7 +183,7 @@ const MOST_ROWS: usize = 160;
 /// inputs one with few terms that the fault does not leave alone. Exact.
 pub fn relations(
     system: &LinearSystem,
-    faults: &[Fault],
+    faults: &[ParitySignal],
     commanded: &[usize],
     unknown: &[usize],
 ) -> Vec<Option<Broken>> {
@@ -209,7 +201,7 @@ pub fn relations(
             let seeing = rows.iter().filter(|row| stacked.sees(row, *fault));
             let seeing = seeing.map(|row| (stacked.relation(row, commanded), row));
             *found = seeing.min_by_key(|(relation, _)| relation.terms.len()).map(|(relation, row)| {
-                let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, Fault::Input(j)));
+                let moved_by = open_inputs.iter().copied().filter(|&j| stacked.sees(row, ParitySignal::Input(j)));
                 Broken { relation, moved_by: moved_by.collect() }
             });
         }
@@ -276,11 +268,11 @@ impl Stacked<'_> {
         (0..simple.rank()).map(|i| simple.form.row(i)[width..].to_vec()).collect()
     }
 
-    fn sees(&self, row: &[Rational], fault: Fault) -> bool {
+    fn sees(&self, row: &[Rational], fault: ParitySignal) -> bool {
         let p = self.system.outputs.len();
         match fault {
-            Fault::Output(k) => (0..=self.order).any(|level| !row[level * p + k].is_zero()),
-            Fault::Input(j) => (0..=self.order).any(|level| !dot(row, &self.input(j, level)).is_zero()),
+            ParitySignal::Output(k) => (0..=self.order).any(|level| !row[level * p + k].is_zero()),
+            ParitySignal::Input(j) => (0..=self.order).any(|level| !dot(row, &self.input(j, level)).is_zero()),
         }
     }
 

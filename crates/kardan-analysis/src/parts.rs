@@ -1,8 +1,8 @@
-//! Parts of exact matrices, matrices beside and above each other, and their kernels.
+//! Parts of exact matrices, matrices made of parts, and their kernels.
 
-use std::ops::Range;
-
+use dashu_int::ops::BitTest;
 use kardan_math::num::{Echelon, Matrix, Rational, echelon};
+pub(super) use kardan_math::num::{joined, side_by_side, stacked, window};
 
 /// The rows with these numbers.
 pub(super) fn rows_of(matrix: &Matrix<Rational>, rows: &[usize]) -> Matrix<Rational> {
@@ -14,27 +14,32 @@ pub(super) fn columns_of(matrix: &Matrix<Rational>, columns: &[usize]) -> Matrix
     Matrix::from_fn(matrix.rows(), columns.len(), |i, j| matrix[(i, columns[j])].clone())
 }
 
-/// A block of consecutive rows and columns.
-pub(super) fn block(matrix: &Matrix<Rational>, rows: Range<usize>, columns: Range<usize>) -> Matrix<Rational> {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows.start + i, columns.start + j)].clone())
+/// `M − N`.
+pub(super) fn less(matrix: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
+    matrix.plus(&other.scale(&Rational::NEG_ONE))
 }
 
-/// Two matrices beside each other.
-pub(super) fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
-    let width = left.columns();
-    Matrix::from_fn(left.rows(), width + right.columns(), |i, j| match j.checked_sub(width) {
-        None => left[(i, j)].clone(),
-        Some(j) => right[(i, j)].clone(),
-    })
+/// `s E − A`.
+pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, s: &Rational) -> Matrix<Rational> {
+    less(&e.scale(s), a)
 }
 
-/// A matrix above another one.
-pub(super) fn stacked(above: &Matrix<Rational>, below: &Matrix<Rational>) -> Matrix<Rational> {
-    let height = above.rows();
-    Matrix::from_fn(height + below.rows(), above.columns(), |i, j| match i.checked_sub(height) {
-        None => above[(i, j)].clone(),
-        Some(i) => below[(i, j)].clone(),
-    })
+/// The spaces of all x that begin the (x, v) with `matrix · (x, v)` in the span of `image · space`, each from the one before it, until they
+/// keep their dimension.
+pub(super) fn limit_space(
+    matrix: &Matrix<Rational>,
+    image: &Matrix<Rational>,
+    mut space: Matrix<Rational>,
+) -> Matrix<Rational> {
+    let n = image.columns();
+    loop {
+        let combined = kernel(&side_by_side(&[matrix, &image.multiply(&space)]));
+        let next = column_basis(&window(&combined, 0..n, 0..combined.columns()));
+        if next.columns() == space.columns() {
+            return next;
+        }
+        space = next;
+    }
 }
 
 /// The echelon form with pivots in the order of the columns.
@@ -47,10 +52,21 @@ pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     reduced_form(matrix).kernel()
 }
 
+/// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.
+pub(super) fn left_kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    let order: Vec<usize> = (0..matrix.rows()).rev().collect();
+    echelon(&matrix.transpose(), &order).kernel().transpose()
+}
+
 /// A basis of the columns.
 pub(super) fn column_basis(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     let found = reduced_form(&matrix.transpose());
-    block(&found.form, 0..found.rank(), 0..matrix.rows()).transpose()
+    window(&found.form, 0..found.rank(), 0..matrix.rows()).transpose()
+}
+
+/// Bits of numerator and denominator.
+pub(super) fn bits_of(x: &Rational) -> usize {
+    x.numerator().bit_len() + x.denominator().bit_len()
 }
 
 /// The entries as text, row by row.

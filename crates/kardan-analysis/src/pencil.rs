@@ -1,10 +1,9 @@
 //! The pencil of a linear system with named outputs.
 
-use super::parts::{beside, reduced_form, stacked};
-use super::reduction::reduced_load;
-use super::system::minus_loads;
+use super::parts::{joined, less, reduced_form, side_by_side, stacked};
+use super::reduction::reduced_system;
 use super::{ConstrainedSystem, LinearSystem};
-use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, dense_rows, project, sparse_rows, sum_of_outer};
+use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, dense_rows, project, sparse_rows};
 use kardan_mechanics::equations::Measured;
 use kardan_results::signal_name::Quantity;
 
@@ -36,28 +35,24 @@ pub fn linear_system(
 ) -> LinearSystem {
     let r = coordinates.len();
     let rows = sparse_rows(basis);
-    let [inertia, damping, stiffness] = [&system.inertias, &system.dampers, &system.springs]
-        .map(|terms| sum_of_outer(terms.iter().map(|term| (project(&term.row, &rows), term.value.clone())), r));
-    let loads: Vec<_> = system.loads.iter().map(|load| reduced_load(load, &rows)).collect();
-    let damping = minus_loads(damping, &loads, |slopes| &slopes.on_rates);
-    let stiffness = minus_loads(stiffness, &loads, |slopes| &slopes.on_positions);
-    let mut input = Matrix::<Rational>::zeros(r, system.inputs.len());
-    for (k, input_term) in system.inputs.iter().enumerate() {
-        project(&input_term.row, &rows).into_iter().for_each(|(j, x)| input[(j, k)] = x);
-    }
-    let (e, a) = first_order(&inertia, &damping, &stiffness);
-    let m = system.inputs.len();
-    let b = stacked(&Matrix::zeros(r, m), &input);
+    let reduced = reduced_system(system, coordinates, &rows);
+    let [inertia, input] = [reduced.inertia_matrix(), reduced.input_matrix()];
+    let [damping, stiffness] = [reduced.damping_matrix(), reduced.stiffness_matrix()];
+    let (zero, one, m) = (Matrix::zeros(r, r), Matrix::identity(r), system.inputs.len());
+    let minus = |matrix: &Matrix<Rational>| matrix.scale(&Rational::NEG_ONE);
+    let e = joined([&one, &zero], [&zero, &inertia]);
+    let a = joined([&zero, &one], [&minus(&stiffness), &minus(&damping)]);
+    let b = stacked(&[&Matrix::zeros(r, m), &input]);
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
     let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
     for (i, output) in outputs.iter().enumerate() {
         let row = OutputRow::of(system, &output.measured);
         let [on_positions, on_speeds, on_inputs] =
             row.over_states(system, &rows, [&stiffness, &damping, &inertia, &input]);
-        c.row_mut(i).clone_from_slice(beside(&on_positions, &on_speeds).as_slice());
+        c.row_mut(i).clone_from_slice(side_by_side(&[&on_positions, &on_speeds]).as_slice());
         d.row_mut(i).clone_from_slice(on_inputs.as_slice());
     }
-    let names = coordinates.iter().map(|&shaft| &system.coordinates[shaft]);
+    let names = reduced.coordinates.iter();
     LinearSystem {
         states: names.clone().map(|n| Quantity::Angle.of(n)).chain(names.map(|n| Quantity::Speed.of(n))).collect(),
         inputs: system.inputs.iter().map(|input| input.element.clone()).collect(),
@@ -69,28 +64,6 @@ pub fn linear_system(
         d,
         degrees_of_freedom: Some(r),
     }
-}
-
-fn minus(x: &Rational) -> Rational {
-    Rational::ZERO.minus(x)
-}
-
-/// E and A of the states `[q_r; q̇_r]`.
-fn first_order(
-    inertia: &Matrix<Rational>,
-    damping: &Matrix<Rational>,
-    stiffness: &Matrix<Rational>,
-) -> (Matrix<Rational>, Matrix<Rational>) {
-    let r = inertia.rows();
-    let (mut e, mut a) = (Matrix::<Rational>::zeros(2 * r, 2 * r), Matrix::<Rational>::zeros(2 * r, 2 * r));
-    for i in 0..r {
-        (e[(i, i)], a[(i, r + i)]) = (Rational::ONE, Rational::ONE);
-        let entries = |m: &Matrix<Rational>| (0..r).filter(|&j| !m[(i, j)].is_zero()).collect::<Vec<_>>();
-        entries(inertia).into_iter().for_each(|j| e[(r + i, r + j)] = inertia[(i, j)].clone());
-        entries(stiffness).into_iter().for_each(|j| a[(r + i, j)] = minus(&stiffness[(i, j)]));
-        entries(damping).into_iter().for_each(|j| a[(r + i, r + j)] = minus(&damping[(i, j)]));
-    }
-    (e, a)
 }
 
 /// An output of a system before reduction, as rows.
@@ -123,7 +96,7 @@ impl OutputRow {
                 for (order, laws) in [(0, &system.springs), (1, &system.dampers)] {
                     for law in laws.iter().filter(|law| law.element == *element) {
                         let Some((_, own)) = law.row.iter().find(|(k, _)| *k == system.shaft(name)) else { continue };
-                        let factor = minus(&law.value.times(own));
+                        let factor = Rational::ZERO.minus(&law.value.times(own));
                         law.row.iter().for_each(|(k, x)| add(order, *k, &factor.times(x)));
                     }
                 }
@@ -149,7 +122,6 @@ impl OutputRow {
         [stiffness, damping, inertia, input]: [&Matrix<Rational>; 4],
     ) -> [Matrix<Rational>; 3] {
         let is_zero = |row: &Matrix<Rational>| row.as_slice().iter().all(Scalar::is_zero);
-        let less = |row: &Matrix<Rational>, other: &Matrix<Rational>| row.plus(&other.scale(&Rational::NEG_ONE));
         let Self { mut motion, multipliers } = self;
         let mut on_inputs = Matrix::<Rational>::zeros(1, input.columns());
         if !is_zero(&multipliers) {
@@ -182,7 +154,7 @@ impl OutputRow {
 /// and moves no inertia of a single shaft.
 fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
-    let e = reduced_form(&beside(matrix, right));
+    let e = reduced_form(&side_by_side(&[matrix, right]));
     assert!(!e.pivots.contains(&n), "the inertia is positive semidefinite");
     let mut out = Matrix::<Rational>::zeros(n, 1);
     for (row, &pivot) in e.pivots.iter().enumerate() {

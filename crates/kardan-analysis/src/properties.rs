@@ -1,7 +1,7 @@
 //! Properties from the structure: stability, decoupling and transmission zeros, indices, zeros at infinity.
 
 use super::LinearSystem;
-use super::certified::{norm_bits, whole};
+use super::certified::{norm_bits, pencil_of};
 use super::images::{Image, Images, fingerprint};
 use super::indices::{indices, is_exact};
 use super::realisation::{MOST_TRANSFORMED, diagonal_block};
@@ -128,15 +128,14 @@ fn product_of(blocks: &[Polynomial], chosen: &[usize]) -> Polynomial {
 
 /// det(sI − A), exact: with whole rows its coefficients are below a bound (`certified`), and known modulo primes with a product above double that.
 fn characteristic(a: &Matrix<Rational>) -> Option<Polynomial> {
-    let n = a.rows();
-    if n == 0 {
+    if a.rows() == 0 {
         return Some(Polynomial::constant(Rational::ONE));
     }
-    let is_unforced = whole(&LinearSystem::state_space(a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)));
-    let needed = (norm_bits(&is_unforced) + 2).div_ceil(60) as usize;
+    let pencil = pencil_of(a);
+    let needed = (norm_bits(&pencil) + 2).div_ceil(60) as usize;
     let mut reconstruction = Reconstruction::new();
-    let images = (needed <= MOST_PRIMES).then(|| Primes::new(fingerprint(&is_unforced)))?;
-    for image in images.filter_map(|prime| Image::new(&is_unforced, prime)).take(needed) {
+    let images = (needed <= MOST_PRIMES).then(|| Primes::new(fingerprint(&pencil)))?;
+    for image in images.filter_map(|prime| Image::new(&pencil, prime)).take(needed) {
         let monic = image.g.characteristic_polynomial(&image.field);
         let scaled = |x: &Residue| image.field.value(image.field.times(*x, image.determinant));
         reconstruction.add(image.field.prime(), &monic.iter().map(scaled).collect::<Vec<_>>());
@@ -231,34 +230,23 @@ pub(super) fn orders_at_infinity(system: &LinearSystem, certified: bool) -> Opti
         if (order + 1) * p.max(m) > MOST_ROWS {
             return None;
         }
+        // Of the lower block triangular Toeplitz matrix of these blocks.
+        let (rows, columns) = ((order + 1) * p, (order + 1) * m);
+        let block = |i: usize, j: usize| (i / p).checked_sub(j / m);
         let rank = match &exact {
-            Some((markov, ..)) if (order + 1) * p.max(m) <= MOST_EXACT_ROWS => exact_toeplitz_rank(markov, [p, m]),
+            Some((markov, ..)) if rows.max(columns) <= MOST_EXACT_ROWS => {
+                let entry = |i: usize, j: usize| block(i, j).map(|k| markov[k][(i % p, j % m)].clone());
+                exact_rank(&Matrix::from_fn(rows, columns, |i, j| entry(i, j).unwrap_or(Rational::ZERO)))
+            }
             Some(_) if certified => return None,
-            _ => toeplitz_rank(&image, &markov, [p, m]),
+            _ => {
+                let entry = |i: usize, j: usize| block(i, j).map_or(0, |k| markov[k].row(i % p)[j % m]);
+                ModularMatrix::from_fn(rows, columns, entry).echelon(&image.field).1.len()
+            }
         };
         let at_most = rank - before;
         orders.extend(std::iter::repeat_n(order, at_most - counted));
         (before, counted) = (rank, at_most);
     }
     Some(orders)
-}
-
-/// The rank of the lower block triangular Toeplitz matrix of these blocks, over the rationals.
-fn exact_toeplitz_rank(markov: &[Matrix<Rational>], [p, m]: [usize; 2]) -> usize {
-    let count = markov.len();
-    let entry = |i: usize, j: usize| match (i / p).checked_sub(j / m) {
-        Some(k) => markov[k][(i % p, j % m)].clone(),
-        None => Rational::ZERO,
-    };
-    exact_rank(&Matrix::from_fn(count * p, count * m, entry))
-}
-
-/// The same modulo a prime.
-fn toeplitz_rank(image: &Image, markov: &[ModularMatrix], [p, m]: [usize; 2]) -> usize {
-    let count = markov.len();
-    let entry = |i: usize, j: usize| match (i / p).checked_sub(j / m) {
-        Some(k) => markov[k].row(i % p)[j % m],
-        None => 0,
-    };
-    ModularMatrix::from_fn(count * p, count * m, entry).echelon(&image.field).1.len()
 }

@@ -1,11 +1,9 @@
 //! Kalman's decomposition, the minimal realisation and the staircase form, exact.
 
-use dashu_int::ops::BitTest;
-
 use super::LinearSystem;
-use super::parts::{beside, block, columns_of, kernel, reduced_form};
+use super::parts::{bits_of, columns_of, kernel, reduced_form, side_by_side, window};
 use kardan_math::num::{Matrix, Rational};
-use kardan_results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
+use kardan_results::{Block, Certificate, Invariant, MinorColumn, Realisations, TransformedSystem};
 
 /// More states are not transformed.
 pub const MOST_TRANSFORMED: usize = 64;
@@ -50,15 +48,14 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
     let kalman = transformed(&explicit, &parts, names.map(String::from).into())?;
     let first = parts[0].columns();
     let minimal = minimal(&kalman, first, parts[1].columns());
-    let staircase = staircase(&explicit, reached.columns.iter().map(|column| (column.input, column.power)))?;
+    let staircase = staircase(&explicit, reached.columns.clone())?;
     Some(Realisations { kalman, minimal, staircase })
 }
 
 /// Bits of the longest fraction.
 fn longest(system: &LinearSystem) -> usize {
     let all = [&system.e, &system.a, &system.b, &system.c].into_iter().flat_map(Matrix::as_slice);
-    let bits = |x: &Rational| x.numerator().bit_len() + x.denominator().bit_len();
-    all.map(bits).max().unwrap_or(0)
+    all.map(bits_of).max().unwrap_or(0)
 }
 
 /// Y from a certificate; without one there are none.
@@ -72,13 +69,13 @@ fn rows(invariant: Option<&Invariant>, count: usize, n: usize) -> Option<Matrix<
 
 /// Matrices beside each other.
 fn all_beside(parts: &[Matrix<Rational>], n: usize) -> Matrix<Rational> {
-    parts.iter().fold(Matrix::zeros(n, 0), |all, part| beside(&all, part))
+    parts.iter().fold(Matrix::zeros(n, 0), |all, part| side_by_side(&[&all, part]))
 }
 
 /// The columns of `more` that do not depend on those of `basis` and on each other.
 fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Rational> {
     let first = basis.columns();
-    let both = beside(basis, more);
+    let both = side_by_side(&[basis, more]);
     let new: Vec<usize> = reduced_form(&both).pivots.into_iter().filter(|&j| j >= first).collect();
     columns_of(&both, &new)
 }
@@ -87,12 +84,12 @@ fn completing(basis: &Matrix<Rational>, more: &Matrix<Rational>) -> Matrix<Ratio
 fn kalman_basis(reachable: &Matrix<Rational>, hidden: &Matrix<Rational>) -> [Matrix<Rational>; 4] {
     let (n, r) = (reachable.rows(), reachable.columns());
     // R x + N y = 0: the vectors R x lie in both.
-    let both = kernel(&beside(reachable, hidden));
-    let common = reachable.multiply(&block(&both, 0..r, 0..both.columns()));
+    let both = kernel(&side_by_side(&[reachable, hidden]));
+    let common = reachable.multiply(&window(&both, 0..r, 0..both.columns()));
     let common = completing(&Matrix::zeros(n, 0), &common);
     let observable = completing(&common, reachable);
     let neither = completing(&common, hidden);
-    let rest = completing(&beside(&beside(&common, &observable), &neither), &Matrix::identity(n));
+    let rest = completing(&side_by_side(&[&common, &observable, &neither]), &Matrix::identity(n));
     [common, observable, neither, rest]
 }
 
@@ -114,7 +111,7 @@ fn transformed(system: &LinearSystem, parts: &[Matrix<Rational>], names: Vec<Str
 fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> TransformedSystem {
     let cut = |m: &Matrix<Rational>, rows: bool, columns: bool| {
         let of = |own: bool, all: usize| if own { first..first + count } else { 0..all };
-        block(m, of(rows, m.rows()), of(columns, m.columns()))
+        window(m, of(rows, m.rows()), of(columns, m.columns()))
     };
     TransformedSystem {
         blocks: vec![Block { name: "controllable and observable".into(), states: count }],
@@ -127,14 +124,14 @@ fn minimal(kalman: &TransformedSystem, first: usize, count: usize) -> Transforme
 }
 
 /// The columns `Aᵏ b`, power by power: A takes each block into the next one, so it is block Hessenberg, and B is in the first.
-fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)>) -> Option<TransformedSystem> {
+fn staircase(system: &LinearSystem, mut columns: Vec<MinorColumn>) -> Option<TransformedSystem> {
     let n = system.states.len();
     let mut blocks: Vec<Matrix<Rational>> = Vec::new();
     let mut power_of_b = system.b.clone();
-    let mut ordered: Vec<(usize, usize)> = columns.collect();
-    ordered.sort_by_key(|(_, power)| *power);
+    columns.sort_by_key(|column| column.power);
     for power in 0.. {
-        let chosen: Vec<usize> = ordered.iter().filter(|(_, k)| *k == power).map(|(input, _)| *input).collect();
+        let chosen: Vec<usize> =
+            columns.iter().filter(|column| column.power == power).map(|column| column.input).collect();
         if chosen.is_empty() {
             break;
         }
@@ -152,5 +149,5 @@ fn staircase(system: &LinearSystem, columns: impl Iterator<Item = (usize, usize)
 pub(super) fn diagonal_block(system: &TransformedSystem, number: usize) -> Matrix<Rational> {
     let first: usize = system.blocks[..number].iter().map(|block| block.states).sum();
     let own = first..first + system.blocks[number].states;
-    block(&system.a, own.clone(), own)
+    window(&system.a, own.clone(), own)
 }

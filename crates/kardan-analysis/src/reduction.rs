@@ -3,6 +3,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use super::system::minus_loads;
 use super::{ConstrainedSystem, LoadSlopes};
 use kardan_math::num::{Rational, SparseRow, project, rational_to_f64};
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -83,41 +84,36 @@ impl Reduction {
 /// If `preferred` or a term names a shaft that does not exist, or `preferred` has a duplicate.
 pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
     let (coordinates, basis) = system.sparse_basis(preferred);
-    let terms = |terms: &[DirectionalTerm<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
-    let reduced_system = ConstrainedSystem {
+    let system = reduced_system(system, &coordinates, &basis);
+    Reduction { coordinates, basis, system }
+}
+
+/// The terms of a system along the directions `Kᵀa` over the coordinates chosen.
+pub(super) fn reduced_system(
+    system: &ConstrainedSystem,
+    coordinates: &[usize],
+    basis: &[SparseRow],
+) -> ConstrainedSystem {
+    let terms = |terms: &[DirectionalTerm<Rational>]| terms.iter().map(|term| reduced(term, basis)).collect();
+    ConstrainedSystem {
         coordinates: coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect(),
         inertias: terms(&system.inertias),
         dampers: terms(&system.dampers),
         springs: terms(&system.springs),
-        loads: system.loads.iter().map(|load| reduced_load(load, &basis)).collect(),
+        loads: system.loads.iter().map(|load| reduced_load(load, basis)).collect(),
         constraints: Vec::new(),
-        inputs: system.inputs.iter().map(|input| reduced(input, &basis)).collect(),
-    };
-    Reduction { coordinates, basis, system: reduced_system }
+        inputs: system.inputs.iter().map(|input| reduced(input, basis)).collect(),
+    }
 }
 
 fn reduced<T: Clone>(term: &DirectionalTerm<T>, basis: &[SparseRow]) -> DirectionalTerm<T> {
     DirectionalTerm { element: term.element.clone(), row: project(&term.row, basis), value: term.value.clone() }
 }
 
-pub(super) fn reduced_load(load: &DirectionalTerm<LoadSlopes>, basis: &[SparseRow]) -> DirectionalTerm<LoadSlopes> {
+fn reduced_load(load: &DirectionalTerm<LoadSlopes>, basis: &[SparseRow]) -> DirectionalTerm<LoadSlopes> {
     let LoadSlopes { on_positions, on_rates } = &load.value;
     let value = LoadSlopes { on_positions: project(on_positions, basis), on_rates: project(on_rates, basis) };
     DirectionalTerm { element: load.element.clone(), row: project(&load.row, basis), value }
-}
-
-/// A sum of terms without `Σ a gᵀ`, in floating point.
-pub(super) fn minus_loads(
-    mut sum: Mat<f64>,
-    loads: &[DirectionalTerm<LoadSlopes>],
-    of: impl Fn(&LoadSlopes) -> &SparseRow,
-) -> Mat<f64> {
-    for load in loads {
-        for (i, x) in load.row_f64() {
-            of(&load.value).iter().for_each(|(j, y)| sum[(i, *j)] -= x * rational_to_f64(y));
-        }
-    }
-    sum
 }
 
 /// `Σ c a aᵀ` in floating point, symmetric to the last bit.

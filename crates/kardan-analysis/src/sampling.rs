@@ -116,7 +116,7 @@ fn central_probability(z: f64) -> f64 {
 }
 
 /// 95 % interval of a probability for `hits` in `samples` \[Wilson 1927\].
-pub fn wilson(hits: usize, samples: usize) -> Interval {
+fn wilson(hits: usize, samples: usize) -> Interval {
     const Z: f64 = 1.959_963_984_540_054;
     let (n, p) = (samples as f64, hits as f64 / samples as f64);
     let centre = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);

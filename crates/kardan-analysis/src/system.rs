@@ -1,8 +1,9 @@
 //! A linear constrained mechanical system as terms along directions.
 
 use std::collections::BTreeSet;
+use std::ops::IndexMut;
 
-use super::parts::{columns_of, reduced_form, rows_of};
+use super::parts::{columns_of, less, reduced_form, rows_of};
 use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, dense_rows, sparse_echelon, sum_of_outer};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -246,16 +247,17 @@ fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
     slopes.into_iter().map(load).collect()
 }
 
-/// A sum of terms without `Σ a gᵀ`.
-pub(super) fn minus_loads(
-    mut sum: Matrix<Rational>,
+/// A sum of terms without `Σ a gᵀ`, exact or in floating point.
+pub(super) fn minus_loads<S: Scalar, M: IndexMut<(usize, usize), Output = S>>(
+    mut sum: M,
     loads: &[DirectionalTerm<LoadSlopes>],
     of: impl Fn(&LoadSlopes) -> &SparseRow,
-) -> Matrix<Rational> {
+) -> M {
     for load in loads {
         for (i, x) in &load.row {
             for (j, y) in of(&load.value) {
-                sum[(*i, *j)] = sum[(*i, *j)].minus(&x.times(y));
+                let entry = &mut sum[(*i, *j)];
+                *entry = entry.minus(&S::from_rational(x).times(&S::from_rational(y)));
             }
         }
     }
@@ -319,18 +321,15 @@ impl LinearSystem {
         let square = columns_of(&own, &eliminated);
         let (on_retained, on_inputs) =
             (square.solve(&columns_of(&own, retained))?, square.solve(&rows_of(&self.b, &eliminated))?);
-        let less = |m: Matrix<Rational>, through: &Matrix<Rational>, found: &Matrix<Rational>| {
-            m.plus(&through.multiply(found).scale(&Rational::NEG_ONE))
-        };
         let (upper, output_columns) = (rows_of(&self.a, retained), columns_of(&self.c, &eliminated));
         let through = columns_of(&upper, &eliminated);
         Some(Self {
             states: retained.iter().map(|k| self.states[*k].clone()).collect(),
             e: columns_of(&rows_of(&self.e, retained), retained),
-            a: less(columns_of(&upper, retained), &through, &on_retained),
-            b: less(rows_of(&self.b, retained), &through, &on_inputs),
-            c: less(columns_of(&self.c, retained), &output_columns, &on_retained),
-            d: less(self.d.clone(), &output_columns, &on_inputs),
+            a: less(&columns_of(&upper, retained), &through.multiply(&on_retained)),
+            b: less(&rows_of(&self.b, retained), &through.multiply(&on_inputs)),
+            c: less(&columns_of(&self.c, retained), &output_columns.multiply(&on_retained)),
+            d: less(&self.d, &output_columns.multiply(&on_inputs)),
             degrees_of_freedom: None,
             ..self.clone()
         })

@@ -108,7 +108,7 @@ fn tidied(family: &Family<'_>, limits: &Limits, mut found: Candidate) -> Candida
         let powers = [c64::new(1.0, 0.0), found.lambda, found.lambda * found.lambda];
         let entry = |i: usize, j: usize| (0..3).fold(c64::new(0.0, 0.0), |sum, k| sum + powers[k] * parts[k][(i, j)]);
         let l = Mat::from_fn(rows.len(), columns.len(), |i, j| entry(i, j) * (rows[i] * columns[j]));
-        if !finite(&l) {
+        if !l.is_all_finite() {
             continue;
         }
         // All entries are of the size of one.
@@ -209,7 +209,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
             Mat::from_fn(m, n, |i, j| k[0] * parts[0][(i, j)] + k[1] * parts[1][(i, j)] + k[2] * parts[2][(i, j)])
         };
         let l = value([number(1.0), lambda, lambda * lambda]);
-        if !finite(&l) {
+        if !l.is_all_finite() {
             return best;
         }
         if step == 0 {
@@ -346,10 +346,6 @@ fn smallest_vector(l: &Mat<c64>) -> Option<Mat<c64>> {
     let svd = l.svd().ok()?;
     let n = l.ncols();
     Some(Mat::from_fn(n, 1, |i, _| svd.V()[(i, n - 1)]))
-}
-
-fn finite(m: &Mat<c64>) -> bool {
-    (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| m[(i, j)].re.is_finite() && m[(i, j)].im.is_finite()))
 }
 
 fn max_norm(m: &Mat<c64>) -> f64 {

@@ -3,45 +3,7 @@
 use std::ops::Range;
 
 use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64};
-
-/// Horizontal concatenation of matrices with the same number of rows.
-pub(super) fn side_by_side<S: Scalar>(parts: &[&Matrix<S>]) -> Matrix<S> {
-    let rows = parts.first().map_or(0, |part| part.rows());
-    let columns = parts.iter().map(|part| part.columns()).sum();
-    let mut out = Matrix::zeros(rows, columns);
-    let mut first = 0;
-    for part in parts {
-        for i in 0..rows {
-            for j in 0..part.columns() {
-                out[(i, first + j)] = part[(i, j)].clone();
-            }
-        }
-        first += part.columns();
-    }
-    out
-}
-
-/// Vertical concatenation of matrices with the same number of columns.
-pub(super) fn stacked<S: Scalar>(parts: &[&Matrix<S>]) -> Matrix<S> {
-    let columns = parts.first().map_or(0, |part| part.columns());
-    let rows: Vec<&[S]> = parts.iter().flat_map(|part| (0..part.rows()).map(move |i| part.row(i))).collect();
-    Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j].clone())
-}
-
-/// `[a b; c d]`.
-pub(super) fn joined<S: Scalar>([a, b]: [&Matrix<S>; 2], [c, d]: [&Matrix<S>; 2]) -> Matrix<S> {
-    stacked(&[&side_by_side(&[a, b]), &side_by_side(&[c, d])])
-}
-
-/// Some rows and columns.
-pub(super) fn selected<S: Scalar>(matrix: &Matrix<S>, rows: &[usize], columns: &[usize]) -> Matrix<S> {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])].clone())
-}
-
-/// Rows and columns that follow each other.
-pub(super) fn window<S: Scalar>(matrix: &Matrix<S>, rows: Range<usize>, columns: Range<usize>) -> Matrix<S> {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows.start + i, columns.start + j)].clone())
-}
+pub(super) use kardan_math::num::{joined, selected, side_by_side, stacked, window};
 
 /// Columns that follow each other.
 pub(super) fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -> Matrix<S> {

@@ -1,12 +1,10 @@
 //! The family of a box without rows and columns that do not depend on λ and x, with rows, columns and λ in units in which no entry is too
 //! large.
 
-use dashu_int::IBig;
-use dashu_int::ops::BitTest;
 use kardan_rt::functions::exp2;
 
 use crate::parts::{columns_of, rows_of};
-use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, echelon, exponent, power_of_two, rational_to_f64};
 
 /// Coefficients at the centre of the box, then those of each parameter.
 pub(super) type Parts = Vec<[Matrix<Rational>; 3]>;
@@ -103,7 +101,7 @@ impl Scaled {
     pub(super) fn new(parts: &Parts) -> Option<Self> {
         let (rows, columns) = (parts[0][0].rows(), parts[0][0].columns());
         // Logarithms of the sizes of entries over the box.
-        let size = |x: &Rational| x.numerator().bit_len() as f64 - x.denominator().bit_len() as f64;
+        let size = |x: &Rational| exponent(x) as f64;
         let mut sizes = Vec::new();
         for (k, i, j) in (0..3).flat_map(|k| (0..rows).flat_map(move |i| (0..columns).map(move |j| (k, i, j)))) {
             let entries = parts.iter().map(|part| &part[k][(i, j)]).filter(|x| !x.is_zero());
@@ -151,9 +149,4 @@ impl Scaled {
         let unit = exp2(unit.round());
         Some(Self { rows, columns, parts: parts.len(), terms, column_degrees, row_degrees, unit })
     }
-}
-
-fn power_of_two(power: i64) -> Rational {
-    let whole = Rational::from(IBig::ONE << power.unsigned_abs() as usize);
-    if power < 0 { Rational::one().over(&whole) } else { whole }
 }

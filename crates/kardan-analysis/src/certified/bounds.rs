@@ -7,7 +7,7 @@ use crate::LinearSystem;
 use kardan_math::num::{Matrix, Polynomial, Rational};
 
 /// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
-pub(crate) fn whole(system: &LinearSystem) -> LinearSystem {
+pub(super) fn whole(system: &LinearSystem) -> LinearSystem {
     let mut out = system.clone();
     let clear = |parts: &mut [&mut Matrix<Rational>], row: usize| {
         let common = common_denominator(parts.iter().flat_map(|part| part.row(row)));
@@ -39,7 +39,7 @@ pub(super) fn without_ports(system: &LinearSystem) -> LinearSystem {
 }
 
 /// `sI − M` with whole numbers.
-pub(super) fn pencil_of(action: &Matrix<Rational>) -> LinearSystem {
+pub(crate) fn pencil_of(action: &Matrix<Rational>) -> LinearSystem {
     let n = action.rows();
     whole(&LinearSystem::state_space(action.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)))
 }

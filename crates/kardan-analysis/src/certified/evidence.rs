@@ -151,8 +151,7 @@ impl Gathered {
     pub(super) fn new(
         system: &LinearSystem,
         actions: [Option<&Matrix<Rational>>; 2],
-        primes: &mut dyn FnMut() -> u64,
-        progress: &dyn Fn(f64),
+        source: &mut Source<'_>,
     ) -> Result<Self, String> {
         let n = system.states.len();
         let for_divisors = norm_bits(&without_ports(system)) + n as u64 + 2;
@@ -170,14 +169,14 @@ impl Gathered {
             let zeros = if full { out.bits } else { largest(&out.zeros).map_or(0, |group| group.bits) };
             let goal = for_divisors.max(for_zeros);
             let missing = for_divisors.saturating_sub(spectrum).max(for_zeros.saturating_sub(zeros));
-            progress(1.0 - missing as f64 / goal as f64);
+            (source.progress)(1.0 - missing as f64 / goal as f64);
             if missing == 0 {
                 return Ok(out);
             }
             if out.bits > 2 * goal + 10_000 {
                 return Err(format!("no structure is the same modulo enough of {} primes", out.primes.len()));
             }
-            for (prime, evidence) in batch(missing, primes, |prime| Evidence::of(system, actions, prime)) {
+            for (prime, evidence) in source.batch(missing, |prime| Evidence::of(system, actions, prime)) {
                 out.add(prime, evidence);
             }
         }
@@ -216,14 +215,18 @@ fn least(best: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) ->
     best
 }
 
-/// Works on as many primes at once as there are threads, no more than are missing.
-pub(super) fn batch<T: Send>(
-    missing: u64,
-    primes: &mut dyn FnMut() -> u64,
-    work: impl Fn(u64) -> Option<T> + Sync,
-) -> Vec<(u64, T)> {
-    let threads = rayon::current_num_threads() as u64;
-    let count = (missing / 60 + 1).min(4 * threads);
-    let chosen: Vec<u64> = (0..count).map(|_| primes()).collect();
-    chosen.into_par_iter().filter_map(|prime| Some((prime, work(prime)?))).collect()
+/// Where primes come from, and what receives the fraction done.
+pub(super) struct Source<'a> {
+    pub(super) primes: &'a mut dyn FnMut() -> u64,
+    pub(super) progress: &'a dyn Fn(f64),
+}
+
+impl Source<'_> {
+    /// Works on as many primes at once as there are threads, no more than are missing.
+    pub(super) fn batch<T: Send>(&mut self, missing: u64, work: impl Fn(u64) -> Option<T> + Sync) -> Vec<(u64, T)> {
+        let threads = rayon::current_num_threads() as u64;
+        let count = (missing / 60 + 1).min(4 * threads);
+        let chosen: Vec<u64> = (0..count).map(|_| (self.primes)()).collect();
+        chosen.into_par_iter().filter_map(|prime| Some((prime, work(prime)?))).collect()
+    }
 }

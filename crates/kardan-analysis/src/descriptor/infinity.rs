@@ -1,7 +1,7 @@
 //! Controllable and observable modes at infinity.
 
 use super::separation::Separation;
-use crate::parts::{beside, kernel};
+use crate::parts::{kernel, side_by_side};
 use crate::system::LinearSystem;
 pub(super) use crate::system::Side;
 use kardan_math::num::{Matrix, Rational, exact_rank};
@@ -21,7 +21,7 @@ pub(super) fn verdicts(
     };
     let n = system.states.len();
     let moved = system.a.multiply(&kernel(&system.e));
-    let missed_impulses = n - exact_rank(&beside(&beside(&system.e, &moved), &system.b));
+    let missed_impulses = n - exact_rank(&side_by_side(&[&system.e, &moved, &system.b]));
     let missed_at_infinity = entry.rows() - reached(&nilpotent, &entry, apart.index());
     DescriptorVerdicts {
         finite,
@@ -34,10 +34,7 @@ pub(super) fn verdicts(
 
 /// The rank of `[B, N B, N² B, …]`.
 fn reached(nilpotent: &Matrix<Rational>, b: &Matrix<Rational>, index: usize) -> usize {
-    let (mut all, mut power) = (b.clone(), b.clone());
-    for _ in 1..index {
-        power = nilpotent.multiply(&power);
-        all = beside(&all, &power);
-    }
-    exact_rank(&all)
+    let powers = std::iter::successors(Some(b.clone()), |power| Some(nilpotent.multiply(power)));
+    let powers: Vec<Matrix<Rational>> = powers.take(index.max(1)).collect();
+    exact_rank(&side_by_side(&powers.iter().collect::<Vec<_>>()))
 }

@@ -9,31 +9,21 @@ mod infinity;
 mod separation;
 mod singular;
 
+pub use separation::DescriptorError;
 pub use singular::SingularPencil;
 
 use super::massless::plain_combination;
-use super::parts::{beside, rows_of, stacked, texts};
+use super::parts::{joined, rows_of, side_by_side, stacked, texts};
 use super::properties::{described_zeros, orders_at_infinity};
 use super::structure::{pencil, structure};
 use super::system::LinearSystem;
 use infinity::{Side, verdicts};
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, exact_rank};
 use kardan_results::{Definition, DescriptorSystem, ImproperEntry, PolynomialRoots, SeparatedPencil};
-use separation::{NotSeparated, Separation};
+use separation::Separation;
 
 /// Descriptor systems with more states are not separated.
 pub const MOST_VARIABLES: usize = 200;
-
-/// Why a descriptor system is not separated.
-#[derive(Debug, Clone, PartialEq)]
-pub enum DescriptorError {
-    /// det(sE − A) is zero for all s.
-    Singular(SingularPencil),
-    /// More than [`MOST_VARIABLES`] variables.
-    TooLarge,
-    /// Full matrices of long fractions, such as numbers of floating point: exact elimination would take too long.
-    TooLong,
-}
 
 /// A descriptor system, and the state space that it is equivalent to.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,10 +54,7 @@ pub fn descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Descrip
     if system.states.len() > MOST_VARIABLES {
         return Err(DescriptorError::TooLarge);
     }
-    let apart = Separation::of(system).map_err(|why| match why {
-        NotSeparated::Singular => DescriptorError::Singular(SingularPencil::of(&system.e, &system.a)),
-        NotSeparated::TooLong => DescriptorError::TooLong,
-    })?;
+    let apart = Separation::of(system)?;
     let (states, definitions) = named(&apart.reading, &system.states);
     let slow = LinearSystem {
         states,
@@ -174,10 +161,10 @@ fn at_infinity(slow: &LinearSystem, derivatives: &[Matrix<Rational>]) -> Option<
         Some(before) => {
             // The j-th integrals of the inputs are the states n + (j − 1) m, …; of them the last ones enter the system.
             let shift = Matrix::from_fn(k * m, k * m, |i, j| if i == j + m { Rational::ONE } else { Rational::ZERO });
-            let entry = beside(&Matrix::zeros(n, before * m), &slow.b);
-            let a = stacked(&beside(&slow.a, &entry), &beside(&Matrix::zeros(k * m, n), &shift));
-            let b = stacked(&stacked(&Matrix::zeros(n, m), &Matrix::identity(m)), &Matrix::zeros(before * m, m));
-            let c = (0..k).rev().fold(slow.c.clone(), |all, i| beside(&all, power(i)));
+            let entry = side_by_side(&[&Matrix::zeros(n, before * m), &slow.b]);
+            let a = joined([&slow.a, &entry], [&Matrix::zeros(k * m, n), &shift]);
+            let b = stacked(&[&Matrix::zeros(n, m), &Matrix::identity(m), &Matrix::zeros(before * m, m)]);
+            let c = (0..k).rev().fold(slow.c.clone(), |all, i| side_by_side(&[&all, power(i)]));
             LinearSystem { d: power(k).clone(), ..LinearSystem::state_space(a, b, c) }
         }
     };

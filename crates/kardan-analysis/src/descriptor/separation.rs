@@ -1,22 +1,25 @@
 //! The finite and the infinite part of a regular pencil.
 
-use dashu_int::ops::BitTest;
-
-use crate::parts::{beside, block, column_basis, kernel, reduced_form, stacked};
+use super::singular::SingularPencil;
+use crate::parts::{
+    bits_of, column_basis, kernel, left_kernel, pencil_at, reduced_form, side_by_side, stacked, window,
+};
 use crate::system::LinearSystem;
-use kardan_math::num::{Matrix, Rational, echelon, exact_rank};
+use kardan_math::num::{Matrix, Rational, exact_rank};
 
 /// Bits of all numbers times bits of a mean row, of the given pencil: above this limit not even one inverse is computed.
 const MAX_PENCIL_BITS: usize = 20_000_000_000;
 /// Bits of all numbers of `(s₀E − A)⁻¹E` times its order.
 const MOST_WORK: usize = 50_000_000;
 
-/// Why a pencil is not separated.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum NotSeparated {
-    /// Its determinant is zero for all s.
-    Singular,
-    /// The fractions are too long.
+/// Why a descriptor system is not separated.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DescriptorError {
+    /// det(sE − A) is zero for all s.
+    Singular(SingularPencil),
+    /// More than [`MOST_VARIABLES`](super::MOST_VARIABLES) variables.
+    TooLarge,
+    /// Full matrices of long fractions, such as numbers of floating point: exact elimination would take too long.
     TooLong,
 }
 
@@ -42,18 +45,19 @@ pub(super) struct Separation {
 impl Separation {
     /// # Errors
     /// If the pencil is singular, or the fractions are too long.
-    pub fn of(system: &LinearSystem) -> Result<Self, NotSeparated> {
+    pub fn of(system: &LinearSystem) -> Result<Self, DescriptorError> {
         let (e, a) = (&system.e, &system.a);
+        let singular = || DescriptorError::Singular(SingularPencil::of(e, a));
         let width = bits(&[e, a]).checked_div(e.rows()).unwrap_or(0);
         if width.saturating_mul(bits(&[e, a])) > MAX_PENCIL_BITS {
-            return Err(NotSeparated::TooLong);
+            return Err(DescriptorError::TooLong);
         }
-        let at = regular_point(e, a).ok_or(NotSeparated::Singular)?;
-        let m = pencil_at(e, a, &at).solve(e).ok_or(NotSeparated::Singular)?;
+        let at = regular_point(e, a).ok_or_else(singular)?;
+        let m = pencil_at(e, a, &at).solve(e).ok_or_else(singular)?;
         if bits(&[&m]).saturating_mul(e.rows()) > MOST_WORK {
-            return Err(NotSeparated::TooLong);
+            return Err(DescriptorError::TooLong);
         }
-        Self::by_powers(system, &m).ok_or(NotSeparated::Singular)
+        Self::by_powers(system, &m).ok_or_else(singular)
     }
 
     /// By the kernels and images of the powers of `M = (s₀E − A)⁻¹E`.
@@ -67,10 +71,10 @@ impl Separation {
         // L V = I.
         let slow_basis = image.multiply(&reading.multiply(&image).solve(&Matrix::identity(image.columns()))?);
         let finite = slow_basis.columns();
-        let right = beside(&slow_basis, &fast_basis);
-        let left = beside(&e.multiply(&slow_basis), &a.multiply(&fast_basis)).solve(&Matrix::identity(n))?;
+        let right = side_by_side(&[&slow_basis, &fast_basis]);
+        let left = side_by_side(&[&e.multiply(&slow_basis), &a.multiply(&fast_basis)]).solve(&Matrix::identity(n))?;
         let on = |matrix: &Matrix<Rational>, basis: &Matrix<Rational>| left.multiply(&matrix.multiply(basis));
-        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| block(matrix, from..to, 0..matrix.columns());
+        let part = |matrix: &Matrix<Rational>, from: usize, to: usize| window(matrix, from..to, 0..matrix.columns());
         let inputs = left.multiply(&system.b);
         let slow = [part(&on(a, &slow_basis), 0, finite), part(&inputs, 0, finite), system.c.multiply(&slow_basis)];
         let fast = [part(&on(e, &fast_basis), finite, n), part(&inputs, finite, n), system.c.multiply(&fast_basis)];
@@ -88,7 +92,7 @@ impl Separation {
 /// Bits of all numbers.
 fn bits(matrices: &[&Matrix<Rational>]) -> usize {
     let all = matrices.iter().flat_map(|matrix| matrix.as_slice()).filter(|x| !x.is_zero());
-    all.map(|x| x.numerator().bit_len() + x.denominator().bit_len()).sum()
+    all.map(bits_of).sum()
 }
 
 /// A number s₀ with a regular `s₀E − A`: of n + 1 numbers one is, unless all are roots of the determinant, which is zero then.
@@ -96,11 +100,6 @@ fn regular_point(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Option<Rational>
     let n = e.rows();
     let number = |k: usize| Rational::from(if k.is_multiple_of(2) { (k / 2) as i64 } else { -(k.div_ceil(2) as i64) });
     (0..=n).map(number).find(|at| exact_rank(&pencil_at(e, a, at)) == n)
-}
-
-/// `s E − A`.
-pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, at: &Rational) -> Matrix<Rational> {
-    e.scale(at).plus(&a.scale(&Rational::NEG_ONE))
 }
 
 /// The kernels of M, M², … as long as they grow.
@@ -149,18 +148,12 @@ pub(super) fn split_by_e(system: &LinearSystem) -> (usize, LinearSystem) {
     let b = form.transform.multiply(&system.b);
     let c = system.c.multiply(&q);
     let p = system.outputs.len();
-    let of_a = block(&a, 0..rank, 0..rank);
+    let of_a = window(&a, 0..rank, 0..rank);
     // Of all equations over the variables that E leaves out and the inputs.
-    let inputs = beside(&block(&a, 0..n, rank..n), &b);
-    let of_b = block(&inputs, 0..rank, 0..inputs.columns());
-    let of_c = stacked(&block(&a, rank..n, 0..rank), &block(&c, 0..p, 0..rank));
-    let through = beside(&block(&c, 0..p, rank..n), &system.d);
-    let of_d = stacked(&block(&inputs, rank..n, 0..inputs.columns()), &through);
+    let inputs = side_by_side(&[&window(&a, 0..n, rank..n), &b]);
+    let of_b = window(&inputs, 0..rank, 0..inputs.columns());
+    let of_c = stacked(&[&window(&a, rank..n, 0..rank), &window(&c, 0..p, 0..rank)]);
+    let through = side_by_side(&[&window(&c, 0..p, rank..n), &system.d]);
+    let of_d = stacked(&[&window(&inputs, rank..n, 0..inputs.columns()), &through]);
     (rank, LinearSystem { d: of_d, ..LinearSystem::state_space(of_a, of_b, of_c) })
-}
-
-/// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.
-pub(super) fn left_kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let order: Vec<usize> = (0..matrix.rows()).rev().collect();
-    echelon(&matrix.transpose(), &order).kernel().transpose()
 }

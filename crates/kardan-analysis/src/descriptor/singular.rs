@@ -1,7 +1,6 @@
 //! Why a pencil is singular: dependent equations.
 
-use super::separation::{left_kernel, pencil_at};
-use crate::parts::rows_of;
+use crate::parts::{left_kernel, pencil_at, rows_of};
 use kardan_math::num::{Matrix, Polynomial, Rational, Scalar};
 
 /// Most numbers of an unknown combination in the search.

@@ -21,7 +21,7 @@ use kardan_rt::functions::powi;
 
 use super::LinearSystem;
 use super::failing::{LEAST_SHARE, relative_shares};
-use super::parts::{beside, texts};
+use super::parts::{less, side_by_side, texts};
 use super::system::Side;
 use kardan_math::num::{
     Matrix, Rational, Scalar, above, below, eigenvalues, power_of_two, rational_from_f64, rational_to_f64, root_above,
@@ -152,9 +152,8 @@ impl Change {
         let gram = squares.solve(&Matrix::identity(exact.len()))?;
         let on_a = rows.multiply(&pair.exact[0]);
         let action = on_a.multiply(&rows.transpose()).multiply(&gram);
-        let projected = action.multiply(&rows);
         let on_b = rows.multiply(&pair.exact[1]);
-        let miss = beside(&on_a.plus(&projected.scale(&Rational::NEG_ONE)), &on_b);
+        let miss = side_by_side(&[&less(&on_a, &action.multiply(&rows)), &on_b]);
         // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
         let scaled = gram.multiply(&miss);
         let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));

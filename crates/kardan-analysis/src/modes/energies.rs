@@ -27,15 +27,13 @@ impl<'a> Elements<'a> {
         let kinetic = energies(&self.inertias, vector, 0.5 * speed);
         let potential = if moving { energies(&self.springs, vector, 0.5) } else { Vec::new() };
         let lost = if moving { energies(&self.dampers, vector, 1.0) } else { Vec::new() };
-        let kinds = kinetic.iter().map(|_| EnergyKind::Kinetic).chain(potential.iter().map(|_| EnergyKind::Potential));
-        let kinds: Vec<EnergyKind> = kinds.collect();
-        let stored = shares(kinetic.into_iter().chain(potential).collect());
+        let kinetic_count = kinetic.len();
+        let stored = shares(kinetic.into_iter().chain(potential).collect()).into_iter().enumerate();
+        let kind = |k: usize| if k < kinetic_count { EnergyKind::Kinetic } else { EnergyKind::Potential };
         Mode {
             shape,
             stored: stored
-                .into_iter()
-                .zip(kinds)
-                .map(|(ElementShare { element, share }, energy)| StoredShare { element, energy, share })
+                .map(|(k, ElementShare { element, share })| StoredShare { element, energy: kind(k), share })
                 .collect(),
             dissipated: shares(lost),
             ..root(value)

@@ -12,12 +12,12 @@ use kardan_rt::functions::hypot;
 use super::spectrum::MOST_EXPANDED;
 use super::{ConstrainedSystem, LinearSystem, Reduction};
 use energies::Elements;
-use kardan_math::num::{Matrix, SparseRow, balance, rational_to_f64};
+use kardan_math::num::{Matrix, SparseRow, rational_to_f64};
 use kardan_results::{Complex, Factor, Mode, Pole};
 use null_vectors::{bandwidth, null_space, null_vector, quadratic_null_vectors};
-use pairs::{Pair, quadratic_pairs, state_matrix, state_pairs};
+use pairs::{Balanced, Pair, quadratic_pairs, state_matrix, state_pairs};
 use rigid::{Rigid, dense, rigid_motions};
-use shape::{largest, normalised, root, row_dot, shape, sorted};
+use shape::{largest, normalised, root, row_dot, shape, sorted, times};
 
 /// All modes of `λ²H_r + λD_r + S_r`, by size of λ, conjugate pairs once.
 ///
@@ -75,7 +75,7 @@ pub fn exact_modes_beside(
         return None;
     }
     let original = matrices.each_ref();
-    let band = bandwidth(original);
+    let band = bandwidth(&original.map(|matrix| matrix.as_ref()));
     let Rigid { free, damped } = rigid_motions(&reduction.system);
     let rigid: Vec<Vec<c64>> = free.iter().chain(&damped).map(|motion| dense(motion, r)).collect();
     let mode = mode_of_vector(system, reduction);
@@ -125,26 +125,20 @@ fn mode_of_vector(system: &ConstrainedSystem, reduction: &Reduction) -> impl Fn(
 pub fn exact_modes_of_pencil(system: &LinearSystem, factors: &[Factor]) -> Option<Vec<Mode>> {
     let (e, a) = (system.e.to_f64(), system.a.to_f64());
     let n = system.states.len();
-    let state = state_matrix(&e, &a);
-    let scales = if state.is_all_finite() { balance(&state) } else { Vec::new() };
-    let balanced = Mat::from_fn(n, n, |i, j| match scales.is_empty() {
-        true => 0.0,
-        false => state[(i, j)] * scales[j] / scales[i],
-    });
-    let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
+    let balanced = Balanced::of(&state_matrix(&e, &a));
     let at = |pole: Pole, count: usize| {
+        let Some(Balanced { matrix, scales, tolerance }) = &balanced else { return Vec::new() };
         let value = c64::new(pole.re, pole.im);
-        let vectors = match (scales.is_empty(), count) {
-            (true, _) => None,
-            (_, 1) => null_vector(balanced.as_ref(), value, tolerance).map(|vector| vec![vector]),
+        let vectors = match count {
+            1 => null_vector(matrix.as_ref(), value, *tolerance).map(|vector| vec![vector]),
             _ => null_space(
-                &Mat::from_fn(n, n, |i, j| c64::new(balanced[(i, j)], 0.0) - if i == j { value } else { c64::ZERO }),
+                &Mat::from_fn(n, n, |i, j| c64::new(matrix[(i, j)], 0.0) - if i == j { value } else { c64::ZERO }),
                 count,
             ),
         };
         let original = |vector: &Vec<c64>| {
-            let vector = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>();
-            Some(Mode { shape: shape(&system.states, normalised(&vector)?.into_iter()), ..root(value) })
+            let shape = shape(&system.states, normalised(&times(vector, scales))?.into_iter());
+            Some(Mode { shape, ..root(value) })
         };
         vectors.unwrap_or_default().iter().filter_map(original).collect()
     };

@@ -3,7 +3,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, c64};
 
-use super::shape::{largest, normalised};
+use super::shape::{largest, normalised, times};
 use kardan_math::num::null_vectors;
 
 /// A band counts as narrow where the matrix has more than so many times its rows.
@@ -23,8 +23,7 @@ pub(super) fn null_vector(a: MatRef<'_, f64>, value: c64, tolerance: f64) -> Opt
     // No symmetry of the system is in the way of this right-hand side.
     let right: Vec<c64> = (0..n).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
     let before = right.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
-    let occupied = (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|&(i, j)| a[(i, j)] != 0.0);
-    let band = occupied.map(|(i, j)| i.abs_diff(j)).max().unwrap_or(0);
+    let band = bandwidth(&[a]);
     if NARROW * band < n && norm > 0.0 {
         let entry = |i: usize, j: usize| (c64::from(a[(i, j)]) - if i == j { value } else { c64::ZERO }) / norm;
         let x = solve_banded(n, band, entry, right.clone());
@@ -46,15 +45,11 @@ pub(super) fn null_vector(a: MatRef<'_, f64>, value: c64, tolerance: f64) -> Opt
 }
 
 /// Largest distance of an entry from the diagonal.
-pub(super) fn bandwidth(matrices: [&Mat<f64>; 3]) -> usize {
-    let r = matrices[0].nrows();
-    let occupied = |i: usize, j: usize| matrices.iter().any(|m| m[(i, j)] != 0.0);
-    (0..r)
-        .flat_map(|j| (0..r).map(move |i| (i, j)))
-        .filter(|&(i, j)| occupied(i, j))
-        .map(|(i, j)| i.abs_diff(j))
-        .max()
-        .unwrap_or(0)
+pub(super) fn bandwidth(matrices: &[MatRef<'_, f64>]) -> usize {
+    let n = matrices[0].nrows();
+    let places = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+    let occupied = places.filter(|&at| matrices.iter().any(|m| m[at] != 0.0));
+    occupied.map(|(i, j)| i.abs_diff(j)).max().unwrap_or(0)
 }
 
 /// The null vectors of `λ²H + λD + S` at a known eigenvalue, `count` of them: inverse iteration within the band for a single
@@ -76,7 +71,7 @@ pub(super) fn quadratic_null_vectors(
     let fastest =
         (0..r).map(|i| (s[(i, i)].abs() / h[(i, i)]).sqrt() + d[(i, i)].abs() / h[(i, i)]).fold(size, f64::max);
     let tolerance = 1e-14 * r as f64 * fastest / size.max(f64::MIN_POSITIVE);
-    let unscaled = |x: &[c64]| normalised(&x.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>());
+    let unscaled = |x: &[c64]| normalised(&times(x, &scales));
     let mut x: Vec<c64> = (0..r).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
     for _ in 0..if count == 1 { 2 } else { 0 } {
         let before = x.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();

@@ -7,7 +7,7 @@ use faer::{Mat, MatRef, Side, c64};
 
 use super::null_vectors::{bandwidth, quadratic_null_vectors};
 use super::rigid::Rigid;
-use super::shape::{largest, normalised};
+use super::shape::{largest, normalised, times};
 use kardan_math::num::{Matrix, balance, rational_to_f64};
 
 /// An eigenvalue with imaginary part ≥ 0 and its eigenvector.
@@ -63,7 +63,7 @@ pub(super) fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &
     }
     let exact = |k: usize| Pair { value: c64::ZERO, vector: (0..r).map(|i| c64::new(motions[(i, k)], 0.0)).collect() };
     let mut out: Vec<Pair> = (0..free).chain(0..rigid_count).map(exact).collect();
-    let band = bandwidth(original);
+    let band = bandwidth(&original.map(|matrix| matrix.as_ref()));
     for (k, value) in values.into_iter().enumerate() {
         let vector: Vec<c64> = if unsolved.contains(&k) {
             quadratic_null_vectors(original, band, value, 1)?.swap_remove(0)
@@ -144,6 +144,26 @@ pub(super) fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, rigid_count:
     Some((pairs.into_iter().map(|pair| pair.value).collect(), vectors, unsolved))
 }
 
+/// A matrix in balanced coordinates.
+pub(super) struct Balanced {
+    pub matrix: Mat<f64>,
+    /// What the entries of its vectors are multiplied by for those of the original matrix.
+    pub scales: Vec<f64>,
+    /// Of the residual of an eigenvector with largest entry 1.
+    pub tolerance: f64,
+}
+
+impl Balanced {
+    /// `None` if a number is not finite.
+    pub fn of(a: &Mat<f64>) -> Option<Self> {
+        let n = a.nrows();
+        let scales = a.is_all_finite().then(|| balance(a))?;
+        let matrix = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
+        let tolerance = 1e-14 * n as f64 * matrix.norm_l2();
+        Some(Self { matrix, scales, tolerance })
+    }
+}
+
 /// Eigenvalues with imaginary part ≥ 0 and eigenvectors of a matrix.
 ///
 /// `faer` returns overflowing or wrong vectors for eigenvalues that are nearly defective several times over, so every vector
@@ -152,15 +172,11 @@ pub(super) fn state_pairs(
     a: &Mat<f64>,
     otherwise: impl Fn(MatRef<'_, f64>, c64, f64) -> Option<Vec<c64>>,
 ) -> Option<Vec<Pair>> {
-    if !a.is_all_finite() {
-        return None;
-    }
+    let Balanced { matrix: balanced, scales, tolerance } = Balanced::of(a)?;
     let n = a.nrows();
     if n == 0 {
         return Some(Vec::new());
     }
-    let scales = balance(a);
-    let balanced = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     let eigen = balanced.eigen().ok()?;
     let retained: Vec<usize> = (0..n).filter(|&k| eigen.S()[k].im >= 0.0).collect();
     let vectors: Vec<Option<Vec<c64>>> =
@@ -169,7 +185,6 @@ pub(super) fn state_pairs(
         Mat::from_fn(n, retained.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
     };
     let images = [&balanced * part(|x| x.re), &balanced * part(|x| x.im)];
-    let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
     let mut out = Vec::new();
     for (k, vector) in vectors.into_iter().enumerate() {
         let value = eigen.S()[retained[k]];
@@ -177,7 +192,7 @@ pub(super) fn state_pairs(
             (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
         };
         let vector = vector.filter(solves).or_else(|| otherwise(balanced.as_ref(), value, tolerance))?;
-        let vector: Vec<c64> = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
+        let vector = times(&vector, &scales);
         out.push(Pair { value, vector: if vector.is_empty() { vector } else { normalised(&vector)? } });
     }
     Some(out)

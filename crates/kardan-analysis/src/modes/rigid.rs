@@ -3,7 +3,7 @@
 use faer::c64;
 
 use crate::ConstrainedSystem;
-use kardan_math::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon};
+use kardan_math::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon, sparse_sum_of_outer};
 
 /// Motions that stretch no spring, over the coordinates.
 pub(super) struct Rigid {
@@ -28,15 +28,8 @@ pub(super) fn rigid_motions(reduced: &ConstrainedSystem) -> Rigid {
     }
     // Rows of D_r Z, one for each coordinate.
     let motions = transposed(&kernel, n);
-    let mut damping: Vec<SparseRow> = vec![Vec::new(); n];
-    for damper in &reduced.dampers {
-        let speed = project(&damper.row, &motions);
-        for (i, x) in &damper.row {
-            let mut sum = std::mem::take(&mut damping[*i]);
-            sum.extend(speed.iter().map(|(j, y)| (*j, &damper.value * x * y)));
-            damping[*i] = merged(sum);
-        }
-    }
+    let dampers = reduced.dampers.iter().map(|damper| (&damper.row, damper.value.clone()));
+    let damping: Vec<SparseRow> = sparse_sum_of_outer(dampers, n).iter().map(|row| project(row, &motions)).collect();
     let numbers: Vec<usize> = (0..kernel.len()).collect();
     let lost = sparse_echelon(&damping, &numbers);
     let combined = |weights: &SparseRow| project(weights, &kernel);
@@ -46,28 +39,14 @@ pub(super) fn rigid_motions(reduced: &ConstrainedSystem) -> Rigid {
     }
 }
 
-/// Adds entries of the same column.
-pub(super) fn merged(mut entries: SparseRow) -> SparseRow {
-    entries.sort_by_key(|(j, _)| *j);
-    let mut out: SparseRow = Vec::new();
-    for (j, x) in entries {
-        match out.last_mut() {
-            Some((last, sum)) if *last == j => *sum += x,
-            _ => out.push((j, x)),
-        }
-    }
-    out.retain(|(_, x)| !x.is_zero());
-    out
-}
-
 /// A basis of the kernel, one sparse vector for each dimension.
-pub(super) fn kernel_columns<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, columns: &[usize]) -> Vec<SparseRow> {
+fn kernel_columns<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, columns: &[usize]) -> Vec<SparseRow> {
     let echelon = sparse_echelon(rows, columns);
     let free: Vec<usize> = columns.iter().copied().filter(|j| !echelon.rows.contains_key(j)).collect();
     transposed(&echelon.kernel(columns.len(), &free), free.len())
 }
 
-pub(super) fn transposed(rows: &[SparseRow], columns: usize) -> Vec<SparseRow> {
+fn transposed(rows: &[SparseRow], columns: usize) -> Vec<SparseRow> {
     let mut out = vec![Vec::new(); columns];
     for (i, row) in rows.iter().enumerate() {
         for (j, x) in row {

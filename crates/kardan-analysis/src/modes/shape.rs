@@ -35,6 +35,11 @@ pub(super) fn row_dot(row: &[(usize, f64)], x: &[c64]) -> c64 {
     row.iter().map(|(j, factor)| x[*j] * *factor).sum()
 }
 
+/// Entry by entry.
+pub(super) fn times(x: &[c64], scales: &[f64]) -> Vec<c64> {
+    x.iter().zip(scales).map(|(x, scale)| x * *scale).collect()
+}
+
 /// With largest entry 1; `None` if that is impossible.
 pub(super) fn normalised(x: &[c64]) -> Option<Vec<c64>> {
     // In two steps, so that the size of a complex divisor cannot overflow.

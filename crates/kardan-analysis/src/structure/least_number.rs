@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::fractions::{multiply_sparse, values};
 use super::limits::{MOST_NUMBERS, most_primes};
 use super::ranks::minor;
-use crate::images::{Image, Images};
+use crate::images::{Image, Images, values};
 use crate::parts::texts;
 use kardan_math::num::{Matrix, ModularMatrix, Polynomial, Primes, Random, Rational, Residue, Scalar, Span, reachable};
 use kardan_results::{Count, Minor};
@@ -75,7 +74,7 @@ fn companion_rows(images: &mut Images<'_>, first: &Image, m: usize, common: &Pol
     let count = m * degree;
     let system = images.system();
     let y = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
-    let (on_e, on_a) = (multiply_sparse(&y, &system.e), multiply_sparse(&y, &system.a));
+    let (on_e, on_a) = (y.multiply(&system.e), y.multiply(&system.a));
     let acts = (0..count).all(|i| {
         (0..n).all(|j| {
             if (i + 1) % degree != 0 {

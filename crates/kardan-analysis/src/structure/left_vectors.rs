@@ -2,9 +2,8 @@
 
 use std::cmp::Ordering;
 
-use super::fractions::{multiply_sparse, values};
 use super::limits::Limits;
-use crate::images::{Image, Images};
+use crate::images::{Image, Images, values};
 use crate::parts::texts;
 use kardan_math::num::{Matrix, ModularMatrix, Rational, Scalar, reachable};
 use kardan_results::Invariant;
@@ -74,11 +73,11 @@ pub(super) fn invariant_rows(
     let Some(flat) = flat else { return Ok(None) };
     let rows = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
     let action = Matrix::from_fn(count, count, |i, j| flat[count * n + i * count + j].clone());
-    let (on_e, on_a) = (multiply_sparse(&rows, &system.e), multiply_sparse(&rows, &system.a));
+    let (on_e, on_a) = (rows.multiply(&system.e), rows.multiply(&system.a));
     // The rows are in echelon form, hence independent.
     let leads = (0..count).map(|i| rows.row(i).iter().position(|x| !x.is_zero())).collect::<Option<Vec<_>>>();
     let independent = leads.is_some_and(|leads| leads.is_sorted_by(|a, b| a < b));
-    let unreached = multiply_sparse(&rows, &system.b).as_slice().iter().all(Scalar::is_zero);
-    let proven = independent && unreached && multiply_sparse(&action, &on_e) == on_a;
+    let unreached = rows.multiply(&system.b).as_slice().iter().all(Scalar::is_zero);
+    let proven = independent && unreached && action.multiply(&on_e) == on_a;
     if proven { Ok(Some(InvariantRows { rows, action })) } else { Err(ModularMismatch) }
 }

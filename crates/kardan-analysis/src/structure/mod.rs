@@ -1,7 +1,6 @@
 //! The structure of a linear system: controllable and observable part, eigenvalues and zeros with their multiplicities.
 
 mod error;
-mod fractions;
 mod least_number;
 mod left_vectors;
 mod limits;

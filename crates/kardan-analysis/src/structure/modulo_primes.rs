@@ -26,29 +26,23 @@ pub(super) fn spectrum(images: &mut Images<'_>, [reached, observable]: &RankSamp
     let is_short = |k: usize, p: &[Residue]| p.len() <= MOST_EXPANDED + 1 || k == 0 && list_count > 1;
     let degrees: Vec<usize> = found.polynomials().map(|p| p.len() - 1).collect();
     let chosen: Vec<usize> = found.polynomials().enumerate().filter(|(k, p)| is_short(*k, p)).map(|(k, _)| k).collect();
-    let flat = (!chosen.is_empty())
-        .then(|| {
-            images.reconstruct(limit, |image| {
-                let field = &image.field;
-                let rest = |rank: usize, g: &ModularMatrix, b: &ModularMatrix| match rank == n {
-                    true => Vec::new(),
-                    false => quotient_factors(field, g, &reachable(field, g, b).span),
-                };
-                let observable_by = |rank: usize| match rank == n {
-                    true => Vec::new(),
-                    false => rest(rank, &image.g.transpose(), &image.c.transpose()),
-                };
-                let lists =
-                    [factors(field, &image.g), rest(reached.rank, &image.g, &image.b), observable_by(observable.rank)];
-                let also = Spectrum::new(field, lists);
-                let all: Vec<&Vec<Residue>> = also.polynomials().collect();
-                let lower = |k: &usize| all[*k][..all[*k].len() - 1].iter().map(|&x| field.value(x));
-                (also.layout() == layout).then(|| chosen.iter().flat_map(lower).collect())
-            })
-        })
-        .flatten();
+    let modulo = |image: &Image| {
+        let field = &image.field;
+        let missed = |g: &ModularMatrix, b: &ModularMatrix| quotient_factors(field, g, &reachable(field, g, b).span);
+        let lists = [
+            factors(field, &image.g),
+            if reached.rank == n { Vec::new() } else { missed(&image.g, &image.b) },
+            if observable.rank == n { Vec::new() } else { missed(&image.g.transpose(), &image.c.transpose()) },
+        ];
+        let also = Spectrum::new(field, lists);
+        let all: Vec<&Vec<Residue>> = also.polynomials().collect();
+        let lower = |k: &usize| all[*k][..all[*k].len() - 1].iter().map(|&x| field.value(x));
+        (also.layout() == layout).then(|| chosen.iter().flat_map(lower).collect::<Vec<u64>>())
+    };
     let mut polynomials: Vec<Option<Polynomial>> = vec![None; degrees.len()];
-    if let Some(flat) = flat {
+    if !chosen.is_empty()
+        && let Some(flat) = images.reconstruct(limit, modulo)
+    {
         let mut rest = flat.into_iter();
         for k in chosen {
             polynomials[k] = Some(with_leading_one(rest.by_ref().take(degrees[k])));

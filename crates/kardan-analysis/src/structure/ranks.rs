@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::error::StructureError;
 use super::left_vectors::{InvariantRows, invariant_rows};
 use super::limits::{Limits, RANK_TRIALS};
-use crate::LinearSystem;
 use crate::images::{Image, Images};
+use crate::{LinearSystem, Side};
 use kardan_math::num::{PrimeField, Primes, Span, exact_rank, reachable};
 use kardan_results::{Minor, MinorColumn};
 
@@ -100,9 +100,9 @@ impl Ranks {
         }
         let mut next_own = || loop {
             let prime = own.next().expect("primes are many");
-            if let (Some(image), Some(dual)) = rayon::join(|| Image::new(system, prime), || Image::dual(system, prime))
-            {
-                return sample([image, dual].map(Arc::new));
+            let image = |side| move || Image::of(system, side, prime).map(Arc::new);
+            if let (Some(image), Some(dual)) = rayon::join(image(Side::Inputs), image(Side::Outputs)) {
+                return sample([image, dual]);
             }
         };
         let mut stated = next_own();

@@ -1,6 +1,5 @@
 //! Relative degrees: how many integrators are between an input and an output.
 
-use super::fractions::multiply_sparse;
 use crate::LinearSystem;
 use crate::images::Image;
 use kardan_math::num::{Operator, Residue};
@@ -42,7 +41,7 @@ pub(super) fn vanish_exactly(system: &LinearSystem, table: &[Vec<Option<usize>>]
     for degree in 1..deepest {
         // Column i of v: the row C_i (E⁻¹A)^(degree−1) E⁻¹.
         let Some(next) = transposed.solve(&v) else { return false };
-        let markov = multiply_sparse(&next.transpose(), &system.b);
+        let markov = next.transpose().multiply(&system.b);
         for (i, row) in table.iter().enumerate() {
             for (j, found) in row.iter().enumerate() {
                 if found.is_none_or(|found| degree < found) && !markov[(i, j)].is_zero() {
@@ -50,7 +49,7 @@ pub(super) fn vanish_exactly(system: &LinearSystem, table: &[Vec<Option<usize>>]
                 }
             }
         }
-        v = multiply_sparse(&next.transpose(), &system.a).transpose();
+        v = next.transpose().multiply(&system.a).transpose();
     }
     true
 }

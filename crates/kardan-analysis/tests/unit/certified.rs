@@ -86,9 +86,10 @@ fn injected_unlucky_primes_are_outvoted() {
 fn impossible_proofs_are_refused() {
     let system = LinearSystem::state_space(integers(&[&[1]]), integers(&[&[1]]), integers(&[&[1]]));
     let mut facts = with_primes(&system, descending());
-    let refused = facts.repeat(1 << 50, 0, 1000, &mut descending(), &|_| (), |_| Some(()));
+    let mut source = Source { primes: &mut descending(), progress: &|_| () };
+    let refused = facts.repeat(1 << 50, 0, 1000, &mut source, |_| Some(()));
     assert!(refused.unwrap_err().contains("not attempted"));
-    let other = facts.repeat(1000, 0, 1, &mut descending(), &|_| (), |_| None);
+    let other = facts.repeat(1000, 0, 1, &mut source, |_| None);
     assert!(other.unwrap_err().contains("differs"));
 }
 

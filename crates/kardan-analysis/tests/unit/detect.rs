@@ -13,17 +13,22 @@ fn faults_with_position_and_speed_sensors() {
         LinearSystem { c: matrix(&[&[1, 0]]), d: Matrix::zeros(1, 1), outputs: vec!["y".into()], ..system.clone() };
     let transfer = Transfer::new(&position_only).unwrap();
     assert!(transfer.is_exact());
-    assert!(transfer.detects(&[0], Fault::Output(0), &[]) && !transfer.detects(&[0], Fault::Output(0), &[0]));
-    assert_eq!(constant_is_detectable(&position_only, Fault::Output(0), &[]), Some(false));
-    assert_eq!(constant_is_detectable(&position_only, Fault::Input(0), &[]), Some(true));
-    assert_eq!(transfer.groups(&[0], &[Fault::Output(0), Fault::Input(0)], &[]), (vec![vec![0, 1]], vec![]));
+    assert!(
+        transfer.detects(&[0], ParitySignal::Output(0), &[]) && !transfer.detects(&[0], ParitySignal::Output(0), &[0])
+    );
+    assert_eq!(constant_is_detectable(&position_only, ParitySignal::Output(0), &[]), Some(false));
+    assert_eq!(constant_is_detectable(&position_only, ParitySignal::Input(0), &[]), Some(true));
+    assert_eq!(
+        transfer.groups(&[0], &[ParitySignal::Output(0), ParitySignal::Input(0)], &[]),
+        (vec![vec![0, 1]], vec![])
+    );
     // Position and velocity: p' − v isolates the sensors from the input, not from each other; v' − u isolates these.
     let transfer = Transfer::new(&system).unwrap();
-    let faults = [Fault::Output(0), Fault::Output(1), Fault::Input(0)];
+    let faults = [ParitySignal::Output(0), ParitySignal::Output(1), ParitySignal::Input(0)];
     assert_eq!(transfer.groups(&[0, 1], &faults, &[]).0.len(), 3);
     assert_eq!(transfer.groups(&[0, 1], &faults, &[0]), (vec![vec![0, 1]], vec![2]));
-    assert_eq!(constant_is_detectable(&system, Fault::Output(0), &[]), Some(false));
-    assert_eq!(constant_is_detectable(&system, Fault::Output(1), &[]), Some(true));
+    assert_eq!(constant_is_detectable(&system, ParitySignal::Output(0), &[]), Some(false));
+    assert_eq!(constant_is_detectable(&system, ParitySignal::Output(1), &[]), Some(true));
     let sets = |goal| smallest_sets(&transfer, goal, &[0], &[]).sets;
     assert_eq!(sets(Goal::Shows(0)), [vec![0], vec![1]]);
     assert_eq!(sets(Goal::Isolates), [vec![0, 1]]);

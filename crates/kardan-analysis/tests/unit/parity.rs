@@ -40,7 +40,8 @@ fn relations_of_a_double_integrator() {
     let system =
         LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0], &[0, 1]]));
     assert_eq!(static_relations(&system, &[0]).relations, []);
-    let found = relations(&system, &[Fault::Output(0), Fault::Output(1), Fault::Input(0)], &[0], &[]);
+    let found =
+        relations(&system, &[ParitySignal::Output(0), ParitySignal::Output(1), ParitySignal::Input(0)], &[0], &[]);
     let of = |terms: &[(ParitySignal, usize, i64)]| {
         Some(Relation { terms: terms.iter().map(|(k, d, x)| (*k, *d, Rational::from(*x))).collect() })
     };
@@ -49,7 +50,7 @@ fn relations_of_a_double_integrator() {
     assert_eq!(found[0], of(&[(y, 1, 1), (v, 0, -1)]));
     assert_eq!(found[2], of(&[(v, 1, 1), (u, 0, -1)]));
     // With the input unknown no relation shows its own fault.
-    let found = relations(&system, &[Fault::Output(1), Fault::Input(0)], &[], &[0]);
+    let found = relations(&system, &[ParitySignal::Output(1), ParitySignal::Input(0)], &[], &[0]);
     let found: Vec<Option<Relation>> = found.into_iter().map(|one| Some(one?.relation)).collect();
     assert_eq!(found, [of(&[(y, 1, 1), (v, 0, -1)]), None]);
 }

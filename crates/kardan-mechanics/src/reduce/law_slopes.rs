@@ -74,7 +74,8 @@ impl OperatingPoint {
 
 /// The stiffness (N m/rad) that springs, laws and balancing torques add at transmissions whose ratio depends on the angle:
 /// `−μ γ″` along the driving side, with μ the torque that acts on the driven one; `laws` are the slopes of the laws
-/// there. Without laws and balancing torques there is none: springs are then taken as relaxed.
+/// there; each as a row over the coordinates and the stiffness in its direction (N m/rad). Without laws and balancing
+/// torques there is none: springs are then taken as relaxed.
 ///
 /// # Panics
 /// If the position has not one entry per coordinate.

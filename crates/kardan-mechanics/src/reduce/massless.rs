@@ -9,7 +9,7 @@ use super::{LawSlopes, MasslessDynamics, OperatingPoint, Reduced, Slip, is_linea
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dense_rows, dot, echelon};
+use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dense_rows, dot, echelon, side_by_side};
 use kardan_math::units::Exact;
 
 /// Why motions without inertia cannot be states of first order.
@@ -48,14 +48,6 @@ pub enum NoMasslessDynamics {
     Coordinates,
     /// The damping on them is not positive definite.
     Damping,
-}
-
-/// The columns side by side.
-fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
-    let split = left.columns();
-    Matrix::from_fn(left.rows(), split + right.columns(), |i, j| {
-        if j < split { left[(i, j)].clone() } else { right[(i, j - split)].clone() }
-    })
 }
 
 /// A basis of the kernel of a matrix.
@@ -146,7 +138,7 @@ pub fn massless_dynamics(reduced: &Reduced) -> Result<Option<MasslessDynamics>, 
     let carried = damped.multiply(&compliance.multiply(&across));
     let slid = Matrix::from_fn(jenkins.len(), r, |i, j| sliding[(jenkins[i], j)].clone());
     let carried = carried.plus(&slips.multiply(&slid));
-    let states = beside(&damped, &slips);
+    let states = side_by_side(&[&damped, &slips]);
     let transform = Matrix::from_fn(r, r, |i, j| match slots.binary_search(&j) {
         Ok(column) => states[(i, column)].clone(),
         Err(_) if i == j => Rational::ONE.minus(&carried[(i, j)]),

@@ -1,6 +1,6 @@
 //! `kardan analyze --parity`: residuals against closed forms and their definition, verdicts on faults against plain ranks.
 
-use kardan::analysis::{Fault, LinearSystem, ParitySignal, Relation, Transfer, relations, static_relations};
+use kardan::analysis::{LinearSystem, ParitySignal, Relation, Transfer, relations, static_relations};
 use kardan::diagnostics::plain;
 use kardan::model;
 use kardan::num::{Matrix, Random, Rational, Scalar, exact_rank};
@@ -427,19 +427,19 @@ fn smallest_sets_are_those_whose_verdicts_are_good() {
 }
 
 /// The rows of `[sE − A, −B; C, D]` with some columns, at a number: nothing of the transfer matrix.
-fn rank_at(system: &LinearSystem, s: &Rational, faults: &[Fault], sensors: &[usize]) -> usize {
+fn rank_at(system: &LinearSystem, s: &Rational, faults: &[ParitySignal], sensors: &[usize]) -> usize {
     let n = system.states.len();
     let matrix =
         Matrix::from_fn(n + sensors.len(), n + faults.len(), |i, j| match (i.checked_sub(n), j.checked_sub(n)) {
             (None, None) => system.e[(i, j)].times(s).minus(&system.a[(i, j)]),
             (None, Some(k)) => match faults[k] {
-                Fault::Input(u) => Rational::ZERO.minus(&system.b[(i, u)]),
-                Fault::Output(_) => Rational::ZERO,
+                ParitySignal::Input(u) => Rational::ZERO.minus(&system.b[(i, u)]),
+                ParitySignal::Output(_) => Rational::ZERO,
             },
             (Some(row), None) => system.c[(sensors[row], j)].clone(),
             (Some(row), Some(k)) => match faults[k] {
-                Fault::Input(u) => system.d[(sensors[row], u)].clone(),
-                Fault::Output(y) => {
+                ParitySignal::Input(u) => system.d[(sensors[row], u)].clone(),
+                ParitySignal::Output(y) => {
                     if y == sensors[row] {
                         Rational::ONE
                     } else {
@@ -471,13 +471,16 @@ fn verdicts_of_random_systems_are_those_of_their_pencils() {
         let (n, p, m) = (system.states.len(), system.outputs.len(), system.inputs.len());
         let (commands, unknown): (Vec<usize>, Vec<usize>) = (0..m).partition(|_| random.below(2) == 0);
         let sensors: Vec<usize> = (0..p).collect();
-        let faults: Vec<Fault> =
-            sensors.iter().map(|&k| Fault::Output(k)).chain(commands.iter().map(|&k| Fault::Input(k))).collect();
-        let hidden: Vec<Fault> = unknown.iter().map(|&k| Fault::Input(k)).collect();
+        let faults: Vec<ParitySignal> = sensors
+            .iter()
+            .map(|&k| ParitySignal::Output(k))
+            .chain(commands.iter().map(|&k| ParitySignal::Input(k)))
+            .collect();
+        let hidden: Vec<ParitySignal> = unknown.iter().map(|&k| ParitySignal::Input(k)).collect();
         // More numbers than a minor of the pencil has zeros, none of them those that the library takes.
         let points: Vec<Rational> = (0..=n as i64).map(|k| Rational::from(3 * k + 1) / Rational::from(7)).collect();
-        let rank = |more: &[Fault]| {
-            let columns: Vec<Fault> = hidden.iter().chain(more).copied().collect();
+        let rank = |more: &[ParitySignal]| {
+            let columns: Vec<ParitySignal> = hidden.iter().chain(more).copied().collect();
             points.iter().map(|s| rank_at(&system, s, &columns, &sensors)).max().unwrap()
         };
         let transfer = Transfer::new(&system).unwrap();
@@ -510,7 +513,7 @@ fn verdicts_of_random_systems_are_those_of_their_pencils() {
 
 /// `Σ c sᵏ y(s) = 0` with `y = G u` for every unknown input, `Σ c sᵏ y = −(coefficients of u)` for each known one, at several s; and not
 /// zero for the fault.
-fn check_identity(system: &LinearSystem, relation: &Relation, fault: Fault, unknown: &[usize]) {
+fn check_identity(system: &LinearSystem, relation: &Relation, fault: ParitySignal, unknown: &[usize]) {
     let mut broken = false;
     for point in [5i64, 11, 23] {
         let s = Rational::from(point) / Rational::from(13);
@@ -534,8 +537,8 @@ fn check_identity(system: &LinearSystem, relation: &Relation, fault: Fault, unkn
             assert!(sum.is_zero(), "{relation:?} of {system:?}: input {u} gives {sum}");
         }
         broken |= !match fault {
-            Fault::Output(y) => of(None, Some(ParitySignal::Output(y))),
-            Fault::Input(u) => of(Some(u), None),
+            ParitySignal::Output(y) => of(None, Some(ParitySignal::Output(y))),
+            ParitySignal::Input(u) => of(Some(u), None),
         }
         .is_zero();
     }

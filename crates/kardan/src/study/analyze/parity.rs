@@ -7,7 +7,7 @@ use crate::study::analyze::thresholds::{Part, Reading, pulse, readings, threshol
 use crate::study::operating_point::working_point::{AnalyzeSettings, ParitySettings, WorkingPoint};
 use crate::study::{Prepared, PreparedVariant};
 use kardan_analysis::{
-    Broken, ConstrainedSystem, Fault, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,
+    Broken, ConstrainedSystem, Goal, LinearSystem, OutputSignal, ParitySignal, Relation, Transfer,
     constant_is_detectable, linear_system, multiplier_constraint_classes, relation_is_satisfied, relations,
     smallest_sets, static_relations,
 };
@@ -244,14 +244,10 @@ impl<'a> Subject<'a> {
     }
 
     /// The threshold of a relation in time that a fault breaks, filtered.
-    fn filtered(&self, relation: &Relation, fault: Fault, context: &ResidualContext<'_>) -> Option<Threshold> {
+    fn filtered(&self, relation: &Relation, fault: ParitySignal, context: &ResidualContext<'_>) -> Option<Threshold> {
         let mut signals: Vec<ParitySignal> = relation.terms.iter().map(|(signal, ..)| *signal).collect();
         signals.dedup();
-        let own = match fault {
-            Fault::Output(k) => ParitySignal::Output(k),
-            Fault::Input(k) => ParitySignal::Input(k),
-        };
-        let place = signals.iter().position(|signal| *signal == own)?;
+        let place = signals.iter().position(|signal| *signal == fault)?;
         let times = signals.iter().filter_map(|signal| context.reading(*signal)?.sample_time);
         let own = times.fold(0.0, f64::max);
         let sample_time = if own > 0.0 { own } else { context.otherwise? };
@@ -269,10 +265,10 @@ impl<'a> Subject<'a> {
     }
 
     /// The unit of a fault's amount.
-    fn fault_unit(&self, fault: Fault, context: &ResidualContext<'_>) -> String {
+    fn fault_unit(&self, fault: ParitySignal, context: &ResidualContext<'_>) -> String {
         let input = match fault {
-            Fault::Output(k) => return context.readings[k].unit.clone(),
-            Fault::Input(k) => &self.system.inputs[k].element,
+            ParitySignal::Output(k) => return context.readings[k].unit.clone(),
+            ParitySignal::Input(k) => &self.system.inputs[k].element,
         };
         let signals = signal_names(&self.variant.reduced, &self.variant.scenario);
         let efforts =
@@ -345,11 +341,11 @@ impl<'a> Subject<'a> {
 
     fn verdicts(&self, own: &LinearSystem, transfer: &Transfer, context: &ResidualContext<'_>) -> Vec<FaultVerdict> {
         let sensors: Vec<usize> = (0..self.sensors).collect();
-        let of_inputs = self.commanded.iter().map(|&k| Fault::Input(k));
-        let faults: Vec<Fault> = sensors.iter().map(|&k| Fault::Output(k)).chain(of_inputs).collect();
-        let name = |fault: &Fault| match fault {
-            Fault::Output(k) => own.outputs[*k].clone(),
-            Fault::Input(k) => self.system.inputs[*k].element.clone(),
+        let of_inputs = self.commanded.iter().map(|&k| ParitySignal::Input(k));
+        let faults: Vec<ParitySignal> = sensors.iter().map(|&k| ParitySignal::Output(k)).chain(of_inputs).collect();
+        let name = |fault: &ParitySignal| match fault {
+            ParitySignal::Output(k) => own.outputs[*k].clone(),
+            ParitySignal::Input(k) => self.system.inputs[*k].element.clone(),
         };
         let (groups, silent) = transfer.groups(&sensors, &faults, &self.unknown);
         let found = relations(own, &faults, &self.commanded, &self.unknown);
@@ -372,7 +368,7 @@ impl<'a> Subject<'a> {
             }
             FaultVerdict {
                 fault: name(&fault),
-                location: if matches!(fault, Fault::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
+                location: if matches!(fault, ParitySignal::Output(_)) { FaultPlace::Sensor } else { FaultPlace::Input },
                 detectable: shown,
                 strongly_detectable: if shown {
                     constant_is_detectable(own, fault, &self.unknown)
