@@ -25,7 +25,7 @@ pub(super) static NAMED_DIMENSIONS: [NamedDimension; 30] = [
     named(Dimension::STIFFNESS, "torsional stiffness", "N m/rad", "100 N m/rad"),
     named(Dimension::DAMPING, "torsional damping", "N m s/rad", "0.01 N m s/rad"),
     named(Dimension::TIME, "time", "s", "2 ms"),
-    named(Dimension::mechanical(0, 0, -1, 0), "frequency", "Hz", "1 kHz"),
+    named(Dimension::FREQUENCY, "frequency", "Hz", "1 kHz"),
     named(Dimension::MASS, "mass", "kg", "2 kg"),
     named(Dimension::LENGTH, "length", "m", "20 mm"),
     named(Dimension::VELOCITY, "velocity", "m/s", "0.1 m/s"),
@@ -135,22 +135,19 @@ impl Dimension {
         if *self == Self::NONE {
             return "write the number without a unit".to_string();
         }
-        if let (true, Ok((value, found))) = (*self == Self::ANGULAR_VELOCITY, parse_quantity(text))
-            && found == Self::mechanical(0, 0, -1, 0)
-        {
-            return match per_minute(text) {
-                true => format!("write it as \"{} rpm\": a turn is 2 pi rad", 60.0 * value.to_f64()),
-                false => format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64()),
-            };
+        let read = parse_quantity(text);
+        let turns = match (*self, &read) {
+            (Self::ANGULAR_VELOCITY, Ok((value, Self::FREQUENCY))) => Some((value.to_f64(), ["rpm", "rev/s"])),
+            (Self::FREQUENCY, Ok((value, Self::ANGULAR_VELOCITY))) => {
+                Some((value.to_f64() / std::f64::consts::TAU, ["1/min", "Hz"]))
+            }
+            _ => None,
+        };
+        if let Some((turns, [slow, fast])) = turns {
+            let (rate, unit) = if per_minute(text) { (60.0 * turns, slow) } else { (turns, fast) };
+            return format!("write it as \"{rate} {unit}\": a turn is 2 pi rad");
         }
-        if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
-            let turns = value.to_f64() / std::f64::consts::TAU;
-            return match per_minute(text) {
-                true => format!("write it as \"{} 1/min\": a turn is 2 pi rad", 60.0 * turns),
-                false => format!("write it as \"{turns} Hz\": a turn is 2 pi rad"),
-            };
-        }
-        let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
+        let bare = matches!(read, Ok((_, Self::NONE)));
         let candidates = if !bare {
             vec![format!("{text}/rad")]
         } else if *self == Self::ANGLE {
