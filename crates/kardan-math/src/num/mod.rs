@@ -42,7 +42,7 @@ mod sparse_lu;
 mod steffen;
 mod wide;
 
-pub use at_zero::{AtZero, Rounding, at_zero, at_zero_rounded};
+pub use at_zero::{AtZero, Rounding, at_zero};
 pub use balance::balance;
 pub use balance::{scaled, unscaled};
 pub use block_triangular::isolated;

@@ -10,6 +10,7 @@ use super::super::catalogue::{find_unit, unit_help};
 use super::super::{Dimension, Exact, UnitError, precise};
 use super::reading::unknown_function;
 use super::tree::{Called, Kind, Node};
+use crate::num::{rational_from_f64, rational_to_f64};
 
 /// The largest size of a power of π.
 const PI_LIMIT: i64 = 1000;
@@ -69,10 +70,9 @@ impl Number {
         match self {
             Self::Exact(value) => Some((value, true)),
             Self::Rounded(value) => {
-                let nearest = precise::nearest(&value);
-                let exact = RBig::try_from(nearest).ok();
+                let nearest = rational_to_f64(&value);
                 let zero = nearest == 0.0 && !value.is_zero();
-                exact.filter(|_| !zero).map(|exact| (Exact::new(exact, 0).rounded(), false))
+                rational_from_f64(nearest).filter(|_| !zero).map(|exact| (Exact::new(exact, 0).rounded(), false))
             }
         }
     }
@@ -342,7 +342,7 @@ impl Node {
     }
 
     fn exponential(&self, exponent: &RBig) -> Result<Value, UnitError> {
-        let size = precise::nearest(exponent);
+        let size = rational_to_f64(exponent);
         if !(size.abs() < 1000.0) {
             return Err(self.too_large());
         }
@@ -356,7 +356,7 @@ impl Node {
         let dimensions: Vec<Dimension> = values.iter().map(|value| value.dimension).collect();
         let dimension = Self::call_dimension(function, arguments, &dimensions)?;
         let domain = |message: &str| arguments[0].error("expression::domain", message, "check the value of this part");
-        if matches!(function, Sin | Cos | Tan) && precise::nearest(&first.number.digits()).abs() > 1e30 {
+        if matches!(function, Sin | Cos | Tan) && rational_to_f64(&first.number.digits()).abs() > 1e30 {
             return Err(domain("an angle that is too large"));
         }
         let plain = |number: Number| Ok(Value { number, dimension });
