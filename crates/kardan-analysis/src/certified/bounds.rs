@@ -4,7 +4,7 @@ use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
 use crate::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational};
+use kardan_math::num::{Matrix, Polynomial, Rational, common_denominator};
 
 /// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
 pub(super) fn whole(system: &LinearSystem) -> LinearSystem {
@@ -77,14 +77,6 @@ pub(crate) fn norm_bits(system: &LinearSystem) -> u64 {
     let states = (0..system.e.rows()).map(|i| half_bits(&state(i)));
     let halves: u64 = states.chain((0..system.c.rows()).map(|i| half_bits(&output(i)))).sum();
     halves / 2 + 1
-}
-
-/// The least common denominator.
-fn common_denominator<'a>(entries: impl Iterator<Item = &'a Rational>) -> UBig {
-    entries.filter(|x| *x.denominator() != UBig::ONE).fold(UBig::ONE, |common, x| {
-        let shared = dashu_int::ops::Gcd::gcd(&common, x.denominator());
-        common / shared * x.denominator()
-    })
 }
 
 /// A bound of log₂ of the minors of K for a polynomial f; steps 4 and 9 of [the argument](super).

@@ -119,11 +119,7 @@ impl Writer<'_> {
 
     fn varies(&self, node: &Node) -> bool {
         let varying = |name: &&str| self.resolved.iter().any(|(k, n)| k == name && matches!(n, Named::Varying(..)));
-        let mut names = Vec::new();
-        node.names(&mut names);
-        let mut tables = Vec::new();
-        node.tables(&mut tables);
-        !tables.is_empty() || names.iter().any(varying)
+        !node.tables().is_empty() || node.names().iter().any(varying)
     }
 
     fn expr(&mut self, node: &Node) -> Result<(Expr, Dimension), UnitError> {

@@ -36,10 +36,10 @@ impl<N: HasName, T> HasName for (N, T) {
 /// let list: NamedList<Shaft> = ["wg", "fs"].map(Shaft).into_iter().collect();
 /// assert!(list.has("fs") && list.get("rk").is_none() && list.len() == 2);
 /// ```
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct NamedList<T> {
     list: Vec<T>,
-    /// The positions of the entries of each name, for a list longer than [`FEW`].
+    /// The positions of the entries of each name, for a list longer than [`LINEAR_SEARCH_LIMIT`].
     places: HashMap<Box<str>, Vec<usize>>,
 }
 
@@ -129,12 +129,6 @@ impl<T> DerefMut for NamedList<T> {
 impl<T> Default for NamedList<T> {
     fn default() -> Self {
         Self { list: Vec::new(), places: HashMap::new() }
-    }
-}
-
-impl<T: PartialEq> PartialEq for NamedList<T> {
-    fn eq(&self, other: &Self) -> bool {
-        self.list == other.list
     }
 }
 

@@ -25,28 +25,6 @@ pub struct AtZero {
     pub rounding: f64,
 }
 
-/// Splits off all eigenvalues of a matrix that are at zero to the rounding of its entries, however long their chains.
-///
-/// A chain of k rounded zeros otherwise spreads over a circle with the radius of the k-th root of the rounding unit. Method:
-/// null space by singular values in balanced coordinates, the same for the rest, and so on (Kublanovskaya's
-/// staircase): the result is exact for a matrix that differs by rounding, 16 n ε ‖A‖ in balanced coordinates. `None` if an
-/// entry is not finite or the iteration fails. Cost O(n³) for each step of the longest chain.
-///
-/// ```
-/// use kardan_math::num::{Matrix, at_zero};
-/// // A free body with angle and speed, beside a decay with 3 1/s that it drives.
-/// let rows = [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, -3.0]];
-/// let found = at_zero(&Matrix::from_fn(3, 3, |i, j| rows[i][j])).unwrap();
-/// assert_eq!(found.motions.columns(), 2);
-/// assert!((found.rest[(0, 0)] + 3.0).abs() < 1e-15);
-/// ```
-///
-/// # Panics
-/// If the matrix is not square.
-pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
-    at_zero_rounded(matrix, Rounding::OfLargest)
-}
-
 /// To which rounding a matrix is known.
 #[derive(Debug, Clone, Copy)]
 pub enum Rounding<'a> {
@@ -58,23 +36,32 @@ pub enum Rounding<'a> {
     OfEach(&'a Matrix<f64>),
 }
 
-/// The same of a matrix that is known to a rounding.
+/// Splits off all eigenvalues of a matrix that are at zero to the rounding of its entries, however long their chains.
 ///
-/// A matrix that no errors of the size of single entries make singular has no eigenvalue at zero, however small it is against the largest entries: a slow motion beside
-/// a spring of 1e12 N m/rad is not free.
+/// A chain of k rounded zeros otherwise spreads over a circle with the radius of the k-th root of the rounding unit. Method:
+/// null space by singular values in balanced coordinates, the same for the rest, and so on (Kublanovskaya's
+/// staircase): the result is exact for a matrix that differs by rounding, 16 n ε ‖A‖ in balanced coordinates. A matrix that no errors of the
+/// size of single entries make singular has no eigenvalue at zero, however small it is against the largest entries: a slow motion beside
+/// a spring of 1e12 N m/rad is not free. `None` if an entry is not finite or the iteration fails. Cost O(n³) for each step of the longest chain.
 ///
 /// ```
-/// use kardan_math::num::{Matrix, Rounding, at_zero, at_zero_rounded};
+/// use kardan_math::num::{Matrix, Rounding, at_zero};
+/// // A free body with angle and speed, beside a decay with 3 1/s that it drives.
+/// let rows = [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, -3.0]];
+/// let found = at_zero(&Matrix::from_fn(3, 3, |i, j| rows[i][j]), Rounding::OfLargest).unwrap();
+/// assert_eq!(found.motions.columns(), 2);
+/// assert!((found.rest[(0, 0)] + 3.0).abs() < 1e-15);
+///
 /// // Beside a decay with 1e16 1/s two slow ones are next to nothing.
 /// let rows = [[-1e16, 0.0, 0.0], [1.0, -1.0, 0.5], [1.0, 0.5, -1.0]];
 /// let a = Matrix::from_fn(3, 3, |i, j| rows[i][j]);
-/// assert_eq!(at_zero(&a).unwrap().motions.columns(), 2);
-/// assert_eq!(at_zero_rounded(&a, Rounding::OfEach(&a)).unwrap().motions.columns(), 0);
+/// assert_eq!(at_zero(&a, Rounding::OfLargest).unwrap().motions.columns(), 2);
+/// assert_eq!(at_zero(&a, Rounding::OfEach(&a)).unwrap().motions.columns(), 0);
 /// ```
 ///
 /// # Panics
-/// As [`at_zero`], and if there is not one size for each entry.
-pub fn at_zero_rounded(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<AtZero> {
+/// If the matrix is not square, or if there is not one size for each entry.
+pub fn at_zero(matrix: &Matrix<f64>, rounding: Rounding<'_>) -> Option<AtZero> {
     let n = matrix.rows();
     assert_eq!(n, matrix.columns(), "eigenvalues of a matrix that is not square");
     if matrix.as_slice().iter().any(|x| !x.is_finite()) {

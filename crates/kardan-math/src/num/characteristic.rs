@@ -1,10 +1,11 @@
 //! The exact characteristic polynomial of a matrix.
 
-use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
+use dashu_int::ops::{BitTest, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 
 use super::{
-    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, prime_below, routh_column,
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Scalar, common_denominator, prime_below,
+    routh_column, whole_multiple,
 };
 
 /// det(sI − M), exact.
@@ -20,11 +21,8 @@ use super::{
 /// ```
 pub fn characteristic_polynomial(matrix: &Matrix<Rational>) -> Polynomial {
     let n = matrix.rows();
-    let d = matrix.as_slice().iter().fold(UBig::ONE, |all, x| {
-        let shared = (&all).gcd(x.denominator());
-        all / shared * x.denominator()
-    });
-    let whole: Vec<IBig> = matrix.as_slice().iter().map(|x| x.numerator() * IBig::from(&d / x.denominator())).collect();
+    let d = common_denominator(matrix.as_slice());
+    let whole: Vec<IBig> = matrix.as_slice().iter().map(|x| whole_multiple(x, &d)).collect();
     let sizes = whole.chunks(n.max(1)).map(|row| row.iter().fold(UBig::ONE, |sum, x| sum + x.unsigned_abs()));
     let mut bits = n * sizes.map(|r| r.bit_len()).max().unwrap_or(0) + 2;
     let mut all = Reconstruction::new();

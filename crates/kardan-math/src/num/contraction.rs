@@ -5,7 +5,7 @@ use faer::{Mat, Side};
 use kardan_rt::functions::{exp2, log2};
 
 use super::dyadic::DyadicMatrix;
-use super::{Matrix, Rational, Rounding, at_zero_rounded, balance};
+use super::{Matrix, Rational, Rounding, at_zero, balance};
 
 /// Binary digits after the point to which the floating-point result is truncated.
 const DIGITS: usize = 100;
@@ -112,7 +112,7 @@ impl Split {
         let n = map.rows;
         let floating = map.to_f64();
         let change = Matrix::from_fn(n, n, |i, j| floating[(i, j)] - f64::from(u8::from(i == j)));
-        let [right, left] = [&change, &change.transpose()].map(|change| at_zero_rounded(change, Rounding::OfOne));
+        let [right, left] = [&change, &change.transpose()].map(|change| at_zero(change, Rounding::OfOne));
         let (right, left) = (right?, left?);
         if right.motions.columns() != at_one || left.motions.columns() != at_one {
             return None;

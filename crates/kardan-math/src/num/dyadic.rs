@@ -26,13 +26,9 @@ impl DyadicMatrix {
 
     /// The floating-point result, truncated to so many digits; `None` if a number is not finite.
     pub fn of_f64(matrix: &Mat<f64>, digits: usize) -> Option<Self> {
-        let (rows, columns) = (matrix.nrows(), matrix.ncols());
-        let value = |x: f64| {
-            let x = rational_from_f64(x)?;
-            Some((x.numerator() << digits) / IBig::from(x.denominator().clone()))
-        };
-        let places = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
-        Some(Self { rows, columns, digits, values: places.map(|place| value(matrix[place])).collect::<Option<_>>()? })
+        let exact = |i: usize, j: usize| rational_from_f64(matrix[(i, j)]).unwrap_or(Rational::ZERO);
+        let of = || Self::of(&Matrix::from_fn(matrix.nrows(), matrix.ncols(), exact), digits);
+        matrix.is_all_finite().then(of)
     }
 
     pub fn identity(n: usize) -> Self {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::sparse::add_scaled;
 use super::{Matrix, Rational, Scalar, SparseRow, sparse_rows};
 
 /// The reduced row echelon form of a matrix, with the way it was reached.
@@ -177,13 +178,7 @@ pub fn definiteness_of_rows(matrix: &[SparseRow]) -> Definiteness {
         }
         let factor: SparseRow = row.iter().map(|(&j, x)| (j, x.over(&pivot))).collect();
         for (j, x) in &factor {
-            for (&i, y) in row.range(j..) {
-                let entry = rows[*j].entry(i).or_insert(Rational::ZERO);
-                *entry = entry.minus(&x.times(y));
-                if entry.is_zero() {
-                    rows[*j].remove(&i);
-                }
-            }
+            add_scaled(&mut rows[*j], &-x, row.range(j..));
         }
         factors.push(factor);
     }

@@ -3,7 +3,7 @@
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 
-use super::{Matrix, balance, product};
+use super::{Matrix, balance, product, scaled, unscaled};
 
 /// Coefficients of the numerator of the diagonal Padé approximant of eˣ of degree 13.
 const PADE: [f64; 14] = [
@@ -47,12 +47,10 @@ const LARGEST_NORM: f64 = 5.371_920_351_148_152;
 /// # Panics
 /// If the matrix is not square.
 pub fn exponential(a: &Matrix<f64>) -> Option<Matrix<f64>> {
-    let n = a.rows();
-    assert_eq!(n, a.columns(), "exponential of a matrix that is not square");
+    assert_eq!(a.rows(), a.columns(), "exponential of a matrix that is not square");
     let scales = scales(a)?;
-    let balanced = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-    let result = pade(&balanced)?;
-    finite(Matrix::from_fn(n, n, |i, j| result[(i, j)] * scales[i] / scales[j]))
+    let result = pade(&scaled(a, &scales))?;
+    finite(unscaled(&result, &scales))
 }
 
 /// A sampled system `x(k+1) = A x(k) + B u(k)`.

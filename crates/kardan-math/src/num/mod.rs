@@ -43,7 +43,7 @@ mod sparse_lu;
 mod steffen;
 mod wide;
 
-pub use at_zero::{AtZero, Rounding, at_zero, at_zero_rounded};
+pub use at_zero::{AtZero, Rounding, at_zero};
 pub use balance::balance;
 pub use balance::{scaled, unscaled};
 pub use block_triangular::isolated;
@@ -73,7 +73,7 @@ pub use reachable::{Reachable, Span, quotient_action, reachable};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use root_sides::{RootSides, cayley, from_cayley, root_sides};
 pub use routh::routh_column;
-pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
+pub use scalar::{Rational, Scalar, common_denominator, rational_from_f64, rational_to_f64, whole_multiple};
 pub use size::{above, below, exponent, length, power_of_two, root_above};
 pub use snapshot::StateArchive;
 pub use sparse::{

@@ -1,5 +1,7 @@
 //! Matrices over a prime field.
 
+use std::collections::BTreeMap;
+
 use super::{Matrix, PrimeField, Primes, Random, Rational, Reconstruction, Residue};
 
 /// A matrix over a [`PrimeField`], row by row.
@@ -124,16 +126,7 @@ impl ModularMatrix {
                     if j < n { self.data[i * n + j] } else { right.data[i * right.columns + j - n] }
                 },
             );
-        let mut determinant = field.one();
-        for k in 0..n {
-            let pivot = (k..n).find(|&i| joined.data[i * width + k] != 0)?;
-            if pivot != k {
-                joined.swap(pivot, k);
-                determinant = field.negate(determinant);
-            }
-            determinant = field.times(determinant, joined.data[k * width + k]);
-            joined.clear(field, k, k, k);
-        }
+        let determinant = joined.diagonalise(field)?;
         Some((Self::from_fn(n, right.columns, |i, j| joined.data[i * width + n + j]), determinant))
     }
 
@@ -152,23 +145,12 @@ impl ModularMatrix {
                 order.swap(pivot, k);
                 determinant = field.negate(determinant);
             }
-            let size = std::mem::replace(&mut self.data[k * n + k], field.one());
-            determinant = field.times(determinant, size);
-            let inverse = field.inverse(size);
-            let own = self.row_mut(k);
-            own.iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
-            let row = own.to_vec();
-            let filled: Vec<usize> = (0..n).filter(|&j| row[j] != 0).collect();
-            for i in (0..n).filter(|i| *i != k) {
-                let factor = std::mem::take(&mut self.data[i * n + k]);
-                if factor != 0 {
-                    let target = self.row_mut(i);
-                    if 4 * filled.len() < n {
-                        filled.iter().for_each(|&j| target[j] = field.minus(target[j], field.times(factor, row[j])));
-                    } else {
-                        field.subtract(target, factor, &row);
-                    }
-                }
+            // What the same operations make of column k of the identity.
+            let column = self.column(k);
+            determinant = field.times(determinant, column[k]);
+            let inverse = self.clear(field, k, k, 0);
+            for (i, x) in column.into_iter().enumerate() {
+                self.data[i * n + k] = if i == k { inverse } else { field.negate(field.times(x, inverse)) };
             }
         }
         // Rows that were exchanged are columns of the inverse.
@@ -185,26 +167,22 @@ impl ModularMatrix {
     /// If the matrix is not square.
     pub fn determinant(&self, field: &PrimeField) -> Residue {
         assert_eq!(self.rows, self.columns, "the determinant of a matrix that is not square");
-        let n = self.rows;
-        let mut rest = self.clone();
+        self.clone().diagonalise(field).unwrap_or(0)
+    }
+
+    /// Brings the square of the first columns to the identity by operations on whole rows, and gives its determinant; `None` if that is zero.
+    fn diagonalise(&mut self, field: &PrimeField) -> Option<Residue> {
         let mut determinant = field.one();
-        for k in 0..n {
-            let Some(pivot) = (k..n).find(|&i| rest.data[i * n + k] != 0) else { return 0 };
+        for k in 0..self.rows {
+            let pivot = (k..self.rows).find(|&i| self.data[i * self.columns + k] != 0)?;
             if pivot != k {
-                rest.swap(pivot, k);
+                self.swap(pivot, k);
                 determinant = field.negate(determinant);
             }
-            determinant = field.times(determinant, rest.data[k * n + k]);
-            let inverse = field.inverse(rest.data[k * n + k]);
-            let row = rest.row(k)[k..].to_vec();
-            for i in k + 1..n {
-                let factor = rest.data[i * n + k];
-                if factor != 0 {
-                    field.subtract(&mut rest.data[i * n + k..(i + 1) * n], field.times(factor, inverse), &row);
-                }
-            }
+            determinant = field.times(determinant, self.data[k * self.columns + k]);
+            self.clear(field, k, k, k);
         }
-        determinant
+        Some(determinant)
     }
 
     /// Exchanges two rows.
@@ -215,12 +193,13 @@ impl ModularMatrix {
     }
 
     /// Divides row `pivot` by its entry in `column` and clears that column in all other rows; entries left of `from` of
-    /// the pivot row are zero.
-    fn clear(&mut self, field: &PrimeField, pivot: usize, column: usize, from: usize) {
+    /// the pivot row are zero. Gives one over that entry.
+    fn clear(&mut self, field: &PrimeField, pivot: usize, column: usize, from: usize) -> Residue {
         let width = self.columns;
         let size = self.data[pivot * width + column];
+        let mut inverse = size;
         if size != field.one() {
-            let inverse = field.inverse(size);
+            inverse = field.inverse(size);
             let row = &mut self.data[pivot * width + from..(pivot + 1) * width];
             row.iter_mut().filter(|x| **x != 0).for_each(|x| *x = field.times(*x, inverse));
         }
@@ -240,6 +219,7 @@ impl ModularMatrix {
                 field.subtract(target, factor, &row);
             }
         }
+        inverse
     }
 
     /// Brings the matrix to reduced row echelon form, drops zero rows and gives the pivot columns.
@@ -334,7 +314,7 @@ impl ModularMatrix {
 /// ```
 pub fn exact_rank(matrix: &Matrix<Rational>) -> usize {
     let (rows, columns) = (matrix.rows(), matrix.columns());
-    let (mut best, mut groups) = (0, Vec::<(Vec<usize>, Reconstruction, usize)>::new());
+    let (mut best, mut groups) = (0, BTreeMap::<Vec<usize>, (Reconstruction, usize)>::new());
     for prime in Primes::new(1) {
         let field = PrimeField::new(prime);
         let Some(image) = ModularMatrix::from_rational(&field, matrix) else { continue };
@@ -347,16 +327,12 @@ pub fn exact_rank(matrix: &Matrix<Rational>) -> usize {
             continue;
         }
         if rank > best {
-            (best, groups) = (rank, Vec::new());
+            (best, groups) = (rank, BTreeMap::new());
         }
         let free: Vec<usize> = (0..columns).filter(|j| !pivots.contains(j)).collect();
         let values = (0..rank).flat_map(|i| free.iter().map(move |&j| (i, j)));
         let values: Vec<u64> = values.map(|(i, j)| field.value(form.row(i)[j])).collect();
-        let at = groups.iter().position(|(candidate, ..)| *candidate == pivots).unwrap_or_else(|| {
-            groups.push((pivots, Reconstruction::new(), 0));
-            groups.len() - 1
-        });
-        let (pivots, reconstruction, primes) = &mut groups[at];
+        let (reconstruction, primes) = groups.entry(pivots.clone()).or_insert_with(|| (Reconstruction::new(), 0));
         reconstruction.add(prime, &values);
         *primes += 1;
         let Some(found) = primes.is_power_of_two().then(|| reconstruction.fractions()).flatten() else { continue };

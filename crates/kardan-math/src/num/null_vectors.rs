@@ -30,9 +30,7 @@ pub struct NullVectors {
 /// ```
 pub fn null_vectors(matrix: MatRef<'_, c64>, count: usize) -> Option<NullVectors> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
-    let finite =
-        (0..columns).all(|j| (0..rows).all(|i| matrix[(i, j)].re.is_finite() && matrix[(i, j)].im.is_finite()));
-    if !finite || count > columns {
+    if !matrix.is_all_finite() || count > columns {
         return None;
     }
     let svd = matrix.svd().ok()?;

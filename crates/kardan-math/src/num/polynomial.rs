@@ -1,12 +1,13 @@
 //! Polynomials with exact coefficients.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
 use super::modular_polynomial::{self, remainder, square_free};
-use super::{PrimeField, Rational, Reconstruction, Residue, Scalar, prime_below};
+use super::{PrimeField, Rational, Reconstruction, Residue, Scalar, common_denominator, prime_below, whole_multiple};
 
 /// A polynomial in s with exact coefficients, of 1, s, s², …; no leading zeros, the zero polynomial is empty.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -184,9 +185,8 @@ impl Polynomial {
         let size = whole.iter().map(|c| c.clone().into_parts().1.bit_len()).max().unwrap_or(0);
         let needed = (size + whole.len() + whole.len().ilog2() as usize + 3) as u64;
         let own = self.monic().whole_coefficients();
-        // Degrees with exponents; what is known; bits of the primes.
-        type Group = (Vec<(usize, usize)>, Reconstruction, u64);
-        let mut groups: Vec<Group> = Vec::new();
+        // Of each list of degrees with exponents: what is known, and the bits of its primes.
+        let mut groups: BTreeMap<Vec<(usize, usize)>, (Reconstruction, u64)> = BTreeMap::new();
         let mut prime = 1 << 61;
         loop {
             prime = prime_below(prime);
@@ -199,11 +199,7 @@ impl Polynomial {
                 g[..g.len() - 1].iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>()
             };
             let values: Vec<u64> = parts.iter().flat_map(low).collect();
-            let index = groups.iter().position(|(candidate, ..)| *candidate == layout).unwrap_or_else(|| {
-                groups.push((layout, Reconstruction::new(), 0));
-                groups.len() - 1
-            });
-            let (layout, all, bits) = &mut groups[index];
+            let (all, bits) = groups.entry(layout.clone()).or_insert_with(|| (Reconstruction::new(), 0));
             if layout.iter().all(|(_, e)| *e == 1) {
                 return if self.degree() == 0 { Vec::new() } else { vec![(self.monic(), 1)] };
             }
@@ -248,12 +244,8 @@ impl Polynomial {
 
     /// The same, and that denominator.
     fn in_whole_numbers(&self) -> (Vec<IBig>, UBig) {
-        let scale = self.coefficients.iter().fold(UBig::ONE, |all, c| match c.denominator() {
-            one if *one == UBig::ONE => all,
-            other => &all / dashu_int::ops::Gcd::gcd(&all, other) * other,
-        });
-        let whole = |c: &Rational| c.numerator() * IBig::from(&scale / c.denominator());
-        (self.coefficients.iter().map(whole).collect(), scale)
+        let scale = common_denominator(&self.coefficients);
+        (self.coefficients.iter().map(|c| whole_multiple(c, &scale)).collect(), scale)
     }
 }
 

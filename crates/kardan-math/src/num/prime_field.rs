@@ -132,16 +132,7 @@ impl PrimeField {
     /// If a is zero.
     pub fn inverse(&self, a: Residue) -> Residue {
         assert!(a != 0, "division by zero in a prime field");
-        let mut exponent = self.prime - 2;
-        let (mut base, mut out) = (a, self.one());
-        while exponent > 0 {
-            if exponent & 1 == 1 {
-                out = self.times(out, base);
-            }
-            base = self.times(base, base);
-            exponent >>= 1;
-        }
-        out
+        power(a, self.prime - 2, self.one(), |x, y| self.times(x, y))
     }
 
     /// Σ aᵢ bᵢ.
@@ -176,6 +167,19 @@ impl PrimeField {
             *x = self.plus(*x, self.times(factor, *y));
         }
     }
+}
+
+/// A power by squaring.
+fn power(mut base: u64, mut exponent: u64, one: u64, times: impl Fn(u64, u64) -> u64) -> u64 {
+    let mut out = one;
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            out = times(out, base);
+        }
+        base = times(base, base);
+        exponent >>= 1;
+    }
+    out
 }
 
 /// A generator of pseudo-random numbers (SplitMix64), the same for the same seed.
@@ -340,14 +344,7 @@ pub fn is_prime(n: u64) -> bool {
     let twos = (n - 1).trailing_zeros();
     let odd = (n - 1) >> twos;
     BASES.iter().all(|&base| {
-        let (mut power, mut exponent, mut square) = (1u64, odd, base % n);
-        while exponent > 0 {
-            if exponent & 1 == 1 {
-                power = times(power, square);
-            }
-            square = times(square, square);
-            exponent >>= 1;
-        }
+        let mut power = power(base % n, odd, 1, times);
         if power == 1 || power == n - 1 {
             return true;
         }

@@ -86,7 +86,7 @@ fn mirrored(polynomial: &Polynomial) -> Polynomial {
 }
 
 /// p(s²)
-fn of_squares(polynomial: &Polynomial) -> Polynomial {
+pub(super) fn of_squares(polynomial: &Polynomial) -> Polynomial {
     let spread = polynomial.coefficients().iter().flat_map(|c| [c.clone(), Rational::ZERO]);
     Polynomial::new(spread.collect())
 }

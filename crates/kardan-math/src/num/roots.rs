@@ -4,6 +4,7 @@ use dashu_int::ops::{BitTest, SquareRoot, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 use kardan_rt::functions::{cos, exp2, log2, sin};
 
+use super::root_sides::of_squares;
 use super::wide::{Point, Size, Wide, nearest};
 use super::{Matrix, Polynomial, Rational, eigenvalues};
 
@@ -32,9 +33,8 @@ pub(super) fn roots(whole: &[IBig]) -> Option<Vec<(f64, f64)>> {
     }
     let mut out = upper_half(&squares.whole_coefficients(), false, square_roots)?;
     if 2 * squares.degree() + 1 < whole.len() {
-        let spread = squares.coefficients().iter().flat_map(|c| [c.clone(), Rational::ZERO]).collect();
         let all = Polynomial::new(whole.iter().cloned().map(Rational::from).collect());
-        let rest = all.divide(&Polynomial::new(spread)).0;
+        let rest = all.divide(&of_squares(&squares)).0;
         out.extend(upper_half(&rest.whole_coefficients(), true, both_of_pair)?);
     }
     Some(out)

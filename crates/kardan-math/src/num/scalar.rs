@@ -1,6 +1,7 @@
 //! The numbers of matrices: exact fractions and doubles.
 
-use dashu_int::IBig;
+use dashu_int::ops::Gcd;
+use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 
 /// An exact fraction of whole numbers of any size.
@@ -30,24 +31,22 @@ pub trait Scalar: Clone + PartialEq + std::fmt::Debug {
     fn to_f64(&self) -> f64;
 }
 
+/// The four operations of a number that has them as operators.
+macro_rules! operators {
+    ($($operation:ident $operator:tt),*) => {
+        $(fn $operation(&self, other: &Self) -> Self {
+            self $operator other
+        })*
+    };
+}
+
 impl Scalar for f64 {
+    operators!(plus +, minus -, times *, over /);
     fn zero() -> Self {
         0.0
     }
     fn one() -> Self {
         1.0
-    }
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
-    fn over(&self, other: &Self) -> Self {
-        self / other
     }
     fn is_zero(&self) -> bool {
         *self == 0.0
@@ -61,23 +60,12 @@ impl Scalar for f64 {
 }
 
 impl Scalar for Rational {
+    operators!(plus +, minus -, times *, over /);
     fn zero() -> Self {
         RBig::ZERO
     }
     fn one() -> Self {
         RBig::ONE
-    }
-    fn plus(&self, other: &Self) -> Self {
-        self + other
-    }
-    fn minus(&self, other: &Self) -> Self {
-        self - other
-    }
-    fn times(&self, other: &Self) -> Self {
-        self * other
-    }
-    fn over(&self, other: &Self) -> Self {
-        self / other
     }
     fn is_zero(&self) -> bool {
         RBig::is_zero(self)
@@ -103,20 +91,18 @@ pub fn rational_to_f64(value: &Rational) -> f64 {
 /// assert!(rational_from_f64(f64::NAN).is_none());
 /// ```
 pub fn rational_from_f64(value: f64) -> Option<Rational> {
-    if !value.is_finite() {
-        return None;
-    }
-    if value == 0.0 {
-        return Some(RBig::ZERO);
-    }
-    let bits = value.to_bits();
-    let fraction = bits & ((1 << 52) - 1);
-    let biased = ((bits >> 52) & 0x7ff) as i64;
-    let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
-    let mantissa = IBig::from(mantissa) * if value < 0.0 { IBig::NEG_ONE } else { IBig::ONE };
-    Some(if exponent >= 0 {
-        RBig::from(mantissa << exponent as usize)
-    } else {
-        RBig::from_parts(mantissa, dashu_int::UBig::ONE << (-exponent) as usize)
+    RBig::try_from(value).ok()
+}
+
+/// The least common multiple of the denominators.
+pub fn common_denominator<'a>(values: impl IntoIterator<Item = &'a Rational>) -> UBig {
+    values.into_iter().filter(|x| !x.is_int()).fold(UBig::ONE, |all, x| {
+        let shared = Gcd::gcd(&all, x.denominator());
+        all / shared * x.denominator()
     })
+}
+
+/// `factor · value`, where the factor is a multiple of the denominator.
+pub fn whole_multiple(value: &Rational, factor: &UBig) -> IBig {
+    value.numerator() * IBig::from(factor / value.denominator())
 }

@@ -99,13 +99,8 @@ impl<'a> StateArchive<'a> {
         *value = present.then_some(number);
     }
 
-    /// Numbers whose count is known.
-    pub fn numbers(&mut self, values: &mut [f64]) {
-        values.iter_mut().for_each(|value| self.number(value));
-    }
-
-    /// Numbers of another precision.
-    pub fn floats<T: super::Float>(&mut self, values: &mut [T]) {
+    /// Numbers of any precision, whose count is known.
+    pub fn numbers<T: super::Float>(&mut self, values: &mut [T]) {
         for value in values {
             let mut wide = value.to_f64();
             self.number(&mut wide);

@@ -56,7 +56,7 @@ pub fn sparse_echelon<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, order: 
         let mut open: BTreeMap<usize, Rational> = row.iter().map(|(column, x)| (place[column], x.clone())).collect();
         while let Some((pivot, x)) = open.pop_first() {
             if let Some(other) = found.get(&pivot) {
-                subtract(&mut open, other, &x);
+                add_scaled(&mut open, &-x, other);
             } else {
                 let scaled = open.into_iter().map(|(at, y)| (at, y.over(&x))).collect();
                 found.insert(pivot, scaled);
@@ -70,7 +70,7 @@ pub fn sparse_echelon<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, order: 
         let reducible: Vec<usize> = row.keys().filter(|at| found.contains_key(at)).copied().collect();
         for at in reducible {
             if let Some(x) = row.remove(&at) {
-                subtract(&mut row, &found[&at], &x);
+                add_scaled(&mut row, &-x, &found[&at]);
             }
         }
         found.insert(pivot, row);
@@ -83,11 +83,15 @@ pub fn sparse_echelon<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, order: 
     SparseEchelon { rows: found.into_iter().map(unplaced).collect() }
 }
 
-/// `row −= factor · other`.
-fn subtract(row: &mut BTreeMap<usize, Rational>, other: &BTreeMap<usize, Rational>, factor: &Rational) {
+/// Adds `factor · other` to a row without zeros.
+pub(super) fn add_scaled<'a>(
+    row: &mut BTreeMap<usize, Rational>,
+    factor: &Rational,
+    other: impl IntoIterator<Item = (&'a usize, &'a Rational)>,
+) {
     for (at, y) in other {
         let entry = row.entry(*at).or_insert(Rational::ZERO);
-        *entry = entry.minus(&factor.times(y));
+        *entry = entry.plus(&factor.times(y));
         if entry.is_zero() {
             row.remove(at);
         }
@@ -98,12 +102,9 @@ fn subtract(row: &mut BTreeMap<usize, Rational>, other: &BTreeMap<usize, Rationa
 pub fn project(row: &SparseRow, basis: &[SparseRow]) -> SparseRow {
     let mut out = BTreeMap::<usize, Rational>::new();
     for (at, x) in row {
-        for (j, y) in &basis[*at] {
-            let entry = out.entry(*j).or_insert(Rational::ZERO);
-            *entry = entry.plus(&x.times(y));
-        }
+        add_scaled(&mut out, x, basis[*at].iter().map(|(j, y)| (j, y)));
     }
-    out.into_iter().filter(|(_, x)| !x.is_zero()).collect()
+    out.into_iter().collect()
 }
 
 /// The rows of a matrix without their zeros.
@@ -132,14 +133,10 @@ pub fn sparse_sum_of_outer<R: AsRef<[(usize, Rational)]>>(
     let mut out = vec![BTreeMap::<usize, Rational>::new(); n];
     for (row, factor) in terms {
         for (i, x) in row.as_ref() {
-            let scaled = factor.times(x);
-            for (j, y) in row.as_ref() {
-                let entry = out[*i].entry(*j).or_insert(Rational::ZERO);
-                *entry = entry.plus(&scaled.times(y));
-            }
+            add_scaled(&mut out[*i], &factor.times(x), row.as_ref().iter().map(|(j, y)| (j, y)));
         }
     }
-    out.into_iter().map(|row| row.into_iter().filter(|(_, x)| !x.is_zero()).collect()).collect()
+    out.into_iter().map(|row| row.into_iter().collect()).collect()
 }
 
 /// `Σ c a aᵀ` of terms `(a, c)` over n coordinates.

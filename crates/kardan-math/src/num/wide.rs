@@ -231,16 +231,10 @@ impl Point {
 
     /// The product with another one, exact.
     pub fn times(&self, other: &Self) -> Self {
-        let exponent = self.exponent + other.exponent;
-        match (self.y.is_zero(), other.y.is_zero()) {
-            (true, true) => Self::real(&self.x * &other.x, exponent),
-            (true, false) => Self { x: &self.x * &other.x, y: &self.x * &other.y, exponent },
-            (false, true) => Self { x: &self.x * &other.x, y: &self.y * &other.x, exponent },
-            (false, false) => Self {
-                x: &self.x * &other.x - &self.y * &other.y,
-                y: &self.x * &other.y + &self.y * &other.x,
-                exponent,
-            },
+        Self {
+            x: &self.x * &other.x - &self.y * &other.y,
+            y: &self.x * &other.y + &self.y * &other.x,
+            exponent: self.exponent + other.exponent,
         }
     }
 

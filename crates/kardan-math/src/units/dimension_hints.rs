@@ -1,51 +1,7 @@
 //! Names of dimensions, and the help for a wrong one.
 
+use super::dimension::{NAMED_DIMENSIONS, NamedDimension};
 use super::{Dimension, parse_quantity, split_unit};
-
-/// A dimension that has a name.
-pub(super) struct NamedDimension {
-    pub dimension: Dimension,
-    pub word: &'static str,
-    pub si: &'static str,
-    pub example: &'static str,
-}
-
-const fn named(dimension: Dimension, word: &'static str, si: &'static str, example: &'static str) -> NamedDimension {
-    NamedDimension { dimension, word, si, example }
-}
-
-pub(super) static NAMED_DIMENSIONS: [NamedDimension; 30] = [
-    named(Dimension::NONE, "number without a unit", "", "51/50"),
-    named(Dimension::ANGLE, "angle", "rad", "30 deg"),
-    named(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
-    named(Dimension::ANGULAR_ACCELERATION, "angular acceleration", "rad/s^2", "10 rad/s^2"),
-    named(Dimension::TORQUE, "torque", "N m", "1.3 N m"),
-    named(Dimension::TORQUE_RATE, "torque rate", "N m/s", "10 N m/s"),
-    named(Dimension::INERTIA, "moment of inertia", "kg m^2", "130 kg mm^2"),
-    named(Dimension::STIFFNESS, "torsional stiffness", "N m/rad", "100 N m/rad"),
-    named(Dimension::DAMPING, "torsional damping", "N m s/rad", "0.01 N m s/rad"),
-    named(Dimension::TIME, "time", "s", "2 ms"),
-    named(Dimension::mechanical(0, 0, -1, 0), "frequency", "Hz", "1 kHz"),
-    named(Dimension::MASS, "mass", "kg", "2 kg"),
-    named(Dimension::LENGTH, "length", "m", "20 mm"),
-    named(Dimension::VELOCITY, "velocity", "m/s", "0.1 m/s"),
-    named(Dimension::ACCELERATION, "acceleration", "m/s^2", "10 m/s^2"),
-    named(Dimension::FORCE, "force", "N", "10 N"),
-    named(Dimension::FORCE_RATE, "force rate", "N/s", "100 N/s"),
-    named(Dimension::LINEAR_STIFFNESS, "translational stiffness", "N/m", "20 N/mm"),
-    named(Dimension::LINEAR_DAMPING, "translational damping", "N s/m", "50 N s/m"),
-    named(Dimension::LENGTH_PER_ANGLE, "length per angle", "m/rad", "50 mm/rev"),
-    named(Dimension::mechanical(1, 2, -1, 0), "angular momentum", "N m s", "2 N m s"),
-    named(Dimension::mechanical(1, 1, -1, 0), "momentum", "N s", "2 N s"),
-    named(Dimension::CHARGE, "charge", "C", "2 uC"),
-    named(Dimension::CURRENT, "current", "A", "5 A"),
-    named(Dimension::VOLTAGE, "voltage", "V", "24 V"),
-    named(Dimension::RESISTANCE, "resistance", "Ohm", "0.5 Ohm"),
-    named(Dimension::INDUCTANCE, "inductance", "H", "2 mH"),
-    named(Dimension::CAPACITANCE, "capacitance", "F", "10 uF"),
-    named(Dimension::TORQUE_CONSTANT, "torque constant", "N m/A", "50 mN m/A"),
-    named(Dimension::FORCE_CONSTANT, "force constant", "N/A", "12 N/A"),
-];
 
 impl Dimension {
     fn named(&self) -> Option<&'static NamedDimension> {
@@ -135,22 +91,19 @@ impl Dimension {
         if *self == Self::NONE {
             return "write the number without a unit".to_string();
         }
-        if let (true, Ok((value, found))) = (*self == Self::ANGULAR_VELOCITY, parse_quantity(text))
-            && found == Self::mechanical(0, 0, -1, 0)
-        {
-            return match per_minute(text) {
-                true => format!("write it as \"{} rpm\": a turn is 2 pi rad", 60.0 * value.to_f64()),
-                false => format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64()),
-            };
+        let read = parse_quantity(text);
+        let turns = match (*self, &read) {
+            (Self::ANGULAR_VELOCITY, Ok((value, Self::FREQUENCY))) => Some((value.to_f64(), ["rpm", "rev/s"])),
+            (Self::FREQUENCY, Ok((value, Self::ANGULAR_VELOCITY))) => {
+                Some((value.to_f64() / std::f64::consts::TAU, ["1/min", "Hz"]))
+            }
+            _ => None,
+        };
+        if let Some((turns, [slow, fast])) = turns {
+            let (rate, unit) = if per_minute(text) { (60.0 * turns, slow) } else { (turns, fast) };
+            return format!("write it as \"{rate} {unit}\": a turn is 2 pi rad");
         }
-        if let (true, Ok((value, Self::ANGULAR_VELOCITY))) = (*self == Self::FREQUENCY, parse_quantity(text)) {
-            let turns = value.to_f64() / std::f64::consts::TAU;
-            return match per_minute(text) {
-                true => format!("write it as \"{} 1/min\": a turn is 2 pi rad", 60.0 * turns),
-                false => format!("write it as \"{turns} Hz\": a turn is 2 pi rad"),
-            };
-        }
-        let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
+        let bare = matches!(read, Ok((_, Self::NONE)));
         let candidates = if !bare {
             vec![format!("{text}/rad")]
         } else if *self == Self::ANGLE {

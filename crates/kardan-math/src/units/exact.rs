@@ -9,6 +9,8 @@ use dashu_int::ops::BitTest;
 use dashu_int::{Sign, UBig};
 use dashu_ratio::RBig;
 
+use crate::num::{rational_from_f64, rational_to_f64};
+
 /// The largest conversion factor while a unit is read, in bits.
 const FACTOR_BITS_LIMIT: usize = 16_384;
 
@@ -118,10 +120,10 @@ impl Exact {
     /// ```
     pub fn to_f64(&self) -> f64 {
         if self.pi == 0 {
-            return self.rational.to_f64().value();
+            return rational_to_f64(&self.rational);
         }
         // A rounding error far below that of the result, so the result is the nearest f64.
-        self.digits().to_f64().value()
+        rational_to_f64(&self.digits())
     }
 
     /// The number to 120 digits.
@@ -253,7 +255,7 @@ impl Exact {
     /// assert_eq!(Exact::from_ratio(1, 3).to_rational() * RBig::from(3), RBig::ONE);
     /// ```
     pub fn to_rational(&self) -> RBig {
-        if self.pi == 0 { self.rational.clone() } else { RBig::try_from(self.to_f64()).unwrap_or(RBig::ZERO) }
+        if self.pi == 0 { self.rational.clone() } else { rational_from_f64(self.to_f64()).unwrap_or(RBig::ZERO) }
     }
 
     /// `self^power` for a number other than zero, or `None` if it exceeds the bounds.

@@ -3,8 +3,10 @@
 use dashu_int::ops::{Abs, BitTest, SquareRoot};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
+use kardan_rt::functions::{atan2, ln};
 
 use super::Exact;
+use crate::num::{exponent, rational_from_f64, rational_to_f64};
 
 /// Binary digits of precision.
 const DIGITS: isize = 256;
@@ -16,8 +18,7 @@ pub(super) fn short(x: &RBig) -> RBig {
     if x.is_zero() {
         return RBig::ZERO;
     }
-    let size = x.numerator().bit_len() as isize - x.denominator().bit_len() as isize;
-    let shift = DIGITS - size;
+    let shift = DIGITS - exponent(x) as isize;
     if shift <= 0 {
         return x.clone();
     }
@@ -29,15 +30,6 @@ pub(super) fn short(x: &RBig) -> RBig {
 pub(super) fn is_noise_of(x: &RBig, of: &RBig) -> bool {
     let bound = of.clone().abs() / RBig::from(UBig::ONE << (DIGITS - LOST) as usize);
     x.clone().abs() < bound
-}
-
-/// The nearest number of floating point.
-pub(super) fn nearest(x: &RBig) -> f64 {
-    x.to_f64().value()
-}
-
-fn of(x: f64) -> RBig {
-    RBig::try_from(x).unwrap_or(RBig::ZERO)
 }
 
 /// The square root of a number that is not negative; exact where it is a fraction.
@@ -90,11 +82,11 @@ pub(super) fn exponential(x: &RBig) -> RBig {
 /// ln x, for numbers above zero.
 pub(super) fn logarithm(x: &RBig) -> RBig {
     // x = m 2ᵏ with m near one.
-    let k = x.numerator().bit_len() as i64 - x.denominator().bit_len() as i64;
+    let k = exponent(x);
     let scale = RBig::from(UBig::ONE << k.unsigned_abs() as usize);
     let m = if k >= 0 { x / &scale } else { x * &scale };
     let one = |m: &RBig| {
-        let mut y = of(kardan_rt::functions::ln(nearest(m)));
+        let mut y = rational_from_f64(ln(rational_to_f64(m))).unwrap_or(RBig::ZERO);
         for _ in 0..3 {
             let e = exponential(&y);
             y = short(&(&y + RBig::from(2) * (m - &e) / (m + &e)));
@@ -129,7 +121,7 @@ pub(super) fn angle(y: &RBig, x: &RBig) -> RBig {
     // Of the smaller part: between 0 and 1.
     let swapped = ay > ax;
     let slope = short(&if swapped { &ax / &ay } else { &ay / &ax });
-    let mut out = of(kardan_rt::functions::atan2(nearest(&slope), 1.0));
+    let mut out = rational_from_f64(atan2(rational_to_f64(&slope), 1.0)).unwrap_or(RBig::ZERO);
     for _ in 0..3 {
         let [sine, cosine] = sine_cosine(&out);
         let rest = short(&((&slope * &cosine - &sine) / (&cosine + &slope * &sine)));

@@ -30,13 +30,19 @@ const LIST_TEXT_LIMIT: usize = 16_384;
 /// ```
 pub fn parse_quantity(text: &str) -> Result<(Exact, Dimension), UnitError> {
     check_length(text, TEXT_LIMIT)?;
+    let (value, _, dimension) = quantity_with_factor(text)?;
+    check_fraction(text)?;
+    Ok((value, dimension))
+}
+
+/// A quantity up to the end of a text: its value, the factor of its unit, its dimension.
+pub(super) fn quantity_with_factor(text: &str) -> Result<(Exact, Exact, Dimension), UnitError> {
     let mut reader = Reader { text, at: 0 };
     let number = reader.number()?;
     let (factor, dimension) = reader.unit()?;
     let value = &number * &factor;
     check_range(&value, text, 0..text.len())?;
-    check_fraction(text)?;
-    Ok((value, dimension))
+    Ok((value, factor, dimension))
 }
 
 /// The unit of a quantity as it is written, with what one of it is in SI units; `None` if it has none.

@@ -237,7 +237,7 @@ impl<'t> Reader<'t> {
             let times = !first && !divides && self.eat_times();
             self.spaces();
             let factor_start = self.at;
-            let (factor, dimension) = self.factor()?;
+            let factor = self.factor()?;
             if divided && !divides && !times {
                 let (before, last) = (self.text[start..factor_start].trim(), &self.text[factor_start..self.at]);
                 let bottom = before.rsplit('/').next().unwrap_or(before).trim();
@@ -250,11 +250,7 @@ impl<'t> Reader<'t> {
                 .help(format!("write `{before} * {last}` or `{top}/({bottom} {last})`")));
             }
             divided |= divides;
-            let power = if divides { -1 } else { 1 };
-            product = power_of(&factor, power)
-                .map(|factor| &product.0 * &factor)
-                .zip(product.1.times(&dimension, power))
-                .ok_or_else(|| self.too_high(start))?;
+            product = self.times(&product, &factor, if divides { -1 } else { 1 }, start)?;
         }
         Ok(product)
     }
@@ -262,7 +258,7 @@ impl<'t> Reader<'t> {
     /// A unit, `1` or a product in parentheses, with a power.
     pub fn factor(&mut self) -> Result<(Exact, Dimension), UnitError> {
         let start = self.at;
-        let (factor, dimension) = if self.eat('(') {
+        let unit = if self.eat('(') {
             let inner = self.product()?;
             if !self.eat(')') {
                 return Err(UnitError::new("unit::syntax", start..self.at, "a `(` without its `)`").help("close it"));
@@ -293,8 +289,28 @@ impl<'t> Reader<'t> {
                 UnitError::new("unit::unknown", start..self.at, format!("unknown unit `{name}`")).help(unit_help(name))
             })?
         };
+        self.raised(&unit, start)
+    }
+
+    /// A unit that began at a place, with its power.
+    pub fn raised(&mut self, unit: &(Exact, Dimension), start: usize) -> Result<(Exact, Dimension), UnitError> {
         let power = self.power(start)?;
-        power_of(&factor, power).zip(Dimension::NONE.times(&dimension, power)).ok_or_else(|| self.too_high(start))
+        self.times(&(Exact::one(), Dimension::NONE), unit, power, start)
+    }
+
+    /// A product of units that began at a place, times a power of another unit.
+    pub fn times(
+        &self,
+        product: &(Exact, Dimension),
+        unit: &(Exact, Dimension),
+        power: i32,
+        start: usize,
+    ) -> Result<(Exact, Dimension), UnitError> {
+        let size = if power == 1 { Some(unit.0.clone()) } else { unit.0.pow(power) };
+        size.map(|size| &product.0 * &size).zip(product.1.times(&unit.1, power)).ok_or_else(|| {
+            UnitError::new("unit::syntax", start..self.at, "the powers of the unit are too high")
+                .help("check the exponents")
+        })
     }
 
     /// `^2`, `**-1`, `²`, `⁻¹`, or nothing.
@@ -372,13 +388,4 @@ impl<'t> Reader<'t> {
             (false, false) => general.into(),
         }
     }
-
-    pub fn too_high(&self, start: usize) -> UnitError {
-        UnitError::new("unit::syntax", start..self.at, "the powers of the unit are too high")
-            .help("check the exponents")
-    }
-}
-
-fn power_of(factor: &Exact, power: i32) -> Option<Exact> {
-    if power == 1 { Some(factor.clone()) } else { factor.pow(power) }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::quantity::{TEXT_LIMIT, check_length, check_range};
+use super::quantity::{TEXT_LIMIT, check_length, check_range, quantity_with_factor};
 use super::reader::Reader;
 use super::{Dimension, Exact, UnitError};
 
@@ -142,15 +142,9 @@ pub fn parse_tolerated(text: &str) -> Result<Tolerated, UnitError> {
 /// `1 N m ± 10 %` or `1 N m ± 0.1 N m`.
 fn plus_minus(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
     let nominal = &text[..mark.start];
-    let (value, _, dimension) = quantity(&mut Reader { text: nominal, at: 0 })?;
-    check_range(&value, nominal, 0..nominal.len())?;
+    let (value, _, dimension) = quantity_with_factor(nominal)?;
     let mut reader = Reader { text, at: mark.end };
-    reader.spaces();
-    let start = reader.at;
-    let size = reader.number()?;
-    let end = reader.at;
-    reader.spaces();
-    let percent = reader.eat('%');
+    let (size, Range { start, end }, percent) = width(&mut reader)?;
     let spread = if percent {
         expect_end(&mut reader)?;
         Spread::Relative(&size * &Exact::from_ratio(1, 100))
@@ -192,12 +186,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
         return Err(malformed(left.here(), format!("expected `±` after the number, found {}", left.found())));
     }
     let mut reader = Reader { text, at: mark.end };
-    reader.spaces();
-    let start = reader.at;
-    let size = reader.number()?;
-    let end = reader.at;
-    reader.spaces();
-    let percent = reader.eat('%');
+    let (size, span, percent) = width(&mut reader)?;
     reader.spaces();
     let here = reader.here();
     if !reader.eat(')') {
@@ -206,7 +195,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
     }
     let unit = text[reader.at..].trim();
     let (factor, dimension) = reader.unit()?;
-    expect_positive(&size, text, start..end)?;
+    expect_positive(&size, text, span)?;
     let value = &value * &factor;
     check_range(&value, text, 0..text.len())?;
     let spread = match percent {
@@ -219,8 +208,7 @@ fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError
 /// `1 N m [0.9, 1.2] 95 %`.
 fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
     let nominal = &text[..mark.start];
-    let (value, factor, dimension) = quantity(&mut Reader { text: nominal, at: 0 })?;
-    check_range(&value, nominal, 0..nominal.len())?;
+    let (value, factor, dimension) = quantity_with_factor(nominal)?;
     let mut reader = Reader { text, at: mark.end };
     let mut bounds = Vec::new();
     for close in [',', ']'] {
@@ -273,11 +261,14 @@ fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
     Ok(Tolerated { value, dimension, spread, text: nominal.trim().to_string() })
 }
 
-/// A quantity up to the end of the text: its value, the factor of its unit, its dimension.
-fn quantity(reader: &mut Reader<'_>) -> Result<(Exact, Exact, Dimension), UnitError> {
-    let number = reader.number()?;
-    let (factor, dimension) = reader.unit()?;
-    Ok((&number * &factor, factor, dimension))
+/// The number after `±`, its place, and whether it is a percentage.
+fn width(reader: &mut Reader<'_>) -> Result<(Exact, Range<usize>, bool), UnitError> {
+    reader.spaces();
+    let start = reader.at;
+    let size = reader.number()?;
+    let span = start..reader.at;
+    reader.spaces();
+    Ok((size, span, reader.eat('%')))
 }
 
 /// The length of the number that a text begins with.

@@ -32,8 +32,6 @@ pub use quotient::{Quotient, observable_quotient};
 pub use relative_degree::{RelativeDegrees, relative_degrees};
 pub use resolvent::characteristic_polynomial;
 pub(super) use resolvent::resolvent;
-pub(super) use rows::{
-    RowSpan, add, columns, common_denominator, difference, null_rows, primitive, row_times, subtract,
-};
+pub(super) use rows::{RowSpan, add, columns, difference, null_rows, primitive, row_times, subtract};
 pub use transfer::{RationalFunction, transfer_matrix};
 pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics};

@@ -4,8 +4,10 @@ use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
 use super::annihilator::fields;
-use super::rows::{common_denominator, whole};
-use kardan_math::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue};
+use kardan_math::num::{
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, common_denominator,
+    whole_multiple,
+};
 
 /// `C (sI − A)⁻¹ B + D` over one denominator.
 pub(crate) struct Resolvent {
@@ -121,9 +123,8 @@ impl WholeRows {
     fn new(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Self {
         let scales: Vec<UBig> =
             (0..left.rows()).map(|i| common_denominator(left.row(i).iter().chain(right.row(i)))).collect();
-        let rows = |m: &Matrix<Rational>| {
-            scales.iter().enumerate().map(|(i, scale)| m.row(i).iter().map(|x| whole(x, scale)).collect()).collect()
-        };
+        let row = |m: &Matrix<Rational>, i: usize| m.row(i).iter().map(|x| whole_multiple(x, &scales[i])).collect();
+        let rows = |m: &Matrix<Rational>| (0..scales.len()).map(|i| row(m, i)).collect();
         Self { left: rows(left), right: rows(right), scales }
     }
 

@@ -3,7 +3,7 @@
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, UBig};
 
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar, common_denominator, echelon, whole_multiple};
 
 /// `row · matrix`.
 pub(crate) fn row_times(row: &[Rational], matrix: &Matrix<Rational>) -> Vec<Rational> {
@@ -61,23 +61,10 @@ pub(super) fn unit_place(row: &[Rational]) -> Option<usize> {
     (row[place] == Rational::ONE && row[place + 1..].iter().all(Scalar::is_zero)).then_some(place)
 }
 
-/// The least common multiple of the denominators.
-pub(crate) fn common_denominator<'a>(entries: impl IntoIterator<Item = &'a Rational>) -> UBig {
-    entries.into_iter().fold(UBig::ONE, |all, x| {
-        let shared = Gcd::gcd(&all, x.denominator());
-        all / shared * x.denominator()
-    })
-}
-
-/// `factor · x`, where factor is a multiple of the denominator of x.
-pub(super) fn whole(x: &Rational, factor: &UBig) -> IBig {
-    x.numerator() * IBig::from(factor / x.denominator())
-}
-
 /// The same direction in whole numbers without common divisor, the first one positive; zeros stay.
 pub(crate) fn primitive(row: &[Rational]) -> Vec<Rational> {
     let common = common_denominator(row);
-    let numbers: Vec<IBig> = row.iter().map(|x| whole(x, &common)).collect();
+    let numbers: Vec<IBig> = row.iter().map(|x| whole_multiple(x, &common)).collect();
     let divisor = numbers.iter().filter(|x| **x != IBig::ZERO).fold(UBig::ZERO, |all, x| {
         let size = x.clone().into_parts().1;
         if all.is_zero() { size } else { Gcd::gcd(&all, &size) }

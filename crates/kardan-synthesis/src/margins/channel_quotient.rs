@@ -5,8 +5,9 @@ use dashu_int::{IBig, UBig};
 use faer::c64;
 use kardan_rt::functions::exp;
 
-use crate::decoupling::common_denominator;
-use kardan_math::num::{Polynomial, Rational, Scalar, golden, is_hurwitz, rational_from_f64, rational_to_f64};
+use kardan_math::num::{
+    Polynomial, Rational, Scalar, common_denominator, golden, is_hurwitz, rational_from_f64, rational_to_f64,
+};
 
 /// Part of a peak by which a level is above it.
 pub(super) const LEVEL: f64 = 1e-9;

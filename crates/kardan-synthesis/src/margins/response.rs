@@ -7,10 +7,10 @@ use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::channel_quotient::{LEVEL, OneChannel};
-use crate::decoupling::{characteristic_polynomial, common_denominator, resolvent};
+use crate::decoupling::{characteristic_polynomial, resolvent};
 use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, at_zero_rounded, balance, eigenvalues, golden,
+    Matrix, Polynomial, Rational, Rounding, at_zero, balance, common_denominator, eigenvalues, golden,
 };
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
@@ -196,8 +196,8 @@ impl Response {
     /// How many poles grow: those at zero do not, and those on the axis but for rounding. `None` if the iteration fails.
     pub fn unstable_poles(&self) -> Option<usize> {
         let rest = match self.sample_time {
-            None => at_zero(&self.a)?.rest,
-            Some(_) => at_zero_rounded(&change(&self.a), Rounding::OfOne)?.rest,
+            None => at_zero(&self.a, Rounding::OfLargest)?.rest,
+            Some(_) => at_zero(&change(&self.a), Rounding::OfOne)?.rest,
         };
         let poles = poles_of_rates(&rest, self.is_sampled())?;
         Some(poles.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())

@@ -6,7 +6,7 @@ use faer::{Mat, c64};
 use kardan_rt::functions::hypot;
 
 use super::SampledLoop;
-use kardan_math::num::{AtZero, Rounding, at_zero_rounded};
+use kardan_math::num::{AtZero, Rounding, at_zero};
 
 /// Directions in which the disk is searched, over half a turn.
 const DIRECTIONS: usize = 24;
@@ -33,7 +33,7 @@ pub struct Lifted {
 impl Lifted {
     /// `free`: the number of uncontrolled rigid-body modes; `None` if the map has another number.
     pub(super) fn new(map: SampledLoop, free: usize) -> Option<Self> {
-        let split = at_zero_rounded(&map.change(), Rounding::OfOne)?;
+        let split = at_zero(&map.change(), Rounding::OfOne)?;
         (split.motions.columns() == free).then_some(Self { map, split })
     }
 

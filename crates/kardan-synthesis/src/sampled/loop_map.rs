@@ -10,7 +10,7 @@ use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
 use crate::matrix_parts::is_finite;
-use kardan_math::num::{AtZero, Matrix, Rounding, at_zero_rounded, balance, discretise, eigenvalues, isolated, square};
+use kardan_math::num::{AtZero, Matrix, Rounding, at_zero, balance, discretise, eigenvalues, isolated, square};
 use kardan_results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
@@ -128,7 +128,7 @@ impl NonzeroSpectrum {
         let [isolated, coupled] = isolated(matrix);
         let rest = square(matrix, &coupled);
         let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &coupled))) } else { None };
-        let split = at_zero_rounded(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
+        let split = at_zero(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
         let diagonal = |k: usize| matrix[(k, k)];
         // Scales of the coordinates leave the diagonal as it is.
         let largest = (0..matrix.rows()).map(|k| diagonal(k).abs()).fold(0.0, f64::max);
@@ -303,7 +303,7 @@ impl SampledLoop {
     /// The eigenvalues at zero of a loop without sampled laws, to the rounding of the terms of each entry of its matrix.
     pub(super) fn at_zero_of(plant: &LoopPlant, parts: &[SampledPart]) -> Option<AtZero> {
         let flow = Self::flow_of(plant, parts);
-        at_zero_rounded(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
+        at_zero(&flow, Places::sizes(plant, parts).as_ref().map_or(Rounding::OfLargest, Rounding::OfEach))
     }
 
     /// Lets one period pass. `observe` receives z at the end of each interval after which a law computes, and at the end.
@@ -370,7 +370,7 @@ impl SampledLoop {
 
     /// The uncontrolled rigid-body modes, columns over z without constants: an eigenvalue at one of the map.
     pub fn free(&self) -> Option<Matrix<f64>> {
-        Some(at_zero_rounded(&self.change(), Rounding::OfOne)?.motions)
+        Some(at_zero(&self.change(), Rounding::OfOne)?.motions)
     }
 
     /// Φ − 1 on all but constants: what stays is an eigenvalue at zero.

@@ -68,7 +68,7 @@ impl<T: Float> RegulatorBlock<T> {
 
 impl<T: Float> Block for RegulatorBlock<T> {
     fn archive_state(&mut self, archive: &mut StateArchive<'_>) {
-        archive.floats(&mut self.memory);
+        archive.numbers(&mut self.memory);
         archive_health(&mut self.health, archive);
     }
 

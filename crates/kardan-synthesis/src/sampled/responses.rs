@@ -9,7 +9,7 @@ use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
 use crate::matrix_parts::{exactly, selected, window};
-use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, at_zero_rounded, balance, scaled};
+use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, balance, scaled};
 use kardan_mechanics::reduce::motions_over_states;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -228,9 +228,9 @@ fn split_free(
     let b = &Matrix::from_fn(b.rows(), b.columns(), |i, j| b[(i, j)] / scales[i]);
     let c = &Matrix::from_fn(c.rows(), c.columns(), |i, j| c[(i, j)] * scales[j]);
     let own = |entries: Option<&Matrix<f64>>, a: &Matrix<f64>| match entries {
-        _ if sampled => at_zero_rounded(a, Rounding::OfOne),
-        Some(entries) => at_zero_rounded(a, Rounding::OfEach(entries)),
-        None => at_zero(a),
+        _ if sampled => at_zero(a, Rounding::OfOne),
+        Some(entries) => at_zero(a, Rounding::OfEach(entries)),
+        None => at_zero(a, Rounding::OfLargest),
     };
     let split = own(entries.as_ref(), &a)?;
     let (v, count) = (&split.motions, split.motions.columns());

@@ -10,6 +10,7 @@ use super::super::catalogue::{find_unit, unit_help};
 use super::super::{Dimension, Exact, UnitError, precise};
 use super::reading::unknown_function;
 use super::tree::{Called, Kind, Node};
+use crate::num::{rational_from_f64, rational_to_f64};
 
 /// The largest size of a power of π.
 const PI_LIMIT: i64 = 1000;
@@ -69,10 +70,9 @@ impl Number {
         match self {
             Self::Exact(value) => Some((value, true)),
             Self::Rounded(value) => {
-                let nearest = precise::nearest(&value);
-                let exact = RBig::try_from(nearest).ok();
+                let nearest = rational_to_f64(&value);
                 let zero = nearest == 0.0 && !value.is_zero();
-                exact.filter(|_| !zero).map(|exact| (Exact::new(exact, 0).rounded(), false))
+                rational_from_f64(nearest).filter(|_| !zero).map(|exact| (Exact::new(exact, 0).rounded(), false))
             }
         }
     }
@@ -149,22 +149,24 @@ impl Number {
 type Lookup<'a> = &'a dyn Fn(&str) -> Option<(Exact, Dimension)>;
 
 impl Node {
-    /// Adds the names that occur in this part.
-    pub fn names<'n>(&'n self, out: &mut Vec<&'n str>) {
-        match &self.kind {
-            Kind::Name(name) if !out.contains(&name.as_str()) => out.push(name),
-            _ => {}
-        }
-        self.parts().iter().for_each(|part| part.names(out));
+    /// The names in it, in the order in which they first appear.
+    pub fn names(&self) -> Vec<&str> {
+        self.different(|kind| if let Kind::Name(name) = kind { Some(name.as_str()) } else { None })
     }
 
     /// The tables in it, in the order in which they first appear.
-    pub fn tables<'n>(&'n self, out: &mut Vec<&'n str>) {
-        match &self.kind {
-            Kind::Lookup(name, _) if !out.contains(&name.as_str()) => out.push(name),
-            _ => {}
+    pub fn tables(&self) -> Vec<&str> {
+        self.different(|kind| if let Kind::Lookup(name, _) = kind { Some(name.as_str()) } else { None })
+    }
+
+    fn different(&self, text: impl Fn(&Kind) -> Option<&str>) -> Vec<&str> {
+        let mut out = Vec::new();
+        for found in self.walk(true).filter_map(|part| text(&part.kind)) {
+            if !out.contains(&found) {
+                out.push(found);
+            }
         }
-        self.parts().iter().for_each(|part| part.tables(out));
+        out
     }
 
     /// An unknown table, with the known ones.
@@ -200,41 +202,43 @@ impl Node {
         out.push(self);
     }
 
-    /// The first part that satisfies this, itself included.
-    pub(super) fn find(&self, predicate: &dyn Fn(&Self) -> bool) -> Option<&Self> {
-        if predicate(self) { Some(self) } else { self.parts().iter().find_map(|part| part.find(predicate)) }
-    }
-
-    /// Parts with a domain condition of a function.
-    pub(super) fn restricted<'n>(&'n self, out: &mut Vec<(&'n Self, Restriction)>) {
-        if matches!(self.kind, Kind::If(..)) {
-            return;
-        }
-        if let Kind::Call(function, parts) = &self.kind {
-            let restriction = match function {
-                Called::Sqrt => Some(Restriction::NotNegative),
-                Called::Ln => Some(Restriction::Positive),
-                Called::Asin | Called::Acos => Some(Restriction::UnitInterval),
-                _ => None,
-            };
-            out.extend(restriction.map(|restriction| (&parts[0], restriction)));
-        }
-        self.parts().iter().for_each(|part| part.restricted(out));
-    }
-
-    pub(super) fn divisors<'n>(&'n self, out: &mut Vec<&'n Self>) {
-        if matches!(self.kind, Kind::If(..)) {
-            return;
-        }
-        if let Kind::Binary(operator, parts) = &self.kind {
-            let negative = || parts[1].value(&|_| None).is_ok_and(|power| power.number.signum() < 0);
-            if *operator == '/' {
-                out.push(&parts[1]);
-            } else if *operator == '^' && negative() {
-                out.push(&parts[0]);
+    /// Itself and all its parts, each before its own ones; `into_if`: also those of `if(...)`.
+    pub(super) fn walk(&self, into_if: bool) -> impl Iterator<Item = &Self> {
+        let mut open = vec![self];
+        std::iter::from_fn(move || {
+            let next = open.pop()?;
+            if into_if || !matches!(next.kind, Kind::If(..)) {
+                open.extend(next.parts().iter().rev());
             }
-        }
-        self.parts().iter().for_each(|part| part.divisors(out));
+            Some(next)
+        })
+    }
+
+    /// Parts with a domain condition of a function; not those within `if(...)`.
+    pub(super) fn restricted(&self) -> impl Iterator<Item = (&Self, Restriction)> {
+        self.walk(false).filter_map(|part| {
+            let Kind::Call(function, parts) = &part.kind else { return None };
+            let restriction = match function {
+                Called::Sqrt => Restriction::NotNegative,
+                Called::Ln => Restriction::Positive,
+                Called::Asin | Called::Acos => Restriction::UnitInterval,
+                _ => return None,
+            };
+            Some((&parts[0], restriction))
+        })
+    }
+
+    /// The parts that something is divided by; not those within `if(...)`.
+    pub(super) fn divisors(&self) -> impl Iterator<Item = &Self> {
+        self.walk(false).filter_map(|part| {
+            let Kind::Binary(operator, parts) = &part.kind else { return None };
+            let negative = || parts[1].value(&|_| None).is_ok_and(|power| power.number.signum() < 0);
+            match operator {
+                '/' => Some(&parts[1]),
+                '^' if negative() => Some(&parts[0]),
+                _ => None,
+            }
+        })
     }
 
     /// Whether a part of it that does not vary is rounded.
@@ -338,7 +342,7 @@ impl Node {
     }
 
     fn exponential(&self, exponent: &RBig) -> Result<Value, UnitError> {
-        let size = precise::nearest(exponent);
+        let size = rational_to_f64(exponent);
         if !(size.abs() < 1000.0) {
             return Err(self.too_large());
         }
@@ -352,7 +356,7 @@ impl Node {
         let dimensions: Vec<Dimension> = values.iter().map(|value| value.dimension).collect();
         let dimension = Self::call_dimension(function, arguments, &dimensions)?;
         let domain = |message: &str| arguments[0].error("expression::domain", message, "check the value of this part");
-        if matches!(function, Sin | Cos | Tan) && precise::nearest(&first.number.digits()).abs() > 1e30 {
+        if matches!(function, Sin | Cos | Tan) && rational_to_f64(&first.number.digits()).abs() > 1e30 {
             return Err(domain("an angle that is too large"));
         }
         let plain = |number: Number| Ok(Value { number, dimension });

@@ -90,16 +90,12 @@ impl Expression {
 
     /// The names in it, in the order in which they first appear.
     pub fn names(&self) -> Vec<&str> {
-        let mut out = Vec::new();
-        self.root.names(&mut out);
-        out
+        self.root.names()
     }
 
     /// The names of the tables in it, in the order in which they first appear.
     pub fn tables(&self) -> Vec<&str> {
-        let mut out = Vec::new();
-        self.root.tables(&mut out);
-        out
+        self.root.tables()
     }
 
     /// Its place in the text, also of a part of an expression.
@@ -109,7 +105,8 @@ impl Expression {
 
     /// The first place of a name.
     pub fn place_of(&self, name: &str) -> Option<Range<usize>> {
-        self.root.find(&|node| matches!(&node.kind, Kind::Name(other) if other == name)).map(|node| node.span.clone())
+        let named = |node: &&Node| matches!(&node.kind, Kind::Name(other) if other == name);
+        self.root.walk(true).find(named).map(|node| node.span.clone())
     }
 
     /// Whether it gives turns where radians are expected, or the reverse: a frequency for an angular velocity or an angular velocity for a
@@ -127,21 +124,17 @@ impl Expression {
             Kind::Name(name) => of(name) == Some(found),
             _ => false,
         };
-        !has_pi && self.root.find(&leaf).is_some()
+        !has_pi && self.root.walk(true).any(leaf)
     }
 
     /// The parts that something is divided by; not those within `if(...)`, which may guard against zero.
     pub fn divisors(&self) -> Vec<Self> {
-        let mut parts = Vec::new();
-        self.root.divisors(&mut parts);
-        parts.into_iter().map(|root| self.part(root)).collect()
+        self.root.divisors().map(|root| self.part(root)).collect()
     }
 
     /// The parts with a domain condition of a function; not those within `if(...)`, which may guard them.
     pub fn restricted(&self) -> Vec<(Self, Restriction)> {
-        let mut parts = Vec::new();
-        self.root.restricted(&mut parts);
-        parts.into_iter().map(|(root, restriction)| (self.part(root), restriction)).collect()
+        self.root.restricted().map(|(root, restriction)| (self.part(root), restriction)).collect()
     }
 
     /// Where it takes the sign of an expression of one of these names, and of which.
@@ -150,9 +143,7 @@ impl Expression {
         self.root.all(&mut parts);
         let sign = |node: &Node| match &node.kind {
             Kind::Call(Called::Sign, of) => {
-                let mut names = Vec::new();
-                node.names(&mut names);
-                names.into_iter().any(is).then(|| (node.span.clone(), self.part(&of[0])))
+                node.names().into_iter().any(is).then(|| (node.span.clone(), self.part(&of[0])))
             }
             _ => None,
         };
@@ -191,7 +182,7 @@ impl Expression {
     pub fn jumps(&self) -> bool {
         let jumps =
             |node: &Node| matches!(node.kind, Kind::If(..) | Kind::Call(Called::Sign | Called::Atan2 | Called::Tan, _));
-        self.root.find(&jumps).is_some()
+        self.root.walk(true).any(jumps)
     }
 
     /// The value, with names looked up; exact as long as it is a fraction times a power of π, else rounded once.

@@ -81,12 +81,15 @@ impl Parser<'_> {
         Node { span: left.span.start..right.span.end, kind: Kind::Binary(operator, Box::new([left, right])) }
     }
 
-    fn sum(&mut self) -> Result<Node, UnitError> {
+    /// One level deeper, up to the limit.
+    fn deeper(&mut self, span: Range<usize>, message: impl Into<String>, help: &str) -> Result<(), UnitError> {
         self.depth += 1;
-        if self.depth > DEPTH_LIMIT {
-            let what = format!("more than {DEPTH_LIMIT} nested parentheses");
-            return Err(syntax(self.reader.here(), what, "give a part of it a name under `[parameters]`"));
-        }
+        if self.depth > DEPTH_LIMIT { Err(syntax(span, message, help)) } else { Ok(()) }
+    }
+
+    fn sum(&mut self) -> Result<Node, UnitError> {
+        let message = format!("more than {DEPTH_LIMIT} nested parentheses");
+        self.deeper(self.reader.here(), message, "give a part of it a name under `[parameters]`")?;
         let mut left = self.product()?;
         loop {
             self.reader.spaces();
@@ -149,10 +152,7 @@ impl Parser<'_> {
         self.reader.spaces();
         let start = self.reader.at;
         if self.reader.at_sign() {
-            self.depth += 1;
-            if self.depth > DEPTH_LIMIT {
-                return Err(syntax(start..start + 1, "too many signs", "write one sign"));
-            }
+            self.deeper(start..start + 1, "too many signs", "write one sign")?;
             let negative = self.reader.sign();
             let inner = self.signed(fractions)?;
             self.depth -= 1;
@@ -181,10 +181,7 @@ impl Parser<'_> {
     fn exponent(&mut self) -> Result<Node, UnitError> {
         self.reader.spaces();
         let start = self.reader.at;
-        self.depth += 1;
-        if self.depth > DEPTH_LIMIT {
-            return Err(syntax(self.reader.here(), "too many powers", "write parentheses"));
-        }
+        self.deeper(self.reader.here(), "too many powers", "write parentheses")?;
         let power = if self.reader.at_sign() {
             let negative = self.reader.sign();
             let inner = self.exponent()?;
@@ -359,7 +356,7 @@ impl Parser<'_> {
             let at = self.reader.at;
             // A parenthesis without units is an operand.
             let read = if group { self.reader.factor().ok() } else { Some(self.unit(at)?) };
-            let Some((factor, dimension)) = read else {
+            let Some(factor) = read else {
                 self.reader.at = before;
                 return Ok(product);
             };
@@ -370,10 +367,7 @@ impl Parser<'_> {
                     .help(format!("write `*{last}` without spaces, or parentheses")));
             }
             divided |= divides;
-            let size = if divides { factor.pow(-1) } else { Some(factor) };
-            let next =
-                size.map(|size| &product.0 * &size).zip(product.1.times(&dimension, if divides { -1 } else { 1 }));
-            product = next.ok_or_else(|| self.reader.too_high(start))?;
+            product = self.reader.times(&product, &factor, if divides { -1 } else { 1 }, start)?;
             first = false;
         }
     }
@@ -381,10 +375,8 @@ impl Parser<'_> {
     /// The unit that is next, with its power.
     fn unit(&mut self, at: usize) -> Result<(Exact, Dimension), UnitError> {
         let name = self.reader.run(|c| c.is_alphabetic() || c == '°' || c == '%');
-        let Some((factor, dimension)) = find_unit(name) else { return Ok((Exact::one(), Dimension::NONE)) };
-        let power = self.reader.power(at)?;
-        let whole = factor.pow(power).zip(Dimension::NONE.times(&dimension, power));
-        whole.ok_or_else(|| self.reader.too_high(at))
+        let Some(unit) = find_unit(name) else { return Ok((Exact::one(), Dimension::NONE)) };
+        self.reader.raised(&unit, at)
     }
 
     fn close(&mut self, start: usize) -> Result<(), UnitError> {
@@ -473,10 +465,7 @@ impl Parser<'_> {
         self.reader.spaces();
         let start = self.reader.at;
         if self.eat_word("not") {
-            self.depth += 1;
-            if self.depth > DEPTH_LIMIT {
-                return Err(syntax(start..self.reader.at, "too many `not`", "write one"));
-            }
+            self.deeper(start..self.reader.at, "too many `not`", "write one")?;
             let of = self.one_of_all()?;
             self.depth -= 1;
             return Ok(truth::not(start..of.span.end, of));

@@ -8,7 +8,7 @@ use dashu_int::UBig;
 use dashu_ratio::RBig;
 
 use super::super::catalogue::UNITS;
-use super::super::dimension_hints::NAMED_DIMENSIONS;
+use super::super::dimension::NAMED_DIMENSIONS;
 use super::*;
 
 fn quantity(text: &str) -> (Exact, Dimension) {
