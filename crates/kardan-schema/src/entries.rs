@@ -31,6 +31,12 @@ impl From<Range<usize>> for Place {
     }
 }
 
+impl From<&Place> for Place {
+    fn from(place: &Place) -> Self {
+        place.clone()
+    }
+}
+
 impl Place {
     /// That of an entry of a program before [`Entries::assign_places`].
     pub fn unsettled() -> Self {
