@@ -55,7 +55,7 @@ pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use symbols::{NamedTerms, SymbolValue, constants};
-pub use table_reader::{Rounded, TableReader, occurrences, wrong_dimension};
+pub use table_reader::{Rounded, TableReader, occurrences};
 pub use tolerance::Tolerance;
 pub use variants::no_such_fault;
 pub use write::{NewValue, write_values};

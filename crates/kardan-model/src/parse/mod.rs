@@ -219,10 +219,10 @@ pub(crate) fn value_near(
                 None
             }
         },
-        (Kind::OfTime(_), RawValue::Text(text)) if is_of_time(text) => reader.formula(text, out),
+        (Kind::OfTime(_), RawValue::Text(text)) if is_of_time(text) => reader.formula(text, out).map(Value::Scalar),
         (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Formula(_) | Kind::Surface | Kind::Expression, RawValue::Text(text) | RawValue::Number(text)) => {
-            reader.formula(text, out)
+            reader.formula(text, out).map(Value::Scalar)
         }
         (Kind::Formulas | Kind::Expressions | Kind::Functions, RawValue::Table(entries)) => {
             Some(reader.functions(entries, out))
@@ -449,9 +449,9 @@ impl Reader<'_> {
     }
 
     /// An expression of what moves.
-    fn formula(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<Value> {
+    fn formula(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
         match Expression::parse_law(text) {
-            Ok(read) => Some(Value::Scalar(Scalar::Expression(Box::new(read)))),
+            Ok(read) => Some(Scalar::Expression(Box::new(read))),
             Err(error) => {
                 out.push(self.unit_error(error, text));
                 None
@@ -465,21 +465,17 @@ impl Reader<'_> {
         for keyed in table.iter() {
             let what = format!("`{}` in {}", keyed.key, self.what);
             let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
-            let text = match &keyed.entry.value {
-                RawValue::Text(text) | RawValue::Number(text) => text,
-                RawValue::Broken => continue,
+            let read = match &keyed.entry.value {
+                RawValue::Text(text) | RawValue::Number(text) => here.formula(text, out),
+                RawValue::Broken => None,
                 other => {
                     here.wrong_type("a function of time such as \"2 N m * sin(2 pi t / 1 s)\"", other, out);
-                    continue;
+                    None
                 }
             };
-            match Expression::parse_law(text) {
-                Ok(read) => {
-                    let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
-                    let value = Scalar::Expression(Box::new(read));
-                    map.push((name, Placed { value, place: keyed.entry.place.clone() }));
-                }
-                Err(error) => out.push(here.unit_error(error, text)),
+            if let Some(value) = read {
+                let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
+                map.push((name, Placed { value, place: keyed.entry.place.clone() }));
             }
         }
         Value::Map(map)
@@ -600,9 +596,8 @@ impl Reader<'_> {
         }
         let sign = match *self.kind {
             Kind::Quantity(expected, _) if expected != dimension => {
-                let message = format!("expected {}, found {}", expected.noun(), dimension.noun());
                 let help = expected.hint(tolerated.as_ref().map_or(text, |read| read.text.as_str()));
-                out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
+                out.push(Diagnostic::wrong_dimension(self.what, [expected, dimension], &self.place).help(help));
                 return None;
             }
             Kind::Coefficient if !is_coefficient(dimension) => {
@@ -612,10 +607,8 @@ impl Reader<'_> {
                 return None;
             }
             Kind::Number(_) if dimension != Dimension::NONE => {
-                let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
-                out.push(
-                    self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"),
-                );
+                let help = "write the number without a unit";
+                out.push(Diagnostic::wrong_dimension(self.what, [Dimension::NONE, dimension], &self.place).help(help));
                 return None;
             }
             Kind::Quantity(_, sign) | Kind::Number(sign) => sign,

@@ -86,12 +86,10 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Starts to build an entry; `None` if it has a reported error, or if it is built already.
     fn begin(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) -> Option<Open<'a>> {
-        let name = source.name();
+        let (_, name) = source.key();
         let is_made = match source {
             Source::Block(_) => self.made.contains_key(name),
-            Source::Formula(_) => self.formulas.contains_key(name),
-            Source::Sensor(..) => self.sensors.contains_key(name),
-            Source::Reference(..) => self.references.contains_key(name),
+            _ => self.formulas.contains_key(&source.key()),
         };
         if is_made {
             return None;
@@ -127,20 +125,18 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Records the result of an entry.
     fn close(&mut self, source: Source<'a>, made: Option<Made>) {
-        let name = source.name();
+        let (_, name) = source.key();
         self.waiting.remove(name);
         self.open.pop();
-        let formula = || {
-            let Made { outputs, reads, .. } = made.as_ref()?;
-            let (_, value, dimension) = outputs.first()?;
-            Some(FormulaExpr { value: *value, dimension: *dimension, reads: Arc::clone(reads) })
-        };
-        match source {
-            Source::Block(_) => drop(self.made.insert(name, made)),
-            Source::Formula(_) => drop(self.formulas.insert(name, formula())),
-            Source::Sensor(..) => drop(self.sensors.insert(name, formula())),
-            Source::Reference(..) => drop(self.references.insert(name, formula())),
+        if matches!(source, Source::Block(_)) {
+            self.made.insert(name, made);
+            return;
         }
+        let formula = made.and_then(|Made { outputs, reads, .. }| {
+            let (_, value, dimension) = outputs.into_iter().next()?;
+            Some(FormulaExpr { value, dimension, reads })
+        });
+        self.formulas.insert(source.key(), formula);
     }
 
     /// Builds what can be built; else returns why the next one cannot.
@@ -199,8 +195,8 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         for name in read.tables() {
-            if self.document.tables.has(name) {
-                names.insert(name, Named::Table(self.functions.table_of(name, out).ok_or(Stopped::Reported)?));
+            if let Some(table) = self.functions.table(name, out) {
+                names.insert(name, Named::Table(table.ok_or(Stopped::Reported)?));
             }
         }
         let mut lookup = |_: &mut Graph, name: &str| names.get(name).cloned();
@@ -240,8 +236,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         if let Some(signal) = document.signals.get(name) {
             if signal.formula.is_some() {
-                let source = Source::Formula(signal);
-                let found = self.needed(self.formulas.get(name), source, (read, place, what), out)?;
+                let found = self.needed(Source::Formula(signal), (read, place, what), out)?;
                 reads.extend(found.reads.iter().cloned());
                 return varying((found.value, found.dimension));
             }
@@ -258,7 +253,7 @@ impl<'a> Blocks<'a, '_, '_> {
         if let Some((sensor, signal, at)) = document.signal_sensor(name) {
             reads.insert(name.to_string());
             let source = Source::Sensor(sensor, signal, at);
-            let dimension = self.needed(self.sensors.get(name), source, (read, place, what), out)?.dimension;
+            let dimension = self.needed(source, (read, place, what), out)?.dimension;
             let read = Read::Sensor(name.into());
             return varying(self.read_outside(Outside { name: name.into(), read, dimension }));
         }
@@ -272,8 +267,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         if let Some((name, block)) = self.introduced.get_key_value(name) {
             reads.insert(name.to_string());
-            let source = Source::Reference(name, block);
-            let dimension = self.needed(self.references.get(name), source, (read, place, what), out)?.dimension;
+            let dimension = self.needed(Source::Reference(name, block), (read, place, what), out)?.dimension;
             let read = Read::Source(name.to_string());
             return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
         }
@@ -319,13 +313,12 @@ impl<'a> Blocks<'a, '_, '_> {
     /// The result of a formula or a sensor, which may depend on itself.
     fn needed(
         &self,
-        made: Option<&Option<FormulaExpr>>,
         source: Source<'a>,
         (read, place, what): (&Expression, &Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Result<FormulaExpr, Stopped<'a>> {
-        let name = source.name();
-        match made {
+        let (_, name) = source.key();
+        match self.formulas.get(&source.key()) {
             Some(made) => made.clone().ok_or(Stopped::Reported),
             None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
             None => {
@@ -425,7 +418,7 @@ impl<'a> Blocks<'a, '_, '_> {
             self.watch(name, table, &block_inputs);
         }
         let table_name = values.word("table").filter(|_| kind.keyword == "table");
-        let called = table_name.and_then(|name| self.functions.table_of(name, out));
+        let called = table_name.and_then(|name| self.functions.table(name, out).flatten());
         if let Some(name) = table_name.filter(|_| called.is_some()) {
             let inputs = ["input", "input_2"].into_iter();
             let at = inputs

@@ -122,7 +122,7 @@ impl<'a> TableReader<'a> {
                     match (read, required) {
                         (Some((value, found)), Some(required)) if required != found => {
                             if matches!(scalar.value, Scalar::Literal(..)) || !required.is_like(&found) {
-                                out.push(wrong_dimension(&label, required, found, spanned.place.clone()));
+                                out.push(Diagnostic::wrong_dimension(&label, [required, found], &spanned.place));
                                 continue;
                             }
                             Resolved::Exact(value)
@@ -192,7 +192,7 @@ impl<'a> TableReader<'a> {
             if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
                 let computed = matches!(scalar.value, Scalar::Expression(_)) || declared.expression.is_some();
                 if found != dimension && !(computed && found.is_like(&dimension)) {
-                    out.push(wrong_dimension(&label, dimension, found, scalar.place.clone()));
+                    out.push(Diagnostic::wrong_dimension(&label, [dimension, found], &scalar.place));
                     continue;
                 }
                 let text = shown_quantity(&value, dimension);
@@ -237,14 +237,6 @@ impl<'a> TableReader<'a> {
         }
         Resolved::Row(map, measured.unwrap_or_default())
     }
-}
-
-/// A quantity of another dimension than expected.
-pub fn wrong_dimension(label: &str, expected: Dimension, actual: Dimension, place: Place) -> Diagnostic {
-    let message = format!("{label}: expected {}, found {}", expected.noun(), actual.noun());
-    Diagnostic::error("unit::dimension", message)
-        .at(place, actual.noun())
-        .help(format!("write a unit such as {}", expected.example()))
 }
 
 /// The places of a word in a table and the tables within.
