@@ -46,7 +46,7 @@ pub use assignment::assign;
 pub use builder::Builder;
 pub use document::{
     BlockTable, Control, Document, FileBytes, Instance, KindTable, NamedVariant, Parameter, Setting, SignalTable,
-    SuppressedChecks, VariantSettings, Variants,
+    SuppressedChecks, Tolerance, VariantSettings, Variants,
 };
 pub use functions::Functions;
 pub use json_schema::json_schema;
@@ -56,7 +56,6 @@ pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use symbols::{NamedTerms, SymbolValue, constants};
 pub use table_reader::{Rounded, TableReader, occurrences};
-pub use tolerance::Tolerance;
 pub use variants::no_such_fault;
 pub use write::{NewValue, write_values};
 

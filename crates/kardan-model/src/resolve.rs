@@ -3,14 +3,13 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::document::{Control, Document, Instance, Setting, keys_of};
+use super::document::{Control, Document, Instance, Setting, Tolerance, keys_of};
 use super::functions::Functions;
 use super::keys::key_diagnostic;
 use super::mechanism::part;
 use super::programs::Programs;
 use super::table_reader::{Rounded, TableReader, occurrences};
 use super::tables::Header;
-use super::tolerance::Tolerance;
 use kardan_elements::element::{LOAD, LOSS, SPEED};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
