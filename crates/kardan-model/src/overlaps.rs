@@ -149,11 +149,9 @@ fn unreachable_states(
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
         let message =
             format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
-        let diagnostic = Diagnostic::warning("block::unreachable-state", message);
-        let place = of_state.get(&k).copied().or(guards.first());
-        let diagnostic = place
-            .into_iter()
-            .fold(diagnostic, |diagnostic, guard| diagnostic.at(guard.place.clone(), "of this machine"));
+        let guard = of_state.get(&k).copied().or(guards.first());
+        let diagnostic = Diagnostic::warning("block::unreachable-state", message)
+            .at_known(guard.map(|guard| &guard.place), "of this machine");
         out.push(diagnostic.help("add a transition, or remove the state"));
     }
 }

@@ -21,7 +21,7 @@ use kardan_elements::{block, element, signal};
 use kardan_math::names::{NamedList, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use kardan_math::units::{Dimension, Expression};
 use kardan_results::signal_name::SignalName;
-use kardan_schema::diagnostics::{Diagnostic, Severity, shortened};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::{Entries, KeyedEntry, Place, RawValue};
 use kardan_schema::file::syntax;
 use kardan_schema::schema::{Field, Keys, Kind, Placed, Sign, Table};
@@ -137,10 +137,9 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     check_named_faults(&document, &mut study);
-    let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
         && !document.suppressed.all
-        && !out.iter().chain(&study).any(is_error)
+        && !out.iter().chain(&study).any(Diagnostic::is_error)
     {
         out.push(
             Diagnostic::error("model::no-shaft", "the model has no shaft")
@@ -148,9 +147,9 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
         );
     }
     check_size(&document, &mut out);
-    document.suppressed.equations |= out.iter().any(is_error);
+    document.suppressed.equations |= out.iter().any(Diagnostic::is_error);
     out.extend(study.drain(broken..));
-    if !out.iter().any(is_error) {
+    if !out.iter().any(Diagnostic::is_error) {
         unused_parameters((entries, source_entries), &document, &mut out);
         unused_tables(entries, &document, &mut out);
         unfollowed_manoeuvres(source_entries, &document, texts, &mut out);
@@ -407,7 +406,7 @@ fn read_manoeuvres(
         named_tables(root, keyword, fields, &mut SuppressedChecks::default(), &mut diagnostics)
     });
     let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut diagnostics);
-    document.suppressed.durations |= diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+    document.suppressed.durations |= diagnostics.iter().any(Diagnostic::is_error);
     let nodes = [manoeuvres, paths].concat();
     leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
     study.extend(diagnostics);
@@ -622,15 +621,11 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
     for (name, kind, place) in elements.chain(controls).chain(blocks) {
         match first_uses.get(name) {
-            Some((other_kind, other_span)) => out.push(
-                Diagnostic::error(
-                    "name::duplicate",
-                    format!("the name `{name}` has two uses, for {other_kind} and {kind}"),
-                )
-                .at(place.clone(), "again here")
-                .at((*other_span).clone(), "first here")
-                .help("give each element, controller and block a name of its own"),
-            ),
+            Some((other_kind, first)) => {
+                let message = format!("the name `{name}` has two uses, for {other_kind} and {kind}");
+                let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+                out.push(diagnostic.help("give each element, controller and block a name of its own"));
+            }
             None => drop(first_uses.insert(name, (kind, place))),
         }
     }

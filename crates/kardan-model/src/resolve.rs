@@ -182,12 +182,9 @@ impl Document {
                     let control = self.controls.get(name)?;
                     occurrences(&control.table, &input).into_iter().next()
                 };
-                out.push(
-                    Diagnostic::error("control::input", message)
-                        .at(place(&control.name).unwrap_or_else(|| control.place.clone()), "again here")
-                        .at(place(&other.name).unwrap_or_else(|| other.place.clone()), "first here")
-                        .help("let each motor be commanded by one controller"),
-                );
+                let [again, first] = [control, other].map(|one| place(&one.name).unwrap_or_else(|| one.place.clone()));
+                let diagnostic = Diagnostic::twice("control::input", message, again, first);
+                out.push(diagnostic.help("let each motor be commanded by one controller"));
             }
         }
     }
@@ -345,10 +342,12 @@ pub(super) fn element_values(
         let masses = table.translational || values.measure("coefficients") == Some(Domain::Translation);
         let label = format!("`{}` of {what}", field.name);
         let resolved = match (field.kind.for_translation(masses), &entry.value) {
-            (Kind::OfTime(dimension), Value::Scalar(scalar)) => functions.of_time(scalar).and_then(|expression| {
-                let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
-                function.map(|found| Resolved::OfTime(Arc::new(found)))
-            }),
+            (Kind::OfTime(dimension), Value::Scalar(scalar)) => {
+                functions.document.function_of_time(scalar).and_then(|expression| {
+                    let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
+                    function.map(|found| Resolved::OfTime(Arc::new(found)))
+                })
+            }
             (Kind::Formulas, Value::Map(entries)) => functions.row(entries, &label, out).map(Resolved::Formulas),
             (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) => {
                 let formula = functions.surface(expression, (&entry.place, &label), out);

@@ -154,12 +154,9 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         let what = format!("variant `{name}`");
         let first = first_places.entry(name.to_ascii_lowercase()).or_insert(place);
         if *first != place {
-            out.push(
-                Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
-                    .at(place.clone(), "again here")
-                    .at((*first).clone(), "first here")
-                    .help("give each variant a name of its own; it becomes a file name"),
-            );
+            let message = format!("there are two variants named `{name}`");
+            let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+            out.push(diagnostic.help("give each variant a name of its own; it becomes a file name"));
             continue;
         }
         let settings = reader.settings(table, "set", &what, out);
@@ -257,11 +254,10 @@ fn distinct(
                 Some(_) => format!("variants of `{name}`: expected {expected} as under `[parameters]`, found {noun}"),
                 None => format!("variants of `{name}`: the first is {expected}, this one {noun}"),
             };
-            let mut diagnostic =
-                Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
-            if let Some(declared) = declared {
-                diagnostic = diagnostic.at(declared.place.clone(), expected);
-            }
+            let diagnostic = Diagnostic::error("unit::dimension", message)
+                .at(place, noun)
+                .at_known(declared.map(|declared| &declared.place), expected)
+                .help(dimension.hint(&text));
             // One wrong unit for a whole list is one error.
             if out[before..].iter().all(|d| d.labels[0].place != diagnostic.labels[0].place) {
                 out.push(diagnostic);

@@ -28,7 +28,7 @@ const MOST_SCAN_POINTS: usize = 1000;
 /// The functions of time of a document under construction.
 pub struct Functions<'a, 'd> {
     reader: &'a TableReader<'d>,
-    document: &'a Document,
+    pub(crate) document: &'a Document,
     horizon: f64,
     seed: u64,
     graph: Graph,

@@ -7,7 +7,6 @@ use kardan_expr::expr::{Graph, OfTime};
 use kardan_math::units::{Dimension, Expression};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
-use kardan_schema::schema::Scalar;
 
 /// Largest jump that counts as rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-9;
@@ -22,11 +21,6 @@ pub(super) fn find_kink(
 }
 
 impl Functions<'_, '_> {
-    /// The expression of a value that is a function of time.
-    pub(crate) fn of_time(&self, scalar: &Scalar) -> Option<Expression> {
-        self.document.function_of_time(scalar)
-    }
-
     /// The function of an expression that a motion follows: an angle without jumps of itself and of its rate, a speed or a
     /// current without jumps, an acceleration; positions of masses likewise.
     pub(crate) fn smooth(

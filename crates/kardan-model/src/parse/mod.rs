@@ -368,11 +368,11 @@ impl Reader<'_> {
             };
             let Some(word) = here.word(text, out) else { continue };
             match names.iter().find(|candidate| candidate.value == word) {
-                Some(first) => out.push(
-                    here.error("name::duplicate", format!("`{word}` is listed twice"), "again here")
-                        .at(first.place.clone(), "first here")
-                        .help("remove one of the two"),
-                ),
+                Some(first) => {
+                    let message = format!("{}: `{word}` is listed twice", self.what);
+                    let diagnostic = Diagnostic::twice("name::duplicate", message, &entry.place, &first.place);
+                    out.push(diagnostic.help("remove one of the two"));
+                }
                 None => names.push(Placed { value: word, place: entry.place.clone() }),
             }
         }

@@ -47,9 +47,6 @@ struct Open<'a> {
     keys: Keys,
 }
 
-/// Expressions of keys, their results, and the names in them.
-type Expressions<'a> = (Vec<KeyExpression<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
-
 /// Keys of a block that are not expressions.
 #[derive(Default)]
 struct Keys {
@@ -152,15 +149,11 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// The result when all expressions are built.
     fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
-        let Open { source, expressions, lowered, reads, keys } = open;
-        let reads = Arc::new(reads);
-        match source {
-            Source::Block(block) => self.lowered(block, (expressions, lowered, reads), keys, out),
-            _ => {
-                let outputs = lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
-                Some(Made { period: None, outputs, states: Vec::new(), reads })
-            }
+        if let Source::Block(block) = open.source {
+            return self.lowered(block, open, out);
         }
+        let outputs = open.lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
+        Some(Made { period: None, outputs, states: Vec::new(), reads: Arc::new(open.reads) })
     }
 
     /// The expression of a name that is not a block, a formula or a sensor.
@@ -396,8 +389,7 @@ impl<'a> Blocks<'a, '_, '_> {
     fn lowered(
         &mut self,
         block: &'a BlockTable,
-        (expressions, lowered, reads): Expressions<'a>,
-        Keys { values, unit, lists, own, ways }: Keys,
+        Open { expressions, lowered, reads, keys: Keys { values, unit, lists, own, ways }, .. }: Open<'a>,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
         let BlockTable { kind, name, place, table, .. } = block;
@@ -434,7 +426,8 @@ impl<'a> Blocks<'a, '_, '_> {
         match self.wire(kind, (&values, period.clone(), called, lists), (block_inputs, guards, own)) {
             Ok((outputs, block_states, rules)) => {
                 self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
-                self.finished(block, Made { period, outputs, states: block_states, reads }, unit, out)
+                let made = Made { period, outputs, states: block_states, reads: Arc::new(reads) };
+                self.finished(block, made, unit, out)
             }
             Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));
