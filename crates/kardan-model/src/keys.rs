@@ -193,7 +193,7 @@ pub(super) fn key_diagnostic(
     (table, header): (&Table, &Place),
 ) -> Diagnostic {
     let at = table.values.get(error.key).map_or(header, |value| &value.place);
-    Diagnostic::error(code, format!("{what}: {}", error.message)).at(at.clone(), "").help(error.help)
+    Diagnostic::error(code, format!("{what}: {}", error.message)).at(at, "").help(error.help)
 }
 
 /// An error in an expression: of an unknown name with the message and the remedy of those who may read it, by that name.

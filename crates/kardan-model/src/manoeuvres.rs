@@ -295,7 +295,7 @@ pub(super) fn check_manoeuvres(
             all => unknown_name(name, all.iter().map(|node| node.name)),
         };
         let message = format!("{whose}: there is no manoeuvre `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such manoeuvre").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, "no such manoeuvre").help(help));
     }
     wrong
 }
@@ -318,8 +318,7 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
     for (key, _) in kind.keys.iter().filter(|(key, need)| *need == Need::Required && node.table.get(key).is_none()) {
         let about = field(key).map_or("", |field| field.doc);
         let message = format!("{what}: a `{}` needs the key `{key}`", kind.keyword);
-        let diagnostic =
-            Diagnostic::error("key::missing", message).at(node.place.clone(), format!("`{key}` is missing"));
+        let diagnostic = Diagnostic::error("key::missing", message).at(&node.place, format!("`{key}` is missing"));
         out.push(diagnostic.help(format!("add `{key} = ...`: {about}")));
     }
     for found in node.table.iter() {
@@ -330,7 +329,7 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
         }
         let own = quoted(kind.keys.iter().map(|(key, _)| *key));
         let message = format!("{what}: `{key}` has no effect on a `{}`", kind.keyword);
-        let diagnostic = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
+        let diagnostic = Diagnostic::error("manoeuvre::key", message).at(&found.place, "not used");
         out.push(diagnostic.help(format!("remove it; beside the common keys it accepts {own}")));
     }
 }
@@ -343,8 +342,7 @@ fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let message = format!(
         "{what}: `periods` is {periods}, not a whole number of periods: gradients, hystereses and gains are means over whole periods"
     );
-    let diagnostic =
-        Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "not a whole number");
+    let diagnostic = Diagnostic::error("manoeuvre::periods", message).at(&found.entry.place, "not a whole number");
     out.push(diagnostic.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
@@ -365,13 +363,12 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "no car");
+            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(&node.name_place, "no car");
             out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
             let message = format!("{what}: it does not name one of the cars {}", quoted(cars()));
-            let diagnostic =
-                Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "`car` is missing");
+            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(&node.name_place, "`car` is missing");
             out.push(diagnostic.help("name it: `car = \"NAME\"`"));
         }
         _ => {}
@@ -395,7 +392,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
         .map(|(key, usual)| node.table.text(key).unwrap_or(usual));
     let help =
         format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
-    out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
+    out.push(Diagnostic::error("manoeuvre::braking", message).at(&node.name_place, "needs braking").help(help));
 }
 
 /// Reports drivers whose path does not exist.
@@ -414,7 +411,7 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
             None => "add `[path.NAME]`, or a manoeuvre with lanes, and name what it steers".to_string(),
             Some(_) => unknown_name(path, names()),
         };
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such path").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, "no such path").help(help));
         wrong.push(driver.place.clone());
     }
     // Its measured signal is the same error.
@@ -468,9 +465,7 @@ pub(super) fn unfollowed_manoeuvres(
         for (name, _) in one.made.shared.iter().filter(unread) {
             let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
-            out.push(
-                Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help),
-            );
+            out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
         }
         let name = one.steering_signal();
         // A braking driver may release the wheel.
@@ -490,7 +485,7 @@ pub(super) fn unfollowed_manoeuvres(
                 )
             }
         };
-        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help));
+        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
     }
 }
 

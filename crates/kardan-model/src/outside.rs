@@ -46,7 +46,7 @@ impl Document {
             if let Some(design) = control.table.values.get("design") {
                 let message =
                     format!("`design` of control `{}` has no effect: kardan does not design a program", control.name);
-                let diagnostic = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
+                let diagnostic = Diagnostic::warning("control::design", message).at(&design.place, "not read");
                 out.push(
                     diagnostic.help("remove it; kardan linearises a nonlinear program where all that it reads is zero"),
                 );
@@ -208,7 +208,7 @@ impl Document {
             if !reported.insert(name) {
                 continue;
             }
-            out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));
+            out.push(Diagnostic::error("block::sensor", message).at(&sensor.place, "this sensor").help(help));
         }
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn check(
             let message =
                 format!("{what}: `when` of the transition from `{from}` to `{to}` is never true, so it is never taken");
             let diagnostic =
-                Diagnostic::warning("block::unreachable-transition", message).at(guard.place.clone(), "never true");
+                Diagnostic::warning("block::unreachable-transition", message).at(&guard.place, "never true");
             out.push(diagnostic.help("check its thresholds, or remove the transition"));
         } else {
             possible.push(guard);
@@ -116,8 +116,7 @@ pub(super) fn check(
                     "not decided",
                 ),
             };
-            let diagnostic =
-                Diagnostic::warning("block::overlapping-transitions", message).at(second.place.clone(), word);
+            let diagnostic = Diagnostic::warning("block::overlapping-transitions", message).at(&second.place, word);
             out.push(diagnostic.help(format!(
                 "to give the transition to `{a}` priority, add `and not (...)` with its condition to this one"
             )));

@@ -230,7 +230,7 @@ pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: 
         if let Scalar::Tolerated(read) = scalar {
             out.push(
                 Diagnostic::error("tolerance::not-allowed", format!("{what} cannot have a tolerance"))
-                    .at(place.clone(), "with a tolerance")
+                    .at(place, "with a tolerance")
                     .help(help),
             );
             *scalar = Scalar::Literal(read.value.clone(), read.dimension);

@@ -169,8 +169,7 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let count = coordinates.clone().count();
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
-        let diagnostic =
-            Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
+        let diagnostic = Diagnostic::error("model::large", message).at(&first.place, "the first above the limit");
         out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
     }
 }
@@ -188,7 +187,7 @@ fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: 
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
         let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);
-        out.push(Diagnostic::warning("parameter::unused", message).at(parameter.place.clone(), "not used").help(help));
+        out.push(Diagnostic::warning("parameter::unused", message).at(&parameter.place, "not used").help(help));
     }
 }
 
@@ -196,7 +195,7 @@ fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: 
 /// bench, motors and disturbances that are never set.
 fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
     let warning = |message: String, place: &Place, label: &str, help: &str| {
-        Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
+        Diagnostic::warning("table::unused", message).at(place, label).help(help)
     };
     let is_empty = |found: &&KeyedEntry| found.entry.value.as_table().is_some_and(Entries::is_empty);
     for found in entries.iter().filter(is_empty) {
@@ -285,7 +284,7 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
             let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
             out.push(
                 Diagnostic::error("type::wrong", message)
-                    .at(found.place.clone(), "a name")
+                    .at(&found.place, "a name")
                     .help(format!("write each as `[[{key}]]`")),
             );
             continue;
@@ -538,7 +537,7 @@ fn check_tables(
         let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
         let diagnostic =
             Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
-                .at(found.place.clone(), label)
+                .at(&found.place, label)
                 .help(help);
         if !is_table || nearest_name.is_some_and(|nearest_name| STUDY.contains(&nearest_name)) {
             study.push(diagnostic);
@@ -583,7 +582,7 @@ fn named_tables<'t>(
         let what = if matches!(entry, RawValue::List(_)) { "a list" } else { "a value" };
         out.push(
             Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
-                .at(found.place.clone(), "not a table")
+                .at(&found.place, "not a table")
                 .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
         );
         return Vec::new();
@@ -596,7 +595,7 @@ fn named_tables<'t>(
         let message = format!("a {keyword} needs a name: `{}` is in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
-                .at(group.place.clone(), "no name")
+                .at(&group.place, "no name")
                 .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
         );
     }

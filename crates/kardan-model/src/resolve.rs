@@ -200,7 +200,7 @@ impl Document {
                 format!("{} `{}` acts on the ground alone, which does not move", instance.kind.keyword, instance.name);
             out.push(
                 Diagnostic::error("name::ground", message)
-                    .at(TableReader::place(&instance.table, key), "fixed")
+                    .at(instance.table.place_of(key), "fixed")
                     .help("name a shaft or mass that moves"),
             );
         }
@@ -274,7 +274,7 @@ impl Document {
             let table = self.elements.all(&named.element).find(|e| e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
                 Diagnostic::error("element::invalid", format!("sensor `{}`: {message}", named.element))
-                    .at(table.map_or_else(Place::default, |table| TableReader::place(table, key)), "")
+                    .at(table.map_or_else(Place::default, |table| table.place_of(key).clone()), "")
                     .help(help),
             );
         }

@@ -121,7 +121,7 @@ impl Document {
                     );
                     out.push(
                         Diagnostic::error("element::invalid", message)
-                            .at(tolerance.place.clone(), "with this tolerance")
+                            .at(&tolerance.place, "with this tolerance")
                             .help(format!("narrow the tolerance, or: {help}")),
                     );
                 }

@@ -39,7 +39,7 @@ fn variant_values(
         tolerance_mark(text)?;
         Some(
             Diagnostic::error("tolerance::not-allowed", format!("variants of `{name}` cannot have a tolerance"))
-                .at(place.clone(), "with a tolerance")
+                .at(place, "with a tolerance")
                 .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
     };
@@ -86,14 +86,12 @@ fn variant_values(
         RawValue::Broken => return None,
         _ => {
             let message = format!("variants of `{name}` must be a list of quantities");
-            out.push(
-                Diagnostic::error("type::wrong", message).at(entry.place.clone(), "not a list").help(VARIANTS_HELP),
-            );
+            out.push(Diagnostic::error("type::wrong", message).at(&entry.place, "not a list").help(VARIANTS_HELP));
         }
     }
     if values.is_empty() && out.len() == before {
         let message = format!("the list of variants of `{name}` is empty");
-        out.push(Diagnostic::error("list::length", message).at(entry.place.clone(), "no entry").help(VARIANTS_HELP));
+        out.push(Diagnostic::error("list::length", message).at(&entry.place, "no entry").help(VARIANTS_HELP));
     }
     (out.len() == before).then_some(values)
 }
@@ -122,7 +120,7 @@ fn computed(
     if let Some(other) = expression.names().into_iter().find(|name| moving.contains(name)) {
         let message = format!("{what}: `{other}` differs between the variants too");
         return Some(Err(Diagnostic::error("parameter::set-by-variant", message)
-            .at(place.clone(), "not one value")
+            .at(place, "not one value")
             .help("write the values, or declare a parameter that follows from both and vary what it follows from")));
     }
     if expression.names().iter().any(|name| document.suppressed.has_key(name)) {
@@ -170,7 +168,7 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
         out.push(
             Diagnostic::error("list::length", message)
-                .at(document.named_variants[MOST_VARIANTS].name.place.clone(), "one too many")
+                .at(&document.named_variants[MOST_VARIANTS].name.place, "one too many")
                 .help("split the study into several files"),
         );
         document.named_variants = NamedList::default();
@@ -206,7 +204,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
                 "list::length",
                 format!("{count} variants are more than one study may have ({MOST_VARIANTS})"),
             )
-            .at(node.name_place.clone(), "all combinations are run")
+            .at(&node.name_place, "all combinations are run")
             .help("vary fewer values at a time"),
         );
         document.variants = NamedList::default();
@@ -221,8 +219,8 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
         let message = format!("`{name}` is varied here and set by the variant `{}`", other.name.value);
         out.push(
             Diagnostic::error("name::duplicate", message)
-                .at(place.clone(), "varied here")
-                .at(other.name.place.clone(), "set in this variant")
+                .at(place, "varied here")
+                .at(&other.name.place, "set in this variant")
                 .help("vary it here, or set it in each `[[variant]]`"),
         );
     }
@@ -235,7 +233,7 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
         _ => format!("there are {}; declare it under `[parameters]`", quoted(names)),
     });
     let message = format!("there is no parameter `{}` to vary", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
+    out.push(Diagnostic::error("name::unknown", message).at(place, "not declared").help(help));
 }
 
 /// The values of one dimension, each once.
@@ -285,7 +283,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
     for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
         out.push(
             Diagnostic::warning("control::unused", format!("no variant uses the controller `{}`", control.name))
-                .at(control.place.clone(), "in no loop, hence not checked")
+                .at(&control.place, "in no loop, hence not checked")
                 .help("name it in `controls` of a `[[variant]]`, or remove it"),
         );
     }
@@ -304,9 +302,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
             };
             let name = &variant.name.value;
             let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
-            out.push(
-                Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such controller").help(help),
-            );
+            out.push(Diagnostic::error("name::unknown", message).at(&word.place, "no such controller").help(help));
         }
     }
 }
@@ -316,7 +312,7 @@ pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>)
     for variant in &document.named_variants {
         for word in variant.faults.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
             let what = format!("variant `{}`", variant.name.value);
-            out.push(no_such_fault(document, &word.value, &what).at(word.place.clone(), "no such fault"));
+            out.push(no_such_fault(document, &word.value, &what).at(&word.place, "no such fault"));
         }
     }
 }

@@ -139,7 +139,7 @@ impl Functions<'_, '_> {
         if let Some(first) = self.open.iter().position(|open| *open == name) {
             let message = format!("{what}: it depends on itself: {}", circle(&self.open[first..]));
             let help = "make one of them depend on something else, such as a state or a block with a `sample_time`";
-            out.push(Diagnostic::error("signal::cyclic-definition", message).at(place.clone(), "circular").help(help));
+            out.push(Diagnostic::error("signal::cyclic-definition", message).at(place, "circular").help(help));
             return Some(None);
         }
         self.open.push(&signal.name);

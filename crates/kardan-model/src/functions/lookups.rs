@@ -89,7 +89,7 @@ impl<'a> Functions<'a, '_> {
                 let diagnostic = Diagnostic::error("key::unknown", format!("{label} is not known"));
                 out.push(
                     diagnostic
-                        .at(name.place.clone(), "unknown")
+                        .at(&name.place, "unknown")
                         .help("points have `x` and `value`, and for a surface `y`, a list each"),
                 );
                 continue;
@@ -108,7 +108,7 @@ impl<'a> Functions<'a, '_> {
             let message = format!("`points` of {what} have no `{missing}`");
             out.push(
                 Diagnostic::error("table::points", message)
-                    .at(points.place.clone(), "")
+                    .at(&points.place, "")
                     .help("write `{ x = [...], value = [...] }`"),
             );
         }

@@ -294,8 +294,8 @@ impl<'a, 'd> Functions<'a, 'd> {
                 None
             }
             Err(Refused::Expression(error)) => {
-                let place = TableReader::place(table, "value");
-                out.push(self.diagnostic(error, values.word_or_default("value"), (&place, what)));
+                let place = table.place_of("value");
+                out.push(self.diagnostic(error, values.word_or_default("value"), (place, what)));
                 None
             }
         }
@@ -325,7 +325,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                             "value" => self.like(scalar, &label, common, out),
                             _ => out.push(
                                 Diagnostic::error("key::unknown", format!("{label} is not known"))
-                                    .at(name.place.clone(), "unknown")
+                                    .at(&name.place, "unknown")
                                     .help("points have `time` and `value`, a list each"),
                             ),
                         }
@@ -356,7 +356,7 @@ impl<'a, 'd> Functions<'a, 'd> {
 fn unlike(label: &str, scalar: &Placed<Scalar>, common: &Dimension, own: &Dimension) -> Diagnostic {
     let message = format!("{label}: expected {}, as before, found {}", common.noun(), own.noun());
     let help = format!("write a unit such as {}", common.example());
-    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), own.noun()).help(help)
+    Diagnostic::error("unit::dimension", message).at(&scalar.place, own.noun()).help(help)
 }
 
 /// A name that depends on more than the time, after a noun for it.

@@ -66,9 +66,7 @@ impl Functions<'_, '_> {
                     let help =
                         "all terms of a row must be the same quantity: give a coefficient a length, or remove one";
                     out.push(
-                        Diagnostic::error("unit::dimension", message)
-                            .at(scalar.place.clone(), product.noun())
-                            .help(help),
+                        Diagnostic::error("unit::dimension", message).at(&scalar.place, product.noun()).help(help),
                     );
                 }
                 Some(_) => {}
@@ -81,7 +79,7 @@ impl Functions<'_, '_> {
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that can move");
-                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "fixed");
+                let diagnostic = Diagnostic::error("name::ground", message).at(&name.place, "fixed");
                 out.push(diagnostic.help("name a shaft or mass that moves"));
             }
             return None;

@@ -72,7 +72,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 let message = format!("{what}: `{name}` is an alias of `{}`, which is also present", field.name);
                 out.push(
                     Diagnostic::error("key::duplicate", message)
-                        .at(keyed.place.clone(), "the second name")
+                        .at(&keyed.place, "the second name")
                         .help("remove one of the two"),
                 );
             }
@@ -105,7 +105,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 misspelt.push(one.field.name);
                 let message = format!("{what} has no key `{name}`");
                 let help = format!("did you mean `{}`?", one.called);
-                out.push(Diagnostic::error("key::unknown", message).at(keyed.place.clone(), "unknown key").help(help));
+                out.push(Diagnostic::error("key::unknown", message).at(&keyed.place, "unknown key").help(help));
             }
             None => {
                 misspelt.extend(present_name(name, &hints).or_else(|| nearest_or_similar(name, hints.iter().copied())));
@@ -123,7 +123,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
-                    .at(node.place.clone(), format!("`{}` is missing", field.name))
+                    .at(&node.place, format!("`{}` is missing", field.name))
                     .help(missing(field, node.hints, &mut proposed)),
             );
         }
@@ -293,7 +293,7 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
 /// The error of a name that means something else.
 pub(super) fn reserved_name(name: &str, place: &Place, what: &str, reason: &str) -> Diagnostic {
     let message = format!("`{name}` cannot be the name of a {what}: {reason}");
-    let diagnostic = Diagnostic::error("name::reserved", message).at(place.clone(), "this name");
+    let diagnostic = Diagnostic::error("name::reserved", message).at(place, "this name");
     diagnostic.help(format!("choose another name, such as `{name}_1`"))
 }
 
@@ -317,7 +317,7 @@ struct Reader<'r> {
 
 impl Reader<'_> {
     fn error(&self, code: &'static str, message: impl AsRef<str>, label: impl Into<String>) -> Diagnostic {
-        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
+        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(&self.place, label)
     }
 
     /// A value of another type than expected.

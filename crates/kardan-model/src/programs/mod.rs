@@ -315,7 +315,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                     let inputs = self.document.elements.iter().filter(is_input).map(|one| one.name.as_str());
                     let help = unknown_name(&name.value, inputs);
                     let message = format!("{label}: there is no motor and no voltage source of that name");
-                    out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
+                    out.push(Diagnostic::error("name::unknown", message).at(&name.place, "unknown").help(help));
                     continue;
                 }
             };
@@ -440,7 +440,7 @@ pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> O
         Ok((_, dimension)) => Some(dimension),
         Err(error) => {
             let message = format!("`unit` of {what}: {}", error.message);
-            let diagnostic = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+            let diagnostic = Diagnostic::error(error.code, message).at(place, "no unit");
             out.push(diagnostic.help("write a unit such as \"N m\""));
             None
         }

@@ -30,7 +30,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 shortened(signal)
             );
             let help = "let blocks read it by its name; a sensor can measure what is computed at every instant";
-            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
+            out.push(Diagnostic::error("sensor::signal", message).at(place, "has a sample time").help(help));
             return None;
         }
         if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
@@ -45,11 +45,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 ),
             };
             let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
-            out.push(
-                Diagnostic::error("sensor::signal", message)
-                    .at(place.clone(), "cannot be measured like this")
-                    .help(help),
-            );
+            out.push(Diagnostic::error("sensor::signal", message).at(place, "cannot be measured like this").help(help));
             return None;
         }
         let mut graph = Graph::default();

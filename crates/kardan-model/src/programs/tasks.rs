@@ -64,7 +64,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 "sample it by a block: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
                 shown(own)
             );
-            out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
+            out.push(Diagnostic::error("block::rate", message).at(place, "another sample time").help(help));
         }
     }
 

@@ -337,7 +337,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let what = format!("`signal` of sensor `{}`", shortened(sensor));
         let mut refuse = |message: &str, label: &str, help: &str| {
             let diagnostic = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
-            out.push(diagnostic.at(place.clone(), label).help(help));
+            out.push(diagnostic.at(place, label).help(help));
             None
         };
         let quoted = format!("'{}'", signal.trim_matches('\''));
@@ -487,7 +487,7 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
                     format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
                 let all = || states.iter().map(String::as_str);
                 let help = did_you_mean(nearest(name, all()), || format!("its states are {}", quoted(all())));
-                out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(place, "unknown state").help(help));
             }
             target
         };
@@ -510,6 +510,6 @@ fn number_of(
     }
     let message = format!("{what}: expected a number, found {}", dimension.noun());
     let help = format!("compare it with a threshold: `... > 1 {}`", dimension.si());
-    out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
+    out.push(Diagnostic::error("unit::dimension", message).at(place, dimension.noun()).help(help));
     None
 }

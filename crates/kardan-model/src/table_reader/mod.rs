@@ -185,7 +185,7 @@ impl<'a> TableReader<'a> {
                     continue;
                 }
                 let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(&name.place, "not declared").help(help));
                 continue;
             };
             let dimension = declared.dimension;
@@ -233,7 +233,7 @@ impl<'a> TableReader<'a> {
                 _ => "write a number without a unit",
             };
             let message = format!("{label}: {} does not fit here", dimension.noun());
-            out.push(Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), "").help(expected));
+            out.push(Diagnostic::error("unit::dimension", message).at(&scalar.place, "").help(expected));
         }
         Resolved::Row(map, measured.unwrap_or_default())
     }
