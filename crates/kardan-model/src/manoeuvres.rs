@@ -294,8 +294,7 @@ pub(super) fn check_manoeuvres(
             [] => "the model has no `[manoeuvre.NAME]`".to_string(),
             all => unknown_name(name, all.iter().map(|node| node.name)),
         };
-        let message = format!("{whose}: there is no manoeuvre `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place, "no such manoeuvre").help(help));
+        out.push(Diagnostic::no_such(&whose, "manoeuvre", name, place).help(help));
     }
     wrong
 }
@@ -352,14 +351,13 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
     let free = node.table.text("kind") == Some("free");
     match node.table.text("car") {
         Some(name) if !cars().any(|car| car == name) && !document.suppressed.has(name) => {
-            let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place).clone();
-            let message = format!("{what}: there is no car `{}`", shortened(name));
+            let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place);
             let help = if cars().next().is_none() {
                 "the model has no `[vehicle.NAME]`".to_string()
             } else {
                 unknown_name(name, cars())
             };
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such car").help(help));
+            out.push(Diagnostic::no_such(what, "car", name, place).help(help));
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");

@@ -125,8 +125,13 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
     read_controls(&root, &mut document, &mut out);
-    read_logs(&root, &mut document, &mut study);
-    read_faults(&root, &mut document, &mut study);
+    let logs = read_named(&root, "log", tables::Log::FIELDS, |_, _| {}, &mut study);
+    document.logs.extend(logs.into_iter().map(|(name, table, _)| (name.value, table)));
+    let mut of_faults = Vec::new();
+    let take = |name: &str, table: &mut Table| of_faults.extend(implicit_nested(&format!("fault.{name}"), table, true));
+    let faults = read_named(&root, "fault", tables::Fault::FIELDS, take, &mut study);
+    document.faults.extend(faults.into_iter().map(|(name, table, _)| (name, table)));
+    document.of_runs.extend(of_faults);
     (document.cones, document.lanes) = (cones(source_entries), lanes(source_entries));
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
@@ -359,37 +364,34 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
     }
 }
 
-fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "log", tables::Log::FIELDS, &mut SuppressedChecks::default(), out) {
-        let what = format!("log `{}`", shortened(node.name));
-        let texts = (what.as_str(), REMOVE_TOLERANCE);
-        let table = without_tolerances(tables::Log::FIELDS, &node, example_of("log"), texts, out);
-        document.logs.push((node.name.to_string(), table));
-    }
-}
-
-fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut SuppressedChecks::default(), out) {
-        let what = format!("fault `{}`", shortened(node.name));
-        let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
-        document.of_runs.extend(implicit_nested(&format!("fault.{}", node.name), &mut table, true));
+/// The tables `[keyword.NAME]` of one shape, each with whether it has no error; `take` takes the tolerances that it may have.
+fn read_named(
+    root: &Node<'_>,
+    keyword: &str,
+    fields: &'static [Field],
+    mut take: impl FnMut(&str, &mut Table),
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(Placed<String>, Table, bool)> {
+    let mut read = Vec::new();
+    for node in named_tables(root, keyword, fields, &mut SuppressedChecks::default(), out) {
+        let (what, before) = (format!("{keyword} `{}`", shortened(node.name)), out.len());
+        let mut table = table(fields, &node.clone().like(example_of(keyword)), &what, out);
+        take(node.name, &mut table);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
-        document.faults.push((name, table));
+        read.push((name, table, out.len() == before));
     }
+    read
 }
 
 fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let mut suppressed = SuppressedChecks::default();
-    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut suppressed, out) {
-        let what = format!("table `{}`", shortened(node.name));
-        let before = out.len();
-        let texts = (what.as_str(), REMOVE_TOLERANCE);
-        let table = without_tolerances(tables::LookupTable::FIELDS, &node, example_of("table"), texts, out);
-        if out.len() > before {
-            document.suppressed.names.insert(node.name.to_string());
+    for (Placed { value: name, .. }, table, sound) in
+        read_named(root, "table", tables::LookupTable::FIELDS, |_, _| {}, out)
+    {
+        if !sound {
+            document.suppressed.names.insert(name.clone());
         }
-        document.tables.push((node.name.to_string(), table));
+        document.tables.push((name, table));
     }
 }
 

@@ -300,9 +300,8 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
                 [] => "the model has no `[control.NAME]`".to_string(),
                 controls => unknown_name(&word.value, controls.iter().map(|control| control.name.as_str())),
             };
-            let name = &variant.name.value;
-            let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
-            out.push(Diagnostic::error("name::unknown", message).at(&word.place, "no such controller").help(help));
+            let what = format!("variant `{}`", variant.name.value);
+            out.push(Diagnostic::no_such(&what, "controller", &word.value, &word.place).help(help));
         }
     }
 }
@@ -312,19 +311,19 @@ pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>)
     for variant in &document.named_variants {
         for word in variant.faults.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
             let what = format!("variant `{}`", variant.name.value);
-            out.push(no_such_fault(document, &word.value, &what).at(&word.place, "no such fault"));
+            out.push(no_such_fault(document, word, &what));
         }
     }
 }
 
 /// The error for a missing fault, with the existing ones.
-pub fn no_such_fault(document: &Document, name: &str, what: &str) -> Diagnostic {
+pub fn no_such_fault(document: &Document, Placed { value: name, place }: &Placed<String>, what: &str) -> Diagnostic {
     let names = || document.faults.iter().map(|(name, _)| name.value.as_str());
     let help = match names().next() {
         Some(_) => unknown_name(name, names()),
         None => format!("write it: `[fault.{}]`", shortened(name)),
     };
-    Diagnostic::error("name::unknown", format!("{what}: there is no fault `{}`", shortened(name))).help(help)
+    Diagnostic::no_such(what, "fault", name, place).help(help)
 }
 
 impl Document {

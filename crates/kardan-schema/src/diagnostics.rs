@@ -76,6 +76,12 @@ impl Diagnostic {
         Self::error("unit::dimension", message).at(place, found.noun()).help(help)
     }
 
+    /// The error of a name that nothing has; the remedy lists what there is.
+    pub fn no_such(what: &str, noun: &str, name: &str, place: impl Into<Place>) -> Self {
+        let message = format!("{what}: there is no {noun} `{}`", shortened(name));
+        Self::error("name::unknown", message).at(place, format!("no such {noun}"))
+    }
+
     /// The error of something that is given a second time.
     pub fn twice(
         code: &'static str,

@@ -224,8 +224,7 @@ impl TableReader<'_> {
             Some(_) if out.len() < GUESSES => format!("there are {}", quoted(fitting())),
             _ => format!("declare it: `[shaft.{}]`", shortened(name)),
         });
-        let message = format!("{label}: there is no shaft or charge `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place, "no such shaft or charge").help(help));
+        out.push(Diagnostic::no_such(label, "shaft or charge", name, place).help(help));
     }
 
     pub(super) fn check_element(
