@@ -16,7 +16,6 @@
 mod assignment;
 mod builder;
 mod composites;
-mod divisions;
 mod document;
 mod examples;
 mod functions;
@@ -26,9 +25,6 @@ mod keys;
 mod manoeuvres;
 mod manual;
 mod mechanism;
-mod monitors;
-mod outside;
-mod overlaps;
 mod parameters;
 pub mod parse;
 pub mod programs;

@@ -5,8 +5,6 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::document::BlockTable;
-use crate::monitors::MonitorExpr;
-use crate::overlaps::TransitionGuard;
 use kardan_elements::block::{BlockBuilder, BlockKind, Expressions, Guard, List, Rule};
 use kardan_elements::element::KeyError;
 use kardan_expr::expr::{Expr, Lookup, Traced};
@@ -15,6 +13,8 @@ use kardan_mechanics::program::KeyRule;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Kind, Table, Values};
 
+use super::monitors::MonitorExpr;
+use super::overlaps::TransitionGuard;
 use super::{BlockInputs, BlockStates, Blocks, Made, Outputs, outside_name};
 
 /// The symbols of an output: `.since` of a machine and others whose units are known in advance.

@@ -2,6 +2,9 @@
 
 mod block_outputs;
 mod monitor_checks;
+mod monitors;
+mod outside;
+mod overlaps;
 mod sensor_signals;
 mod tasks;
 mod writing;
@@ -22,9 +25,9 @@ use kardan_schema::schema::{Placed, Scalar, Table};
 use super::document::{BlockTable, Document, Instance, SignalTable};
 use super::functions::Functions;
 use super::keys::unknown_in;
-use super::monitors::MonitorExpr;
-use super::overlaps::TransitionGuard;
 use super::table_reader::TableReader;
+use monitors::MonitorExpr;
+use overlaps::TransitionGuard;
 
 /// The blocks of a model as tasks, with external inputs.
 #[derive(Debug, Clone, Default)]
@@ -434,7 +437,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 }
 
 /// The unit that a table states.
-pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
+fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
     let (text, place) = table.placed_word("unit")?;
     match kardan_math::units::parse_quantity(&format!("1 {text}")) {
         Ok((_, dimension)) => Some(dimension),

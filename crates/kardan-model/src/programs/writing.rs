@@ -5,10 +5,10 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::block_outputs::{declared_outputs, warn_of_growth};
+use super::overlaps::TransitionGuard;
 use super::{BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, errors, outside_name};
 use crate::document::BlockTable;
 use crate::keys::key_diagnostic;
-use crate::overlaps::TransitionGuard;
 use kardan_elements::block::List;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::{circle, did_you_mean};

@@ -1,8 +1,10 @@
 //! Tolerances of parameters, and whether the model is valid within them.
 
-use super::divisions::check_divisions;
+mod divisions;
+
 use super::document::{Document, Setting, Tolerance, keys_of, shown};
 use super::table_reader::TableReader;
+use divisions::check_divisions;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 
@@ -186,5 +188,5 @@ fn check_signs(tolerance: &Tolerance, table: &Table, what: &str, out: &mut Vec<D
 }
 
 #[cfg(test)]
-#[path = "../tests/unit/tolerance.rs"]
+#[path = "../../tests/unit/tolerance.rs"]
 mod tests;

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::document::{Document, Setting, Tolerance};
-use super::table_reader::TableReader;
+use crate::document::{Document, Setting, Tolerance};
+use crate::table_reader::TableReader;
 use kardan_expr::expr::{Expr, Graph, Interval, Intervals, Named, lower};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::{Dimension, Exact, Expression, Restriction};
