@@ -3,7 +3,6 @@
 //! [`Entries`] contain the whole model, each value with its [`Place`]. Files become entries in
 //! [`file`](crate::file), typed tables of a program in [`schema`](crate::schema); later code does not distinguish the two.
 
-use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -339,14 +338,5 @@ impl From<RawValue> for Entry {
     /// An entry of a program.
     fn from(value: RawValue) -> Self {
         Self { value, place: Place::unsettled() }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(span) => write!(f, "byte {}", span.start),
-            Self::Path(path) => f.write_str(path),
-        }
     }
 }
