@@ -168,7 +168,7 @@ fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnos
         let Following { name, place, expression, key } = &unresolved[circle[0]];
         let what = if key.is_some() { "" } else { "parameter " };
         let message = format!("{what}`{name}` depends on itself: {}", names::circle(&names));
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         out.push(
             Diagnostic::error("parameter::cyclic-definition", message)
                 .at(at, "circular")

@@ -63,6 +63,11 @@ impl Place {
         }
     }
 
+    /// The place of a value without its quotes.
+    pub fn inside(&self, value: &str) -> Self {
+        self.part(value, 0..value.len())
+    }
+
     /// The place of a part of a value, where the bytes of the value are those of the file, in quotes or not.
     pub fn part(&self, value: &str, part: Range<usize>) -> Self {
         match self {

@@ -27,7 +27,7 @@ impl Functions<'_, '_> {
         let mut formula = self.formula_with(expression, own, (place, what), out)?;
         let found = std::mem::replace(&mut formula.dimension, expected);
         if found != expected && (expected == Dimension::NONE || !expected.is_like(&found)) {
-            let at = place.part(expression.text(), 0..expression.text().len());
+            let at = place.inside(expression.text());
             let unit = found.si();
             let help = match expected {
                 Dimension::NONE => format!(

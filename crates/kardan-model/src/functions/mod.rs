@@ -100,7 +100,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                 return None;
             }
         };
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         if !expected.is_like(&found) {
             let help = format!("the result needs a unit such as {}", expected.example());
             out.push(Diagnostic::wrong_dimension(what, [expected, found], at).help(help));
@@ -224,7 +224,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
                         let message = format!("{what}: `{}` depends on itself: {}", next.name, circle(&names));
-                        let of_text = |(text, place): (&str, &Place)| place.part(text, 0..text.len());
+                        let of_text = |(text, place): (&str, &Place)| place.inside(text);
                         let place = signal.table.placed_word("value").map_or(signal.place.clone(), of_text);
                         let diagnostic = Diagnostic::error("signal::cyclic-definition", message).at(place, "circular");
                         out.push(diagnostic.help("define one of them without the others"));

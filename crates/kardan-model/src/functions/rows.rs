@@ -21,7 +21,7 @@ impl Functions<'_, '_> {
     ) -> Option<Arc<Formula>> {
         let formula = self.of_positions(expression, (place, what), out)?;
         if formula.coordinates().next().is_none() {
-            let at = place.part(expression.text(), 0..expression.text().len());
+            let at = place.inside(expression.text());
             let message = format!("{what}: it contains no angle or position, so it constrains nothing");
             let help =
                 "write the expression that must be zero, such as `q1.phi - 0.5 * sin(q2.phi)` or `x.s^2 + y.s^2 - l^2`";

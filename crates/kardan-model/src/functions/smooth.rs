@@ -31,7 +31,7 @@ impl Functions<'_, '_> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<OfTime> {
         let function = self.function(expression, expected, (place, what), out)?;
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         if function.has_kinks() {
             let message = format!("{what}: it may have a kink or a jump between steps, which no motion can follow");
             let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));

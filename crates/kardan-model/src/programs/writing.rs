@@ -291,8 +291,7 @@ impl<'a> Blocks<'a, '_, '_> {
             None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
             None if block.name == name => {
                 let message = format!("{what}: `{name}` depends on itself, so its unit is unknown");
-                let at = place.part(read.text(), 0..read.text().len());
-                let diagnostic = Diagnostic::error("block::unit", message).at(at, "circular");
+                let diagnostic = Diagnostic::error("block::unit", message).at(place.inside(read.text()), "circular");
                 out.push(
                     diagnostic.help(format!("state the unit of its output: `unit = \"rad\"` in `[block.{name}]`")),
                 );
@@ -317,10 +316,9 @@ impl<'a> Blocks<'a, '_, '_> {
             None => {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
                 let message = format!("{what}: `{name}` depends on itself: {}", circle(&self.open[first..]));
-                let at = place.part(read.text(), 0..read.text().len());
                 out.push(
                     Diagnostic::error("signal::cyclic-definition", message)
-                        .at(at, "circular")
+                        .at(place.inside(read.text()), "circular")
                         .help(super::BREAK_CIRCLE),
                 );
                 Err(Stopped::Reported)
