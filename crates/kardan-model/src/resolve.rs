@@ -98,10 +98,7 @@ impl Document {
             if sound {
                 self.check_moves(instance, &values, &reader, &mut out);
             }
-            let mut own = (instance.kind.terms)(&instance.name, &values);
-            if !self.elements.all(GROUND).any(|candidate| candidate.body().is_some()) {
-                own.iter_mut().for_each(Term::leave_ground);
-            }
+            let own = self.terms_of(instance, &values);
             let described = describe(instance, &values, &reader);
             // A sensor of a signal is one of the blocks.
             if values.word("measures") != Some("signal") {
@@ -148,6 +145,15 @@ impl Document {
             rounded: Vec::new(),
         };
         (Model { rounded: reader.rounded(), ..model }, out)
+    }
+
+    /// The terms of an element; the ground does not move and is left out, unless a body has its name.
+    pub(super) fn terms_of(&self, instance: &Instance, values: &Values) -> Vec<Term> {
+        let mut terms = (instance.kind.terms)(&instance.name, values);
+        if !self.elements.all(GROUND).any(|candidate| candidate.body().is_some()) {
+            terms.iter_mut().for_each(Term::leave_ground);
+        }
+        terms
     }
 
     /// The controllers in the loop, by name.
