@@ -25,11 +25,11 @@ enum Step {
 pub fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnostic> {
     let Some((path, value_text)) = text.split_once('=') else {
         let help = "write the key, `=` and the value, such as --set beta=\"10 deg\" or --set wg.inertia=\"2 kg cm^2\"";
-        return Err(assign_error("set::no-value", format!("`--set {}` has no `=`", shortened(text))).help(help));
+        return Err(Diagnostic::error("set::no-value", format!("`--set {}` has no `=`", shortened(text))).help(help));
     };
     let (path, value_text) = (path.trim(), value_text.trim());
     if value_text.is_empty() {
-        return Err(assign_error("set::no-value", format!("`--set {}=` has no value", shortened(path)))
+        return Err(Diagnostic::error("set::no-value", format!("`--set {}=` has no value", shortened(path)))
             .help("write the value after the `=`, with its unit"));
     }
     let steps = from_the_top(model, steps(path)?, path)?;
@@ -45,14 +45,10 @@ pub fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnos
     })
 }
 
-fn assign_error(code: &'static str, message: String) -> Diagnostic {
-    Diagnostic::error(code, message)
-}
-
 /// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets after them.
 fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
     let wrong = || {
-        assign_error("set::path", format!("`{}` is no key of a model", shortened(path)))
+        Diagnostic::error("set::path", format!("`{}` is no key of a model", shortened(path)))
             .help("separate keys by dots and number list entries from 0: scenario.event[0].at")
     };
     let mut out = Vec::new();
@@ -105,7 +101,8 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                     .to_string(),
                 false => unknown_name(name, parameters),
             };
-            Err(assign_error("set::unknown", format!("the model has no parameter `{}`", shortened(name))).help(help))
+            Err(Diagnostic::error("set::unknown", format!("the model has no parameter `{}`", shortened(name)))
+                .help(help))
         }
         [Step::Key(first), ..] if model.get(first).is_some() || OF_KEYS.contains(&first.as_str()) => Ok(steps),
         [Step::Key(first), ..] => {
@@ -119,13 +116,16 @@ fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Ste
                     let names = groups.iter().flat_map(|group| keys(model.table(group))).chain(keys(Some(model)));
                     let near = nearest(first, names);
                     let help = did_you_mean(near, || "`kardan models NAME` shows the names in a model".into());
-                    Err(assign_error("set::unknown", format!("the model has no entry named `{}`", shortened(first)))
-                        .help(help))
+                    Err(Diagnostic::error(
+                        "set::unknown",
+                        format!("the model has no entry named `{}`", shortened(first)),
+                    )
+                    .help(help))
                 }
                 several => {
                     let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
                     let message = format!("`{}` is ambiguous", shortened(path));
-                    Err(assign_error("set::ambiguous", message)
+                    Err(Diagnostic::error("set::ambiguous", message)
                         .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
                 }
             }
@@ -147,10 +147,11 @@ fn keys(table: Option<&Entries>) -> Vec<&str> {
 fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Result<(), Diagnostic> {
     let unknown = |step: &str, keys: Vec<&str>| {
         let help = if keys.is_empty() { "it is empty".to_string() } else { unknown_name(step, keys) };
-        assign_error("set::unknown", format!("`{}`: there is no `{}`", shortened(path), shortened(step))).help(help)
+        Diagnostic::error("set::unknown", format!("`{}`: there is no `{}`", shortened(path), shortened(step)))
+            .help(help)
     };
     let whole = || {
-        assign_error("set::table", format!("`{}` is a table, not a value", shortened(path)))
+        Diagnostic::error("set::table", format!("`{}` is a table, not a value", shortened(path)))
             .help("name one of its keys, after a dot")
     };
     let Some((Step::Key(first), rest)) = steps.split_first() else { return Err(whole()) };
@@ -175,7 +176,7 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
                         _ => format!("it has {count} entries: [0] to [{}]", count - 1),
                     };
                     let message = format!("`{}`: there is no entry [{number}]", shortened(path));
-                    return Err(assign_error("set::unknown", message).help(help));
+                    return Err(Diagnostic::error("set::unknown", message).help(help));
                 };
                 if after.is_empty() && !matches!(entry.value, RawValue::Table(_)) {
                     *entry = Entry::from(value);
@@ -194,9 +195,8 @@ fn put(model: &mut Entries, steps: &[Step], value: RawValue, path: &str) -> Resu
                     Some(RawValue::Table(_)) => {}
                     Some(RawValue::List(_)) => {
                         let message = format!("`{}`: `{}` is a list", shortened(path), shortened(key));
-                        return Err(
-                            assign_error("set::list", message).help(format!("give the entry: {}[0]", shortened(key)))
-                        );
+                        return Err(Diagnostic::error("set::list", message)
+                            .help(format!("give the entry: {}[0]", shortened(key))));
                     }
                     _ => return Err(unknown(key, keys(Some(table)))),
                 }

@@ -15,7 +15,53 @@ pub struct Builder {
     entries: Entries,
 }
 
+/// Methods that write a table of one kind: `[key]`, an entry of the list `[[key]]`, or `[key.NAME]`.
+macro_rules! setters {
+    ($($(#[$about:meta])+ $how:ident $method:ident($key:literal $(, $name:ident)?): $keys:ty;)*) => {
+        $(
+            $(#[$about])+
+            #[must_use]
+            pub fn $method(self, $($name: &str,)? keys: $keys) -> Self {
+                self.$how($key, $($name,)? &keys)
+            }
+        )*
+    };
+}
+
 impl Builder {
+    setters! {
+        /// `[model]`
+        table header("model"): Header;
+        /// `[scenario]`
+        table scenario("scenario"): Scenario;
+        /// `[safety]`
+        table safety("safety"): Safety;
+        /// `[sweep]`
+        table sweep("sweep"): Sweep;
+        /// A `[[requirement]]` after the existing ones.
+        listed requirement("requirement"): Requirement;
+        /// A `[[figure]]` after the existing ones.
+        listed figure("figure"): Figure;
+        /// A `[[plot]]` after the existing ones.
+        listed plot("plot"): Plot;
+        /// A `[[variant]]` after the existing ones.
+        listed variant("variant"): Variant;
+        /// `[analysis]`
+        table analysis("analysis"): Analysis;
+        /// `[bench]`
+        table bench("bench"): Bench;
+        /// `[identification]`
+        table identification("identification"): Identification;
+        /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.
+        named manoeuvre("manoeuvre", name): Manoeuvre;
+        /// Lanes `[path.NAME]`, in place of those of that name.
+        named path("path", name): Path;
+        /// `[fault.NAME]`
+        named fault("fault", name): Fault;
+        /// `[log.NAME]`
+        named log("log", name): Log;
+    }
+
     /// A model with only a name.
     pub fn new(name: impl Into<String>) -> Self {
         Self::default().header(Header::default().name(name))
@@ -37,27 +83,22 @@ impl Builder {
         self
     }
 
-    fn named(mut self, group: &str, name: &str, table: Entries) -> Self {
-        self.entries.table_mut(group).set(name, RawValue::Table(table));
+    fn named(mut self, group: &str, name: &str, table: &impl Keys) -> Self {
+        self.entries.table_mut(group).set(name, table.raw());
         self
     }
 
     /// A named table whose kind is a word under a key of its own, before the keys of that kind.
-    fn of_kind(self, group: &str, name: &str, word: (&str, &str), keys: Entries) -> Self {
+    fn of_kind(mut self, group: &str, name: &str, word: (&str, &str), keys: Entries) -> Self {
         let mut table = Entries::of_texts([word]);
         keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
-        self.named(group, name, table)
+        self.entries.table_mut(group).set(name, RawValue::Table(table));
+        self
     }
 
     fn listed(mut self, key: &str, table: &impl Keys) -> Self {
         self.entries.list_mut(key).push(Entry::from(table.raw()));
         self
-    }
-
-    /// `[model]`
-    #[must_use]
-    pub fn header(self, header: Header) -> Self {
-        self.table("model", &header)
     }
 
     /// An entry of `[parameters]`: `beta = "10 deg"`, with a tolerance if you like.
@@ -77,7 +118,7 @@ impl Builder {
     /// An element `[keyword.NAME]`, in place of one of that kind and name.
     #[must_use]
     pub fn element<E: ElementKeys>(self, name: &str, element: E) -> Self {
-        self.named(E::KEYWORD, name, element.entries())
+        self.named(E::KEYWORD, name, &element)
     }
 
     /// A controller `[control.NAME]`, in place of one of that name.
@@ -125,18 +166,6 @@ impl Builder {
         self.of_kind("block", name, ("kind", B::KEYWORD), block.entries())
     }
 
-    /// A manoeuvre `[manoeuvre.NAME]`, in place of one of that name.
-    #[must_use]
-    pub fn manoeuvre(self, name: &str, manoeuvre: Manoeuvre) -> Self {
-        self.named("manoeuvre", name, manoeuvre.entries())
-    }
-
-    /// Lanes `[path.NAME]`, in place of those of that name.
-    #[must_use]
-    pub fn path(self, name: &str, path: Path) -> Self {
-        self.named("path", name, path.entries())
-    }
-
     /// A key of a table, by its path: `&["control", "column", "feedback"]`. Missing tables on the path are created.
     #[must_use]
     pub fn set(mut self, path: &[&str], value: impl EntryValue) -> Self {
@@ -163,83 +192,11 @@ impl Builder {
         self
     }
 
-    /// `[scenario]`
-    #[must_use]
-    pub fn scenario(self, scenario: Scenario) -> Self {
-        self.table("scenario", &scenario)
-    }
-
     /// A step or ramp `[[scenario.event]]` after the existing ones.
     #[must_use]
     pub fn event(mut self, event: Event) -> Self {
         self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.raw()));
         self
-    }
-
-    /// `[fault.NAME]`
-    #[must_use]
-    pub fn fault(self, name: &str, fault: Fault) -> Self {
-        self.named("fault", name, fault.entries())
-    }
-
-    /// `[safety]`
-    #[must_use]
-    pub fn safety(self, safety: Safety) -> Self {
-        self.table("safety", &safety)
-    }
-
-    /// `[sweep]`
-    #[must_use]
-    pub fn sweep(self, sweep: Sweep) -> Self {
-        self.table("sweep", &sweep)
-    }
-
-    /// A `[[requirement]]` after the existing ones.
-    #[must_use]
-    pub fn requirement(self, requirement: Requirement) -> Self {
-        self.listed("requirement", &requirement)
-    }
-
-    /// A `[[figure]]` after the existing ones.
-    #[must_use]
-    pub fn figure(self, figure: Figure) -> Self {
-        self.listed("figure", &figure)
-    }
-
-    /// A `[[plot]]` after the existing ones.
-    #[must_use]
-    pub fn plot(self, plot: Plot) -> Self {
-        self.listed("plot", &plot)
-    }
-
-    /// A `[[variant]]` after the existing ones.
-    #[must_use]
-    pub fn variant(self, variant: Variant) -> Self {
-        self.listed("variant", &variant)
-    }
-
-    /// `[analysis]`
-    #[must_use]
-    pub fn analysis(self, analysis: Analysis) -> Self {
-        self.table("analysis", &analysis)
-    }
-
-    /// `[bench]`
-    #[must_use]
-    pub fn bench(self, bench: Bench) -> Self {
-        self.table("bench", &bench)
-    }
-
-    /// `[identification]`
-    #[must_use]
-    pub fn identification(self, identification: Identification) -> Self {
-        self.table("identification", &identification)
-    }
-
-    /// `[log.NAME]`
-    #[must_use]
-    pub fn log(self, name: &str, log: Log) -> Self {
-        self.named("log", name, log.entries())
     }
 
     /// Without these `signals` of `[scenario]`.

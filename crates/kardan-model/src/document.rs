@@ -36,6 +36,45 @@ pub struct Parameter {
     pub(crate) rank: usize,
 }
 
+/// A parameter with the interval that it may lie in; `lower <= nominal <= upper` and `lower < upper`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tolerance {
+    /// The parameter: an entry of `[parameters]`, or `<element>.<key>` for a key written with a tolerance.
+    pub parameter: String,
+    /// Its value, SI.
+    pub nominal: Exact,
+    /// Lower end, SI.
+    pub lower: Exact,
+    /// Upper end, SI.
+    pub upper: Exact,
+    /// The confidence of the interval (0.95 for `95 %`), if it is given.
+    pub confidence: Option<Exact>,
+    /// The dimension of all of them.
+    pub dimension: Dimension,
+    /// Place of the value in the file.
+    pub place: Place,
+}
+
+impl Tolerance {
+    /// The interval for a message.
+    pub(crate) fn shown(&self) -> String {
+        format!("[{}, {}]", shown(&self.lower, self.dimension), shown(&self.upper, self.dimension))
+    }
+}
+
+/// A value for a message; angles in degrees.
+pub(crate) fn shown(value: &Exact, dimension: Dimension) -> String {
+    let (value, unit) = match dimension {
+        Dimension::ANGLE => (value.to_f64().to_degrees(), "deg".to_string()),
+        _ => (value.to_f64(), dimension.si()),
+    };
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    let size = rounded.abs();
+    let number =
+        if size != 0.0 && !(1e-5..1e16).contains(&size) { format!("{rounded:e}") } else { rounded.to_string() };
+    format!("{number} {unit}").trim_end().to_string()
+}
+
 /// An entry of `[variants]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variants {
@@ -387,6 +426,12 @@ impl Document {
     pub fn file_names(&self) -> impl Iterator<Item = &str> {
         let tables = self.signals.iter().map(|signal| &signal.table).chain(self.tables.iter().map(|(_, table)| table));
         tables.chain(self.sweep.tables("correlated")).filter_map(|table| table.word("file"))
+    }
+
+    /// The tables of elements and controllers, with keyword and name.
+    pub(crate) fn model_tables(&self) -> impl Iterator<Item = (&'static str, &str, &Table)> {
+        let elements = self.elements.iter().map(|one| (one.kind.keyword, one.name.as_str(), &one.table));
+        elements.chain(self.controls.iter().map(|one| ("control", one.name.as_str(), &one.table)))
     }
 
     /// All names available to an expression, each after its inputs.

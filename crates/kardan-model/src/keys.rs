@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::document::{Document, Instance, Parameter};
 use kardan_elements::element::KeyError;
 use kardan_math::names::nearest;
-use kardan_math::units::{Dimension, Exact, Expression, format_quantity};
+use kardan_math::units::{Dimension, Exact, Expression, UnitError, format_quantity};
 use kardan_results::signal_name::parameter;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::{Entries, Place};
@@ -193,14 +193,29 @@ pub(super) fn key_diagnostic(
     (table, header): (&Table, &Place),
 ) -> Diagnostic {
     let at = table.values.get(error.key).map_or(header, |value| &value.place);
-    Diagnostic::error(code, format!("{what}: {}", error.message)).at(at.clone(), "").help(error.help)
+    Diagnostic::error(code, format!("{what}: {}", error.message)).at(at, "").help(error.help)
+}
+
+/// An error in an expression: of an unknown name with the message and the remedy of those who may read it, by that name.
+pub(super) fn unknown_in(
+    mut error: UnitError,
+    text: &str,
+    (place, what): (&Place, &str),
+    words: impl FnOnce(&str) -> (String, String),
+) -> Diagnostic {
+    if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
+        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
+        let (message, help) = words(name);
+        error = UnitError { code: "name::unknown", message, help: Some(help), span: error.span };
+    }
+    Diagnostic::of_unit_error(what, error, text, place)
 }
 
 /// An error in an expression, at its place, with a suggestion for a name.
 pub(super) fn expression_diagnostic(
     document: &Document,
     what: &str,
-    mut error: kardan_math::units::UnitError,
+    mut error: UnitError,
     expression: &Expression,
     (place, out): (&Place, &[Diagnostic]),
 ) -> Diagnostic {

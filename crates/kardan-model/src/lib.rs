@@ -16,7 +16,6 @@
 mod assignment;
 mod builder;
 mod composites;
-mod divisions;
 mod document;
 mod examples;
 mod functions;
@@ -26,9 +25,6 @@ mod keys;
 mod manoeuvres;
 mod manual;
 mod mechanism;
-mod monitors;
-mod outside;
-mod overlaps;
 mod parameters;
 pub mod parse;
 pub mod programs;
@@ -46,7 +42,7 @@ pub use assignment::assign;
 pub use builder::Builder;
 pub use document::{
     BlockTable, Control, Document, FileBytes, Instance, KindTable, NamedVariant, Parameter, Setting, SignalTable,
-    SuppressedChecks, VariantSettings, Variants,
+    SuppressedChecks, Tolerance, VariantSettings, Variants,
 };
 pub use functions::Functions;
 pub use json_schema::json_schema;
@@ -55,8 +51,7 @@ pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use symbols::{NamedTerms, SymbolValue, constants};
-pub use table_reader::{Rounded, TableReader, occurrences, wrong_dimension};
-pub use tolerance::Tolerance;
+pub use table_reader::{Rounded, TableReader, occurrences};
 pub use variants::no_such_fault;
 pub use write::{NewValue, write_values};
 

@@ -294,8 +294,7 @@ pub(super) fn check_manoeuvres(
             [] => "the model has no `[manoeuvre.NAME]`".to_string(),
             all => unknown_name(name, all.iter().map(|node| node.name)),
         };
-        let message = format!("{whose}: there is no manoeuvre `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such manoeuvre").help(help));
+        out.push(Diagnostic::no_such(&whose, "manoeuvre", name, place).help(help));
     }
     wrong
 }
@@ -318,8 +317,7 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
     for (key, _) in kind.keys.iter().filter(|(key, need)| *need == Need::Required && node.table.get(key).is_none()) {
         let about = field(key).map_or("", |field| field.doc);
         let message = format!("{what}: a `{}` needs the key `{key}`", kind.keyword);
-        let diagnostic =
-            Diagnostic::error("key::missing", message).at(node.place.clone(), format!("`{key}` is missing"));
+        let diagnostic = Diagnostic::error("key::missing", message).at(&node.place, format!("`{key}` is missing"));
         out.push(diagnostic.help(format!("add `{key} = ...`: {about}")));
     }
     for found in node.table.iter() {
@@ -330,7 +328,7 @@ fn check_keys(node: &Node<'_>, kind: &'static ManoeuvreKind, what: &str, out: &m
         }
         let own = quoted(kind.keys.iter().map(|(key, _)| *key));
         let message = format!("{what}: `{key}` has no effect on a `{}`", kind.keyword);
-        let diagnostic = Diagnostic::error("manoeuvre::key", message).at(found.place.clone(), "not used");
+        let diagnostic = Diagnostic::error("manoeuvre::key", message).at(&found.place, "not used");
         out.push(diagnostic.help(format!("remove it; beside the common keys it accepts {own}")));
     }
 }
@@ -343,8 +341,7 @@ fn check_periods(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
     let message = format!(
         "{what}: `periods` is {periods}, not a whole number of periods: gradients, hystereses and gains are means over whole periods"
     );
-    let diagnostic =
-        Diagnostic::error("manoeuvre::periods", message).at(found.entry.place.clone(), "not a whole number");
+    let diagnostic = Diagnostic::error("manoeuvre::periods", message).at(&found.entry.place, "not a whole number");
     out.push(diagnostic.help(format!("write a whole number: `periods = {}`", periods.ceil().max(1.0))));
 }
 
@@ -354,24 +351,22 @@ fn check_car(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<Dia
     let free = node.table.text("kind") == Some("free");
     match node.table.text("car") {
         Some(name) if !cars().any(|car| car == name) && !document.suppressed.has(name) => {
-            let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place).clone();
-            let message = format!("{what}: there is no car `{}`", shortened(name));
+            let place = node.table.keyed("car").map_or(&node.place, |car| &car.entry.place);
             let help = if cars().next().is_none() {
                 "the model has no `[vehicle.NAME]`".to_string()
             } else {
                 unknown_name(name, cars())
             };
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such car").help(help));
+            out.push(Diagnostic::no_such(what, "car", name, place).help(help));
         }
         None if cars().next().is_none() && !free && !document.suppressed.all => {
             let message = format!("{what}: the model has no car");
-            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "no car");
+            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(&node.name_place, "no car");
             out.push(diagnostic.help("add a `[vehicle.NAME]`, or use a manoeuvre of the kind `free`"));
         }
         None if cars().nth(1).is_some() && !free => {
             let message = format!("{what}: it does not name one of the cars {}", quoted(cars()));
-            let diagnostic =
-                Diagnostic::error("manoeuvre::vehicle", message).at(node.name_place.clone(), "`car` is missing");
+            let diagnostic = Diagnostic::error("manoeuvre::vehicle", message).at(&node.name_place, "`car` is missing");
             out.push(diagnostic.help("name it: `car = \"NAME\"`"));
         }
         _ => {}
@@ -395,7 +390,7 @@ fn check_brakes(node: &Node<'_>, document: &Document, what: &str, out: &mut Vec<
         .map(|(key, usual)| node.table.text(key).unwrap_or(usual));
     let help =
         format!("give it `braking = \"{brakes}\"` and `speed = \"... - {slows}\"`, with the speed it has before");
-    out.push(Diagnostic::error("manoeuvre::braking", message).at(node.name_place.clone(), "needs braking").help(help));
+    out.push(Diagnostic::error("manoeuvre::braking", message).at(&node.name_place, "needs braking").help(help));
 }
 
 /// Reports drivers whose path does not exist.
@@ -414,7 +409,7 @@ pub(super) fn check_drivers(document: &mut Document, out: &mut Vec<Diagnostic>) 
             None => "add `[path.NAME]`, or a manoeuvre with lanes, and name what it steers".to_string(),
             Some(_) => unknown_name(path, names()),
         };
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such path").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, "no such path").help(help));
         wrong.push(driver.place.clone());
     }
     // Its measured signal is the same error.
@@ -468,9 +463,7 @@ pub(super) fn unfollowed_manoeuvres(
         for (name, _) in one.made.shared.iter().filter(unread) {
             let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
-            out.push(
-                Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help),
-            );
+            out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
         }
         let name = one.steering_signal();
         // A braking driver may release the wheel.
@@ -490,7 +483,7 @@ pub(super) fn unfollowed_manoeuvres(
                 )
             }
         };
-        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place.clone(), "not used").help(help));
+        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
     }
 }
 

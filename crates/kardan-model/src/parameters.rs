@@ -168,7 +168,7 @@ fn circles(unresolved: &[Following], needs: &[Vec<usize>], out: &mut Vec<Diagnos
         let Following { name, place, expression, key } = &unresolved[circle[0]];
         let what = if key.is_some() { "" } else { "parameter " };
         let message = format!("{what}`{name}` depends on itself: {}", names::circle(&names));
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         out.push(
             Diagnostic::error("parameter::cyclic-definition", message)
                 .at(at, "circular")
@@ -230,7 +230,7 @@ pub(super) fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: 
         if let Scalar::Tolerated(read) = scalar {
             out.push(
                 Diagnostic::error("tolerance::not-allowed", format!("{what} cannot have a tolerance"))
-                    .at(place.clone(), "with a tolerance")
+                    .at(place, "with a tolerance")
                     .help(help),
             );
             *scalar = Scalar::Literal(read.value.clone(), read.dimension);

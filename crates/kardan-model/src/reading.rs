@@ -21,7 +21,7 @@ use kardan_elements::{block, element, signal};
 use kardan_math::names::{NamedList, how_to_fix_shaft, is_fixed_name, nearest_or_similar};
 use kardan_math::units::{Dimension, Expression};
 use kardan_results::signal_name::SignalName;
-use kardan_schema::diagnostics::{Diagnostic, Severity, shortened};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::{Entries, KeyedEntry, Place, RawValue};
 use kardan_schema::file::syntax;
 use kardan_schema::schema::{Field, Keys, Kind, Placed, Sign, Table};
@@ -125,8 +125,13 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
     read_controls(&root, &mut document, &mut out);
-    read_logs(&root, &mut document, &mut study);
-    read_faults(&root, &mut document, &mut study);
+    let logs = read_named(&root, "log", tables::Log::FIELDS, |_, _| {}, &mut study);
+    document.logs.extend(logs.into_iter().map(|(name, table, _)| (name.value, table)));
+    let mut of_faults = Vec::new();
+    let take = |name: &str, table: &mut Table| of_faults.extend(implicit_nested(&format!("fault.{name}"), table, true));
+    let faults = read_named(&root, "fault", tables::Fault::FIELDS, take, &mut study);
+    document.faults.extend(faults.into_iter().map(|(name, table, _)| (name, table)));
+    document.of_runs.extend(of_faults);
     (document.cones, document.lanes) = (cones(source_entries), lanes(source_entries));
     read_signals(&root, &mut document, &mut study);
     read_blocks(&root, &mut document, &mut study);
@@ -137,10 +142,9 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     check_named_faults(&document, &mut study);
-    let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())
         && !document.suppressed.all
-        && !out.iter().chain(&study).any(is_error)
+        && !out.iter().chain(&study).any(Diagnostic::is_error)
     {
         out.push(
             Diagnostic::error("model::no-shaft", "the model has no shaft")
@@ -148,9 +152,9 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
         );
     }
     check_size(&document, &mut out);
-    document.suppressed.equations |= out.iter().any(is_error);
+    document.suppressed.equations |= out.iter().any(Diagnostic::is_error);
     out.extend(study.drain(broken..));
-    if !out.iter().any(is_error) {
+    if !out.iter().any(Diagnostic::is_error) {
         unused_parameters((entries, source_entries), &document, &mut out);
         unused_tables(entries, &document, &mut out);
         unfollowed_manoeuvres(source_entries, &document, texts, &mut out);
@@ -170,8 +174,7 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
     let count = coordinates.clone().count();
     if let Some(first) = coordinates.clone().nth(MOST_COORDINATES) {
         let message = format!("the model has {count} shafts, masses and charges, more than {MOST_COORDINATES}");
-        let diagnostic =
-            Diagnostic::error("model::large", message).at(first.place.clone(), "the first above the limit");
+        let diagnostic = Diagnostic::error("model::large", message).at(&first.place, "the first above the limit");
         out.push(diagnostic.help("kardan computes with full matrices over all of them: combine bodies that rotate together, or analyse parts of the model"));
     }
 }
@@ -189,7 +192,7 @@ fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: 
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
         let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);
-        out.push(Diagnostic::warning("parameter::unused", message).at(parameter.place.clone(), "not used").help(help));
+        out.push(Diagnostic::warning("parameter::unused", message).at(&parameter.place, "not used").help(help));
     }
 }
 
@@ -197,7 +200,7 @@ fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: 
 /// bench, motors and disturbances that are never set.
 fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
     let warning = |message: String, place: &Place, label: &str, help: &str| {
-        Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
+        Diagnostic::warning("table::unused", message).at(place, label).help(help)
     };
     let is_empty = |found: &&KeyedEntry| found.entry.value.as_table().is_some_and(Entries::is_empty);
     for found in entries.iter().filter(is_empty) {
@@ -286,7 +289,7 @@ fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<D
             let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
             out.push(
                 Diagnostic::error("type::wrong", message)
-                    .at(found.place.clone(), "a name")
+                    .at(&found.place, "a name")
                     .help(format!("write each as `[[{key}]]`")),
             );
             continue;
@@ -361,37 +364,34 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
     }
 }
 
-fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "log", tables::Log::FIELDS, &mut SuppressedChecks::default(), out) {
-        let what = format!("log `{}`", shortened(node.name));
-        let texts = (what.as_str(), REMOVE_TOLERANCE);
-        let table = without_tolerances(tables::Log::FIELDS, &node, example_of("log"), texts, out);
-        document.logs.push((node.name.to_string(), table));
-    }
-}
-
-fn read_faults(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    for node in named_tables(root, "fault", tables::Fault::FIELDS, &mut SuppressedChecks::default(), out) {
-        let what = format!("fault `{}`", shortened(node.name));
-        let mut table = table(tables::Fault::FIELDS, &node.clone().like(example_of("fault")), &what, out);
-        document.of_runs.extend(implicit_nested(&format!("fault.{}", node.name), &mut table, true));
+/// The tables `[keyword.NAME]` of one shape, each with whether it has no error; `take` takes the tolerances that it may have.
+fn read_named(
+    root: &Node<'_>,
+    keyword: &str,
+    fields: &'static [Field],
+    mut take: impl FnMut(&str, &mut Table),
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(Placed<String>, Table, bool)> {
+    let mut read = Vec::new();
+    for node in named_tables(root, keyword, fields, &mut SuppressedChecks::default(), out) {
+        let (what, before) = (format!("{keyword} `{}`", shortened(node.name)), out.len());
+        let mut table = table(fields, &node.clone().like(example_of(keyword)), &what, out);
+        take(node.name, &mut table);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         let name = Placed { value: node.name.to_string(), place: node.name_place.clone() };
-        document.faults.push((name, table));
+        read.push((name, table, out.len() == before));
     }
+    read
 }
 
 fn read_tables(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let mut suppressed = SuppressedChecks::default();
-    for node in named_tables(root, "table", tables::LookupTable::FIELDS, &mut suppressed, out) {
-        let what = format!("table `{}`", shortened(node.name));
-        let before = out.len();
-        let texts = (what.as_str(), REMOVE_TOLERANCE);
-        let table = without_tolerances(tables::LookupTable::FIELDS, &node, example_of("table"), texts, out);
-        if out.len() > before {
-            document.suppressed.names.insert(node.name.to_string());
+    for (Placed { value: name, .. }, table, sound) in
+        read_named(root, "table", tables::LookupTable::FIELDS, |_, _| {}, out)
+    {
+        if !sound {
+            document.suppressed.names.insert(name.clone());
         }
-        document.tables.push((node.name.to_string(), table));
+        document.tables.push((name, table));
     }
 }
 
@@ -407,7 +407,7 @@ fn read_manoeuvres(
         named_tables(root, keyword, fields, &mut SuppressedChecks::default(), &mut diagnostics)
     });
     let wrong = check_manoeuvres([&manoeuvres, &paths], variants, document, &mut diagnostics);
-    document.suppressed.durations |= diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+    document.suppressed.durations |= diagnostics.iter().any(Diagnostic::is_error);
     let nodes = [manoeuvres, paths].concat();
     leave_made_out(&nodes, &wrong, document, [out, &mut *study]);
     study.extend(diagnostics);
@@ -539,7 +539,7 @@ fn check_tables(
         let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
         let diagnostic =
             Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
-                .at(found.place.clone(), label)
+                .at(&found.place, label)
                 .help(help);
         if !is_table || nearest_name.is_some_and(|nearest_name| STUDY.contains(&nearest_name)) {
             study.push(diagnostic);
@@ -584,7 +584,7 @@ fn named_tables<'t>(
         let what = if matches!(entry, RawValue::List(_)) { "a list" } else { "a value" };
         out.push(
             Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
-                .at(found.place.clone(), "not a table")
+                .at(&found.place, "not a table")
                 .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
         );
         return Vec::new();
@@ -597,7 +597,7 @@ fn named_tables<'t>(
         let message = format!("a {keyword} needs a name: `{}` is in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
-                .at(group.place.clone(), "no name")
+                .at(&group.place, "no name")
                 .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
         );
     }
@@ -622,15 +622,11 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     let blocks = document.blocks.iter().map(|b| (b.name.as_str(), "block", &b.place));
     for (name, kind, place) in elements.chain(controls).chain(blocks) {
         match first_uses.get(name) {
-            Some((other_kind, other_span)) => out.push(
-                Diagnostic::error(
-                    "name::duplicate",
-                    format!("the name `{name}` has two uses, for {other_kind} and {kind}"),
-                )
-                .at(place.clone(), "again here")
-                .at((*other_span).clone(), "first here")
-                .help("give each element, controller and block a name of its own"),
-            ),
+            Some((other_kind, first)) => {
+                let message = format!("the name `{name}` has two uses, for {other_kind} and {kind}");
+                let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+                out.push(diagnostic.help("give each element, controller and block a name of its own"));
+            }
             None => drop(first_uses.insert(name, (kind, place))),
         }
     }

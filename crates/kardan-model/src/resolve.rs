@@ -3,14 +3,13 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::document::{Control, Document, Instance, Setting, keys_of};
+use super::document::{Control, Document, Instance, Setting, Tolerance, keys_of};
 use super::functions::Functions;
 use super::keys::key_diagnostic;
 use super::mechanism::part;
 use super::programs::Programs;
 use super::table_reader::{Rounded, TableReader, occurrences};
 use super::tables::Header;
-use super::tolerance::Tolerance;
 use kardan_elements::element::{LOAD, LOSS, SPEED};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Domain, GROUND, Meaning, Measured, NamedTerm, Term};
@@ -99,10 +98,7 @@ impl Document {
             if sound {
                 self.check_moves(instance, &values, &reader, &mut out);
             }
-            let mut own = (instance.kind.terms)(&instance.name, &values);
-            if !self.elements.all(GROUND).any(|candidate| candidate.body().is_some()) {
-                own.iter_mut().for_each(Term::leave_ground);
-            }
+            let own = self.terms_of(instance, &values);
             let described = describe(instance, &values, &reader);
             // A sensor of a signal is one of the blocks.
             if values.word("measures") != Some("signal") {
@@ -151,6 +147,15 @@ impl Document {
         (Model { rounded: reader.rounded(), ..model }, out)
     }
 
+    /// The terms of an element; the ground does not move and is left out, unless a body has its name.
+    pub(super) fn terms_of(&self, instance: &Instance, values: &Values) -> Vec<Term> {
+        let mut terms = (instance.kind.terms)(&instance.name, values);
+        if !self.elements.all(GROUND).any(|candidate| candidate.body().is_some()) {
+            terms.iter_mut().for_each(Term::leave_ground);
+        }
+        terms
+    }
+
     /// The controllers in the loop, by name.
     fn active_controls(
         &self,
@@ -183,12 +188,9 @@ impl Document {
                     let control = self.controls.get(name)?;
                     occurrences(&control.table, &input).into_iter().next()
                 };
-                out.push(
-                    Diagnostic::error("control::input", message)
-                        .at(place(&control.name).unwrap_or_else(|| control.place.clone()), "again here")
-                        .at(place(&other.name).unwrap_or_else(|| other.place.clone()), "first here")
-                        .help("let each motor be commanded by one controller"),
-                );
+                let [again, first] = [control, other].map(|one| place(&one.name).unwrap_or_else(|| one.place.clone()));
+                let diagnostic = Diagnostic::twice("control::input", message, again, first);
+                out.push(diagnostic.help("let each motor be commanded by one controller"));
             }
         }
     }
@@ -204,7 +206,7 @@ impl Document {
                 format!("{} `{}` acts on the ground alone, which does not move", instance.kind.keyword, instance.name);
             out.push(
                 Diagnostic::error("name::ground", message)
-                    .at(TableReader::place(&instance.table, key), "fixed")
+                    .at(instance.table.place_of(key), "fixed")
                     .help("name a shaft or mass that moves"),
             );
         }
@@ -278,7 +280,7 @@ impl Document {
             let table = self.elements.all(&named.element).find(|e| e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
                 Diagnostic::error("element::invalid", format!("sensor `{}`: {message}", named.element))
-                    .at(table.map_or_else(Place::default, |table| TableReader::place(table, key)), "")
+                    .at(table.map_or_else(Place::default, |table| table.place_of(key).clone()), "")
                     .help(help),
             );
         }
@@ -346,10 +348,12 @@ pub(super) fn element_values(
         let masses = table.translational || values.measure("coefficients") == Some(Domain::Translation);
         let label = format!("`{}` of {what}", field.name);
         let resolved = match (field.kind.for_translation(masses), &entry.value) {
-            (Kind::OfTime(dimension), Value::Scalar(scalar)) => functions.of_time(scalar).and_then(|expression| {
-                let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
-                function.map(|found| Resolved::OfTime(Arc::new(found)))
-            }),
+            (Kind::OfTime(dimension), Value::Scalar(scalar)) => {
+                functions.document.function_of_time(scalar).and_then(|expression| {
+                    let function = functions.smooth(&expression, dimension, (&entry.place, &label), out);
+                    function.map(|found| Resolved::OfTime(Arc::new(found)))
+                })
+            }
             (Kind::Formulas, Value::Map(entries)) => functions.row(entries, &label, out).map(Resolved::Formulas),
             (Kind::Surface, Value::Scalar(Scalar::Expression(expression))) => {
                 let formula = functions.surface(expression, (&entry.place, &label), out);

@@ -7,7 +7,7 @@ use super::functions::Functions;
 use super::resolve::element_values;
 use super::table_reader::TableReader;
 use kardan_math::units::{Dimension, Exact, Expression};
-use kardan_mechanics::equations::{self, Domain, GROUND, InputKind, NamedTerm, Term};
+use kardan_mechanics::equations::{self, Domain, InputKind, NamedTerm, Term};
 use kardan_mechanics::symbolic::{FunctionSource, Meaning, TimeFunction};
 use kardan_schema::schema::{Kind, Scalar, Value, Values};
 
@@ -49,7 +49,6 @@ impl Document {
     pub fn named_terms(&self, settings: &[Setting]) -> NamedTerms {
         let (reader, mut out) = (TableReader::new(self, settings), NamedTerms::default());
         let mut functions = Functions::of_scenario(&reader, self);
-        let ground = self.elements.iter().any(|candidate| candidate.name == GROUND && candidate.body().is_some());
         for instance in &self.elements {
             let (mut values, _) = element_values(instance, (&reader, &mut functions), &mut Vec::new());
             out.read(instance, &reader);
@@ -64,10 +63,7 @@ impl Document {
                 }
             }
             values.name(&instance.name);
-            let mut own = (instance.kind.terms)(&instance.name, &values);
-            if !ground {
-                own.iter_mut().for_each(Term::leave_ground);
-            }
+            let own = self.terms_of(instance, &values);
             if own.iter().any(|term| matches!(term, Term::Moving(_) | Term::MultiplierLaw(_))) {
                 out.prescribed(instance, self, &values, &own);
             }

@@ -39,7 +39,7 @@ fn variant_values(
         tolerance_mark(text)?;
         Some(
             Diagnostic::error("tolerance::not-allowed", format!("variants of `{name}` cannot have a tolerance"))
-                .at(place.clone(), "with a tolerance")
+                .at(place, "with a tolerance")
                 .help("write the tolerance after the value under `[parameters]`; `±` moves with the variants"),
         )
     };
@@ -86,14 +86,12 @@ fn variant_values(
         RawValue::Broken => return None,
         _ => {
             let message = format!("variants of `{name}` must be a list of quantities");
-            out.push(
-                Diagnostic::error("type::wrong", message).at(entry.place.clone(), "not a list").help(VARIANTS_HELP),
-            );
+            out.push(Diagnostic::error("type::wrong", message).at(&entry.place, "not a list").help(VARIANTS_HELP));
         }
     }
     if values.is_empty() && out.len() == before {
         let message = format!("the list of variants of `{name}` is empty");
-        out.push(Diagnostic::error("list::length", message).at(entry.place.clone(), "no entry").help(VARIANTS_HELP));
+        out.push(Diagnostic::error("list::length", message).at(&entry.place, "no entry").help(VARIANTS_HELP));
     }
     (out.len() == before).then_some(values)
 }
@@ -122,7 +120,7 @@ fn computed(
     if let Some(other) = expression.names().into_iter().find(|name| moving.contains(name)) {
         let message = format!("{what}: `{other}` differs between the variants too");
         return Some(Err(Diagnostic::error("parameter::set-by-variant", message)
-            .at(place.clone(), "not one value")
+            .at(place, "not one value")
             .help("write the values, or declare a parameter that follows from both and vary what it follows from")));
     }
     if expression.names().iter().any(|name| document.suppressed.has_key(name)) {
@@ -154,12 +152,9 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         let what = format!("variant `{name}`");
         let first = first_places.entry(name.to_ascii_lowercase()).or_insert(place);
         if *first != place {
-            out.push(
-                Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
-                    .at(place.clone(), "again here")
-                    .at((*first).clone(), "first here")
-                    .help("give each variant a name of its own; it becomes a file name"),
-            );
+            let message = format!("there are two variants named `{name}`");
+            let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+            out.push(diagnostic.help("give each variant a name of its own; it becomes a file name"));
             continue;
         }
         let settings = reader.settings(table, "set", &what, out);
@@ -173,7 +168,7 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
         out.push(
             Diagnostic::error("list::length", message)
-                .at(document.named_variants[MOST_VARIANTS].name.place.clone(), "one too many")
+                .at(&document.named_variants[MOST_VARIANTS].name.place, "one too many")
                 .help("split the study into several files"),
         );
         document.named_variants = NamedList::default();
@@ -209,7 +204,7 @@ pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut 
                 "list::length",
                 format!("{count} variants are more than one study may have ({MOST_VARIANTS})"),
             )
-            .at(node.name_place.clone(), "all combinations are run")
+            .at(&node.name_place, "all combinations are run")
             .help("vary fewer values at a time"),
         );
         document.variants = NamedList::default();
@@ -224,8 +219,8 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
         let message = format!("`{name}` is varied here and set by the variant `{}`", other.name.value);
         out.push(
             Diagnostic::error("name::duplicate", message)
-                .at(place.clone(), "varied here")
-                .at(other.name.place.clone(), "set in this variant")
+                .at(place, "varied here")
+                .at(&other.name.place, "set in this variant")
                 .help("vary it here, or set it in each `[[variant]]`"),
         );
     }
@@ -238,7 +233,7 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
         _ => format!("there are {}; declare it under `[parameters]`", quoted(names)),
     });
     let message = format!("there is no parameter `{}` to vary", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
+    out.push(Diagnostic::error("name::unknown", message).at(place, "not declared").help(help));
 }
 
 /// The values of one dimension, each once.
@@ -257,11 +252,10 @@ fn distinct(
                 Some(_) => format!("variants of `{name}`: expected {expected} as under `[parameters]`, found {noun}"),
                 None => format!("variants of `{name}`: the first is {expected}, this one {noun}"),
             };
-            let mut diagnostic =
-                Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
-            if let Some(declared) = declared {
-                diagnostic = diagnostic.at(declared.place.clone(), expected);
-            }
+            let diagnostic = Diagnostic::error("unit::dimension", message)
+                .at(place, noun)
+                .at_known(declared.map(|declared| &declared.place), expected)
+                .help(dimension.hint(&text));
             // One wrong unit for a whole list is one error.
             if out[before..].iter().all(|d| d.labels[0].place != diagnostic.labels[0].place) {
                 out.push(diagnostic);
@@ -289,7 +283,7 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
     for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
         out.push(
             Diagnostic::warning("control::unused", format!("no variant uses the controller `{}`", control.name))
-                .at(control.place.clone(), "in no loop, hence not checked")
+                .at(&control.place, "in no loop, hence not checked")
                 .help("name it in `controls` of a `[[variant]]`, or remove it"),
         );
     }
@@ -306,11 +300,8 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
                 [] => "the model has no `[control.NAME]`".to_string(),
                 controls => unknown_name(&word.value, controls.iter().map(|control| control.name.as_str())),
             };
-            let name = &variant.name.value;
-            let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
-            out.push(
-                Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such controller").help(help),
-            );
+            let what = format!("variant `{}`", variant.name.value);
+            out.push(Diagnostic::no_such(&what, "controller", &word.value, &word.place).help(help));
         }
     }
 }
@@ -320,19 +311,19 @@ pub(super) fn check_named_faults(document: &Document, out: &mut Vec<Diagnostic>)
     for variant in &document.named_variants {
         for word in variant.faults.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
             let what = format!("variant `{}`", variant.name.value);
-            out.push(no_such_fault(document, &word.value, &what).at(word.place.clone(), "no such fault"));
+            out.push(no_such_fault(document, word, &what));
         }
     }
 }
 
 /// The error for a missing fault, with the existing ones.
-pub fn no_such_fault(document: &Document, name: &str, what: &str) -> Diagnostic {
+pub fn no_such_fault(document: &Document, Placed { value: name, place }: &Placed<String>, what: &str) -> Diagnostic {
     let names = || document.faults.iter().map(|(name, _)| name.value.as_str());
     let help = match names().next() {
         Some(_) => unknown_name(name, names()),
         None => format!("write it: `[fault.{}]`", shortened(name)),
     };
-    Diagnostic::error("name::unknown", format!("{what}: there is no fault `{}`", shortened(name))).help(help)
+    Diagnostic::no_such(what, "fault", name, place).help(help)
 }
 
 impl Document {

@@ -7,7 +7,7 @@ use kardan_rt::functions::{log10, powi};
 use super::document::{Document, Instance};
 use super::reading::read;
 use kardan_results::signal_name;
-use kardan_schema::diagnostics::{Diagnostic, Severity};
+use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Kind, Placed, Scalar, Sign, Value};
 
 /// A value for a key of an element (`fs.damping`) or an entry of `[parameters]`, SI, with the interval that it lies in.
@@ -47,9 +47,8 @@ struct Edit {
 /// # Errors
 /// Errors of the file, or of the resulting text.
 pub fn write_values(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
-    let errors = |found: Vec<Diagnostic>| -> Vec<Diagnostic> {
-        found.into_iter().filter(|one| one.severity == Severity::Error).collect()
-    };
+    let errors =
+        |found: Vec<Diagnostic>| -> Vec<Diagnostic> { found.into_iter().filter(Diagnostic::is_error).collect() };
     let (document, diagnostics) = read(source);
     let diagnostics = errors(diagnostics);
     if !diagnostics.is_empty() {
@@ -123,9 +122,9 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
 
 /// Keys of elements and laws that name a parameter.
 fn users(document: &Document, parameter: &str) -> usize {
-    let tables = document.elements.iter().map(|e| &e.table).chain(document.controls.iter().map(|c| &c.table));
-    tables
-        .flat_map(|table| table.values.values())
+    document
+        .model_tables()
+        .flat_map(|(_, _, table)| table.values.values())
         .filter(|entry| match &entry.value {
             Value::Scalar(Scalar::Parameter(name)) => name == parameter,
             Value::Scalar(Scalar::Expression(expression)) => expression.names().contains(&parameter),

@@ -6,7 +6,7 @@ use std::fmt;
 
 use crate::entries::Place;
 pub use kardan_math::names::{bidi_escaped, nearest, quoted, shortened};
-use kardan_math::units::UnitError;
+use kardan_math::units::{Dimension, UnitError};
 
 /// How serious a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,10 +69,46 @@ impl Diagnostic {
         Self { help: error.help, ..diagnostic }
     }
 
+    /// The error of a quantity of another dimension than expected; the remedy is another unit.
+    pub fn wrong_dimension(what: &str, [expected, found]: [Dimension; 2], place: impl Into<Place>) -> Self {
+        let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
+        let help = format!("write a unit such as {}", expected.example());
+        Self::error("unit::dimension", message).at(place, found.noun()).help(help)
+    }
+
+    /// The error of a name that nothing has; the remedy lists what there is.
+    pub fn no_such(what: &str, noun: &str, name: &str, place: impl Into<Place>) -> Self {
+        let message = format!("{what}: there is no {noun} `{}`", shortened(name));
+        Self::error("name::unknown", message).at(place, format!("no such {noun}"))
+    }
+
+    /// The error of something that is given a second time.
+    pub fn twice(
+        code: &'static str,
+        message: impl Into<String>,
+        again: impl Into<Place>,
+        first: impl Into<Place>,
+    ) -> Self {
+        Self::error(code, message).at(again, "again here").at(first, "first here")
+    }
+
+    /// Whether it is an error, which no run may follow.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+
     /// Adds a place and its label.
     pub fn at(mut self, place: impl Into<Place>, text: impl Into<String>) -> Self {
         self.labels.push(Label { place: place.into(), text: text.into() });
         self
+    }
+
+    /// Adds a place and its label if there is one.
+    pub fn at_known(self, place: Option<impl Into<Place>>, text: impl Into<String>) -> Self {
+        match place {
+            Some(place) => self.at(place, text),
+            None => self,
+        }
     }
 
     /// Sets the remedy.

@@ -3,7 +3,6 @@
 //! [`Entries`] contain the whole model, each value with its [`Place`]. Files become entries in
 //! [`file`](crate::file), typed tables of a program in [`schema`](crate::schema); later code does not distinguish the two.
 
-use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -28,6 +27,12 @@ impl Default for Place {
 impl From<Range<usize>> for Place {
     fn from(span: Range<usize>) -> Self {
         Self::Text(span)
+    }
+}
+
+impl From<&Place> for Place {
+    fn from(place: &Place) -> Self {
+        place.clone()
     }
 }
 
@@ -56,6 +61,11 @@ impl Place {
             Self::Text(_) => None,
             Self::Path(path) => Some(path),
         }
+    }
+
+    /// The place of a value without its quotes.
+    pub fn inside(&self, value: &str) -> Self {
+        self.part(value, 0..value.len())
     }
 
     /// The place of a part of a value, where the bytes of the value are those of the file, in quotes or not.
@@ -333,14 +343,5 @@ impl From<RawValue> for Entry {
     /// An entry of a program.
     fn from(value: RawValue) -> Self {
         Self { value, place: Place::unsettled() }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(span) => write!(f, "byte {}", span.start),
-            Self::Path(path) => f.write_str(path),
-        }
     }
 }

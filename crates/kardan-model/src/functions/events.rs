@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::Functions;
-use crate::table_reader::TableReader;
 use kardan_expr::expr::{Graph, OfTime, Part, Pieces};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::Diagnostic;
@@ -38,8 +37,7 @@ impl Functions<'_, '_> {
                 dimension.si(),
                 event.at
             );
-            let diagnostic =
-                Diagnostic::error("motion::discontinuous", message).at(TableReader::place(table, "to"), "jumps");
+            let diagnostic = Diagnostic::error("motion::discontinuous", message).at(table.place_of("to"), "jumps");
             out.push(diagnostic.help("give the change a duration: `over = \"1 ms\"`; a step is allowed only at 0 s"));
         }
         let mut graph = Graph::default();

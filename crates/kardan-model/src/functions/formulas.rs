@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::Functions;
+use super::{Functions, not_of_time};
+use crate::keys::unknown_in;
 use kardan_elements::element::is_composite;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::circle;
@@ -23,65 +24,51 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Formula> {
-        let mut names = self.meanings(expression, (place, what), out)?;
+        let mut formula = self.formula_with(expression, own, (place, what), out)?;
+        let found = std::mem::replace(&mut formula.dimension, expected);
+        if found != expected && (expected == Dimension::NONE || !expected.is_like(&found)) {
+            let at = place.inside(expression.text());
+            let unit = found.si();
+            let help = match expected {
+                Dimension::NONE => format!(
+                    "divide it by its unit, `(...) / (1 {unit})`, or compare it with a threshold: `if(... > 1 {unit}, \
+                     1, 0)`"
+                ),
+                _ => format!("the result needs a unit such as {}", expected.example()),
+            };
+            out.push(Diagnostic::wrong_dimension(what, [expected, found], at).help(help));
+            return None;
+        }
+        let rate =
+            |name: &str| formula.names.iter().any(|(own, meaning)| own == name && matches!(meaning, Meaning::Rate(_)));
+        let signs = expression.signs_of(&rate);
+        if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
+            let message =
+                format!("{what}: it jumps where this speed changes its sign, so the integrator cannot step to rest");
+            let help = "model Coulomb friction by `friction` of a shaft, a mass or a spring_damper: it sticks at rest";
+            let at = place.part(expression.text(), span);
+            out.push(Diagnostic::warning("law::discontinuous", message).at(at, "jumps").help(help));
+        }
+        Some(formula)
+    }
+
+    /// A formula of the dimension that it has, with local names; `None` if it has an error, which was reported.
+    pub(super) fn formula_with(
+        &mut self,
+        expression: &Expression,
+        own: Vec<(String, Meaning)>,
+        at: (&Place, &str),
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Formula> {
+        let mut names = self.meanings(expression, at, out)?;
         names.retain(|(name, _)| own.iter().all(|(candidate, _)| candidate != name));
         let own_names: Vec<[String; 2]> = own.iter().map(|(name, _)| [name.clone(), name.clone()]).collect();
         names.extend(own);
-        let formula = Formula { expression: expression.clone(), names, dimension: expected };
-        match self.dimension_of(&formula) {
-            Ok(found) if found == expected || expected != Dimension::NONE && expected.is_like(&found) => {
-                let names = || formula.names.iter();
-                let rate =
-                    |name: &str| names().any(|(own, meaning)| own == name && matches!(meaning, Meaning::Rate(_)));
-                let signs = expression.signs_of(&rate);
-                if let Some((span, _)) = signs.into_iter().find(|(_, of)| self.jumps_where(&formula, of)) {
-                    let message = format!(
-                        "{what}: it jumps where this speed changes its sign, so the integrator cannot step to rest"
-                    );
-                    let help =
-                        "model Coulomb friction by `friction` of a shaft, a mass or a spring_damper: it sticks at rest";
-                    let at = place.part(expression.text(), span);
-                    out.push(Diagnostic::warning("law::discontinuous", message).at(at, "jumps").help(help));
-                }
-                Some(formula)
-            }
-            Ok(found) => {
-                let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
-                let at = place.part(expression.text(), 0..expression.text().len());
-                let unit = found.si();
-                let help = match expected {
-                    Dimension::NONE => format!(
-                        "divide it by its unit, `(...) / (1 {unit})`, or compare it with a threshold: `if(... > 1 {unit}, \
-                         1, 0)`"
-                    ),
-                    _ => format!("the result needs a unit such as {}", expected.example()),
-                };
-                out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
-                None
-            }
+        let formula = Formula { expression: expression.clone(), names, dimension: Dimension::NONE };
+        match self.formula_expr(&formula, &mut Graph::default()) {
+            Ok((_, dimension)) => Some(Formula { dimension, ..formula }),
             Err(error) => {
-                out.push(self.formula_diagnostic(error, expression.text(), own_names, (place, what)));
-                None
-            }
-        }
-    }
-
-    /// A formula of any dimension; `None` if it has an error, which was reported.
-    pub(super) fn formula_of_any(
-        &mut self,
-        expression: &Expression,
-        (place, what): (&Place, &str),
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Formula, Dimension)> {
-        let names = self.meanings(expression, (place, what), out)?;
-        let mut formula = Formula { expression: expression.clone(), names, dimension: Dimension::NONE };
-        match self.dimension_of(&formula) {
-            Ok(found) => {
-                formula.dimension = found;
-                Some((formula, found))
-            }
-            Err(error) => {
-                out.push(self.formula_diagnostic(error, expression.text(), Vec::new(), (place, what)));
+                out.push(self.formula_diagnostic(error, expression.text(), own_names, at));
                 None
             }
         }
@@ -115,7 +102,8 @@ impl Functions<'_, '_> {
             } else if self.is_of_broken_block(name) {
                 return None;
             } else if self.document.moves(name) {
-                out.push(no_function(name, expression, (place, what)));
+                let help = "write its formula here, or let a block with a `sample_time` read it: `kind = \"hold\"`";
+                out.push(not_of_time("the signal ", name, expression, (place, what)).help(help));
                 return None;
             } else if self.document.signals.has(name) {
                 Meaning::Signal(self.of_time_named(name, out)?)
@@ -151,18 +139,13 @@ impl Functions<'_, '_> {
         if let Some(first) = self.open.iter().position(|open| *open == name) {
             let message = format!("{what}: it depends on itself: {}", circle(&self.open[first..]));
             let help = "make one of them depend on something else, such as a state or a block with a `sample_time`";
-            out.push(Diagnostic::error("signal::cyclic-definition", message).at(place.clone(), "circular").help(help));
+            out.push(Diagnostic::error("signal::cyclic-definition", message).at(place, "circular").help(help));
             return Some(None);
         }
         self.open.push(&signal.name);
-        let found = self.formula_of_any(&formula.value, (place, &what), out);
+        let found = self.formula_with(&formula.value, Vec::new(), (place, &what), out);
         self.open.pop();
-        Some(found.map(|(formula, _)| Arc::new(formula)))
-    }
-
-    /// The dimension of a formula.
-    fn dimension_of(&self, formula: &Formula) -> Result<Dimension, UnitError> {
-        self.formula_expr(formula, &mut Graph::default()).map(|(_, dimension)| dimension)
+        Some(found.map(Arc::new))
     }
 
     /// A formula over symbols of its names.
@@ -215,26 +198,22 @@ impl Functions<'_, '_> {
 
     fn formula_diagnostic(
         &self,
-        mut error: UnitError,
+        error: UnitError,
         text: &str,
         own_names: Vec<[String; 2]>,
-        (place, what): (&Place, &str),
+        at: (&Place, &str),
     ) -> Diagnostic {
-        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
-        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
-            error.code = "name::unknown";
-            error.message = format!("`{}` is no angle or speed, no parameter and no signal", shortened(&name));
+        unknown_in(error, text, at, |name| {
             let motions: Vec<[String; 2]> = own_names.into_iter().chain(self.reader.all_motions()).collect();
             let own = || motions.iter().flatten().map(String::as_str);
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
             let parameters = self.document.parameters.iter().map(|parameter| parameter.name.as_str());
-            let head = SignalName::new(&name).element;
+            let head = SignalName::new(name).element;
             let of_head = || own().filter(|other| SignalName::new(other).element == head);
-            let near = nearest(&name, of_head())
-                .or_else(|| nearest(&name, own().chain(signals.clone()).chain(parameters.clone()).chain(["t"])));
-            let split_name =
-                |other: &&str| other.contains('-') && other.contains(name.as_str()) && text.contains(*other);
-            error.help = Some(match near {
+            let near = nearest(name, of_head())
+                .or_else(|| nearest(name, own().chain(signals.clone()).chain(parameters.clone()).chain(["t"])));
+            let split_name = |other: &&str| other.contains('-') && other.contains(name) && text.contains(*other);
+            let help = match near {
                 _ if let Some(whole) = own().chain(signals.clone()).chain(parameters.clone()).find(split_name) => {
                     format!("quote a name with `-`: `'{whole}'`")
                 }
@@ -244,19 +223,8 @@ impl Functions<'_, '_> {
                 None => "a law names angles and speeds (`arm.phi`, `arm.w`), positions and velocities (`car.s`, `car.v`), parameters, \
                          signals and the time `t`"
                     .into(),
-            });
-        }
-        Diagnostic::of_unit_error(what, error, text, place)
+            };
+            (format!("`{}` is no angle or speed, no parameter and no signal", shortened(name)), help)
+        })
     }
-}
-
-/// A signal that a law cannot read: it is a formula of coordinates.
-fn no_function(name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
-    let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-    let message = format!(
-        "{what}: the signal `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
-    );
-    Diagnostic::error("signal::not-a-time-function", message)
-        .at(place.part(expression.text(), span), "not a function of time")
-        .help("write its formula here, or let a block with a `sample_time` read it: `kind = \"hold\"`")
 }

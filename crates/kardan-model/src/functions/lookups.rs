@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::samples::{Refusal, factor, file_of, refusal, unknown};
+use super::samples::{factor, file_of, in_file, read_rows, unknown, unreadable};
 use super::{Functions, unlike};
-use crate::table_reader::TableReader;
+use crate::keys::key_diagnostic;
+use kardan_elements::element::KeyError;
 use kardan_expr::expr::{Extrapolation, Lookup};
 use kardan_math::num::{Rational, rational_from_f64, rational_to_f64};
 use kardan_math::units::Dimension;
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
 use kardan_schema::schema::{Placed, Table, Value, Values};
-use kardan_tables::read::{Block, CsvOptions, in_memory, open};
+use kardan_tables::read::{CsvOptions, in_memory, open};
 
 /// The most points of a table.
 const MOST_POINTS: usize = 10_000;
@@ -26,7 +27,7 @@ struct Columns {
 
 impl<'a> Functions<'a, '_> {
     /// A table by its name; the outer option is `None` if it does not exist, the inner if it has a reported error.
-    pub(super) fn table(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Lookup>>> {
+    pub(crate) fn table(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Option<Arc<Lookup>>> {
         let document = self.document;
         let (name, table) = document.tables.get(name)?;
         if let Some(made) = self.tables.get(name.as_str()) {
@@ -52,24 +53,15 @@ impl<'a> Functions<'a, '_> {
         }
         let values = self.reader.values(table.fields, table, &what, &mut Vec::new());
         let columns = match (values.has("file"), table.values.get("points")) {
-            (true, Some(_)) => {
-                let message = format!("{what}: there are points and a file");
-                return report(table, "points", message, "remove one of the two", out);
-            }
+            (true, Some(_)) => Err(KeyError::new("points", "there are points and a file", "remove one of the two")),
             (false, None) => {
-                let message = format!("{what}: there are neither points nor a file");
-                return report(table, "points", message, "add `points` or `file`", out);
+                Err(KeyError::new("points", "there are neither points nor a file", "add `points` or `file`"))
             }
-            (false, Some(points)) => self.points(points, &what, out)?,
+            (false, Some(points)) => Ok(self.points(points, &what, out)?),
             (true, None) => {
                 let file = values.word("file").unwrap_or_default();
                 let bytes = file_of(self.document, table, file, &what, out)?;
-                match of_file(bytes, &values) {
-                    Ok(columns) => columns,
-                    Err(Refusal { key, message, help }) => {
-                        return report(table, key, format!("{what}: `{}`: {message}", shortened(file)), &help, out);
-                    }
-                }
+                of_file(bytes, &values).map_err(|error| in_file(file, error))
             }
         };
         let key = if values.has("file") { "file" } else { "points" };
@@ -79,10 +71,11 @@ impl<'a> Functions<'a, '_> {
         } else {
             Extrapolation::Straight
         };
-        match through(columns, cubic, beyond) {
-            Ok(lookup) => Some(lookup),
-            Err((message, help)) => report(table, key, format!("{what}: {message}"), help, out),
-        }
+        let lookup = columns.and_then(|columns| {
+            through(columns, cubic, beyond).map_err(|(message, help)| KeyError::new(key, message, help))
+        });
+        let refuse = |error| out.push(key_diagnostic("table::points", &what, error, (table, &table.place)));
+        lookup.map_err(refuse).ok()
     }
 
     /// Points that are listed.
@@ -96,7 +89,7 @@ impl<'a> Functions<'a, '_> {
                 let diagnostic = Diagnostic::error("key::unknown", format!("{label} is not known"));
                 out.push(
                     diagnostic
-                        .at(name.place.clone(), "unknown")
+                        .at(&name.place, "unknown")
                         .help("points have `x` and `value`, and for a surface `y`, a list each"),
                 );
                 continue;
@@ -115,7 +108,7 @@ impl<'a> Functions<'a, '_> {
             let message = format!("`points` of {what} have no `{missing}`");
             out.push(
                 Diagnostic::error("table::points", message)
-                    .at(points.place.clone(), "")
+                    .at(&points.place, "")
                     .help("write `{ x = [...], value = [...] }`"),
             );
         }
@@ -132,16 +125,11 @@ impl<'a> Functions<'a, '_> {
     }
 }
 
-fn report<T>(table: &Table, key: &str, message: String, help: &str, out: &mut Vec<Diagnostic>) -> Option<T> {
-    out.push(Diagnostic::error("table::points", message).at(TableReader::place(table, key), "").help(help));
-    None
-}
-
 /// Points of a file.
-fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
-    let mut log = open(in_memory(bytes), &CsvOptions::default())?;
+fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, KeyError> {
+    let mut log = open(in_memory(bytes), &CsvOptions::default()).map_err(unreadable)?;
     let groups = log.groups().to_vec();
-    let group = groups.first().ok_or_else(|| refusal("file", "there are no columns", "is it a table?"))?;
+    let group = groups.first().ok_or_else(|| KeyError::new("file", "there are no columns", "is it a table?"))?;
     let names = || quoted(group.channels.iter().map(|channel| channel.name.as_str()).take(24));
     let columns: Vec<usize> = match values.names("columns") {
         Some(names) => {
@@ -153,12 +141,12 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
     if !(2..=3).contains(&columns.len()) {
         let message = format!("{} columns are neither a curve nor a surface", columns.len());
         let help = format!("name two or three by `columns`, the value last; there are {}", names());
-        return Err(refusal(if values.has("columns") { "columns" } else { "file" }, message, help));
+        return Err(KeyError::new(if values.has("columns") { "columns" } else { "file" }, message, help));
     }
     let units = values.names("units");
     if let Some(units) = units.filter(|units| units.len() != columns.len()) {
         let message = format!("{} units for {} columns", units.len(), columns.len());
-        return Err(refusal("units", message, "give one for each column"));
+        return Err(KeyError::new("units", message, "give one for each column"));
     }
     let mut factors = Vec::new();
     for (k, column) in columns.iter().enumerate() {
@@ -166,30 +154,23 @@ fn of_file(bytes: Arc<[u8]>, values: &Values) -> Result<Columns, Refusal> {
         let unit = units.map_or(group.channels[*column].unit.as_str(), |units| units[k].as_str());
         factors.push(factor(unit, key)?);
     }
-    log.choose(&columns.iter().map(|column| (0, *column)).collect::<Vec<_>>())?;
-    let mut block = Block::default();
+    let chosen: Vec<(usize, usize)> = columns.iter().map(|column| (0, *column)).collect();
     let mut found: Vec<Vec<Rational>> = vec![Vec::new(); columns.len()];
-    while log.next(&mut block)? {
+    read_rows(&mut *log, &chosen, "correct or remove the row", |block| {
         for ((list, column), (factor, _)) in found.iter_mut().zip(&block.columns).zip(&factors) {
             for value in column {
                 let row = list.len() + 1;
                 list.push(rational_from_f64(value * factor).ok_or_else(|| {
-                    refusal(
-                        "file",
-                        format!("a value of row {row} is no number"),
-                        "is a cell empty, or a row too short?",
-                    )
+                    let message = format!("a value of row {row} is no number");
+                    KeyError::new("file", message, "is a cell empty, or a row too short?")
                 })?);
             }
         }
         if found[0].len() > MOST_POINTS {
-            return Err(refusal("file", format!("more than {MOST_POINTS} rows"), "reduce the number of rows"));
+            return Err(KeyError::new("file", format!("more than {MOST_POINTS} rows"), "reduce the number of rows"));
         }
-    }
-    if !log.damage().is_empty() {
-        let message = format!("not every row could be read: {}", log.notes().join("; "));
-        return Err(refusal("file", message, "correct or remove the row"));
-    }
+        Ok(())
+    })?;
     Ok(Columns {
         values: found,
         dimensions: factors.into_iter().map(|(_, dimension)| dimension).collect(),

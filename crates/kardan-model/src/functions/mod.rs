@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::document::{Document, SignalTable};
-use super::keys::key_diagnostic;
+use super::keys::{key_diagnostic, unknown_in};
 use super::table_reader::TableReader;
 use kardan_elements::signal::{MOST_BREAKPOINTS, Refused, SignalWriter};
 use kardan_expr::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
@@ -28,7 +28,7 @@ const MOST_SCAN_POINTS: usize = 1000;
 /// The functions of time of a document under construction.
 pub struct Functions<'a, 'd> {
     reader: &'a TableReader<'d>,
-    document: &'a Document,
+    pub(crate) document: &'a Document,
     horizon: f64,
     seed: u64,
     graph: Graph,
@@ -54,7 +54,6 @@ impl<'a, 'd> Functions<'a, 'd> {
     pub fn new(reader: &'a TableReader<'d>, document: &'a Document, (horizon, seed): (f64, u64)) -> Self {
         let mut graph = Graph::default();
         let time = graph.symbol("t", Dimension::TIME);
-        let (parts, room, made, tables) = (Vec::new(), MOST_BREAKPOINTS, BTreeMap::new(), BTreeMap::new());
         Self {
             reader,
             document,
@@ -62,14 +61,14 @@ impl<'a, 'd> Functions<'a, 'd> {
             seed,
             graph,
             time,
-            parts,
-            room,
-            made,
+            parts: Vec::new(),
+            room: MOST_BREAKPOINTS,
+            made: BTreeMap::new(),
             functions: HashMap::new(),
             open: Vec::new(),
             blocks: BTreeMap::new(),
             broken_blocks: false,
-            tables,
+            tables: BTreeMap::new(),
         }
     }
 
@@ -101,11 +100,10 @@ impl<'a, 'd> Functions<'a, 'd> {
                 return None;
             }
         };
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         if !expected.is_like(&found) {
-            let message = format!("{what}: expected {}, found {}", expected.noun(), found.noun());
             let help = format!("the result needs a unit such as {}", expected.example());
-            out.push(Diagnostic::error("unit::dimension", message).at(at, found.noun()).help(help));
+            out.push(Diagnostic::wrong_dimension(what, [expected, found], at).help(help));
             return None;
         }
         let function = self.function_of(value, expected)?;
@@ -138,14 +136,8 @@ impl<'a, 'd> Functions<'a, 'd> {
             let named = if name == "t" {
                 Named::Varying(self.time, Dimension::TIME)
             } else if self.document.moves(name) {
-                let span = expression.place_of(name).unwrap_or(0..expression.text().len());
-                let message = format!(
-                    "{what}: `{name}` depends on coordinates, a sensor or a block, so it is not a function of time"
-                );
-                let at = place.part(expression.text(), span);
-                let diagnostic =
-                    Diagnostic::error("signal::not-a-time-function", message).at(at, "not a function of time");
-                out.push(diagnostic.help("a `reference` of a law, a torque as a law and a `law = \"program\"` use the output of a block by its name"));
+                let help = "a `reference` of a law, a torque as a law and a `law = \"program\"` use the output of a block by its name";
+                out.push(not_of_time("", name, expression, (place, what)).help(help));
                 return None;
             } else if self.document.signals.has(name) {
                 let (value, dimension) = self.signal(name, out)?;
@@ -169,24 +161,21 @@ impl<'a, 'd> Functions<'a, 'd> {
     }
 
     /// An error in an expression, at its place.
-    fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
-        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'');
-        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
-            error.code = "name::unknown";
-            error.message = format!("there is no parameter or signal `{}`", shortened(name));
+    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str)) -> Diagnostic {
+        unknown_in(error, text, at, |name| {
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
             let readable_names =
                 || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
-            error.help = Some(did_you_mean(nearest(name, readable_names()), || match name.contains('.') {
+            let help = did_you_mean(nearest(name, readable_names()), || match name.contains('.') {
                 true => "a function of time may name the time `t`, parameters and signals, but no coordinates".into(),
                 false => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
                     shortened(name),
                     quoted(readable_names())
                 ),
-            }));
-        }
-        Diagnostic::of_unit_error(what, error, text, place)
+            });
+            (format!("there is no parameter or signal `{}`", shortened(name)), help)
+        })
     }
 
     /// The function of time of a signal of that name, which there is; `None` if it has an error, which was reported.
@@ -213,11 +202,6 @@ impl<'a, 'd> Functions<'a, 'd> {
         OfTime::new(graph, own(self.time)?, parts, own(value)?, dimension)
     }
 
-    /// A table of that name; `None` if there is none, or it has an error, which was reported.
-    pub(crate) fn table_of(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<Arc<Lookup>> {
-        self.table(name, out).flatten()
-    }
-
     /// A signal of that name, which there is; `None` if it has an error, which was reported. Those that it names are made before it.
     pub fn signal(&mut self, name: &str, out: &mut Vec<Diagnostic>) -> Option<(Expr, Dimension)> {
         let document = self.document;
@@ -240,7 +224,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                         let names: Vec<&str> = open[first..].iter().map(|(signal, _)| signal.name.as_str()).collect();
                         let what = format!("signal `{}`", shortened(&signal.name));
                         let message = format!("{what}: `{}` depends on itself: {}", next.name, circle(&names));
-                        let of_text = |(text, place): (&str, &Place)| place.part(text, 0..text.len());
+                        let of_text = |(text, place): (&str, &Place)| place.inside(text);
                         let place = signal.table.placed_word("value").map_or(signal.place.clone(), of_text);
                         let diagnostic = Diagnostic::error("signal::cyclic-definition", message).at(place, "circular");
                         out.push(diagnostic.help("define one of them without the others"));
@@ -310,8 +294,8 @@ impl<'a, 'd> Functions<'a, 'd> {
                 None
             }
             Err(Refused::Expression(error)) => {
-                let place = TableReader::place(table, "value");
-                out.push(self.diagnostic(error, values.word_or_default("value"), (&place, what)));
+                let place = table.place_of("value");
+                out.push(self.diagnostic(error, values.word_or_default("value"), (place, what)));
                 None
             }
         }
@@ -341,7 +325,7 @@ impl<'a, 'd> Functions<'a, 'd> {
                             "value" => self.like(scalar, &label, common, out),
                             _ => out.push(
                                 Diagnostic::error("key::unknown", format!("{label} is not known"))
-                                    .at(name.place.clone(), "unknown")
+                                    .at(&name.place, "unknown")
                                     .help("points have `time` and `value`, a list each"),
                             ),
                         }
@@ -372,7 +356,16 @@ impl<'a, 'd> Functions<'a, 'd> {
 fn unlike(label: &str, scalar: &Placed<Scalar>, common: &Dimension, own: &Dimension) -> Diagnostic {
     let message = format!("{label}: expected {}, as before, found {}", common.noun(), own.noun());
     let help = format!("write a unit such as {}", common.example());
-    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), own.noun()).help(help)
+    Diagnostic::error("unit::dimension", message).at(&scalar.place, own.noun()).help(help)
+}
+
+/// A name that depends on more than the time, after a noun for it.
+fn not_of_time(noun: &str, name: &str, expression: &Expression, (place, what): (&Place, &str)) -> Diagnostic {
+    let span = expression.place_of(name).unwrap_or(0..expression.text().len());
+    let message =
+        format!("{what}: {noun}`{name}` depends on coordinates, a sensor or a block, so it is not a function of time");
+    Diagnostic::error("signal::not-a-time-function", message)
+        .at(place.part(expression.text(), span), "not a function of time")
 }
 
 /// The meaning of a name.

@@ -19,13 +19,13 @@ impl Functions<'_, '_> {
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Option<Arc<Formula>> {
-        let (formula, found) = self.of_positions(expression, (place, what), out)?;
+        let formula = self.of_positions(expression, (place, what), out)?;
         if formula.coordinates().next().is_none() {
-            let at = place.part(expression.text(), 0..expression.text().len());
+            let at = place.inside(expression.text());
             let message = format!("{what}: it contains no angle or position, so it constrains nothing");
             let help =
                 "write the expression that must be zero, such as `q1.phi - 0.5 * sin(q2.phi)` or `x.s^2 + y.s^2 - l^2`";
-            out.push(Diagnostic::error("constraint::expression", message).at(at, found.noun()).help(help));
+            out.push(Diagnostic::error("constraint::expression", message).at(at, formula.dimension.noun()).help(help));
             return None;
         }
         Some(formula)
@@ -48,12 +48,12 @@ impl Functions<'_, '_> {
             if out.len() > before {
                 continue;
             }
-            let Some((formula, found)) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
+            let Some(formula) = self.of_positions(expression, (&scalar.place, &label), out) else { continue };
             if self.reader.is_ground(&name.value) {
                 continue;
             }
             let [_, rate] = self.reader.domain_of(&name.value).dimensions();
-            let Some(product) = found.times(&rate, 1) else { continue };
+            let Some(product) = formula.dimension.times(&rate, 1) else { continue };
             match &sum {
                 None => sum = Some((product, name.value.clone())),
                 Some((first, other)) if !first.is_like(&product) => {
@@ -66,9 +66,7 @@ impl Functions<'_, '_> {
                     let help =
                         "all terms of a row must be the same quantity: give a coefficient a length, or remove one";
                     out.push(
-                        Diagnostic::error("unit::dimension", message)
-                            .at(scalar.place.clone(), product.noun())
-                            .help(help),
+                        Diagnostic::error("unit::dimension", message).at(&scalar.place, product.noun()).help(help),
                     );
                 }
                 Some(_) => {}
@@ -81,7 +79,7 @@ impl Functions<'_, '_> {
             }
             if let Some((name, _)) = entries.iter().find(|(name, _)| self.reader.is_ground(&name.value)) {
                 let message = format!("{what}: it names nothing that can move");
-                let diagnostic = Diagnostic::error("name::ground", message).at(name.place.clone(), "fixed");
+                let diagnostic = Diagnostic::error("name::ground", message).at(&name.place, "fixed");
                 out.push(diagnostic.help("name a shaft or mass that moves"));
             }
             return None;
@@ -89,14 +87,14 @@ impl Functions<'_, '_> {
         (out.len() == before).then_some(row)
     }
 
-    /// An expression of angles and positions, smooth, without rates and without the time; and its dimension.
+    /// An expression of angles and positions, smooth, without rates and without the time.
     fn of_positions(
         &mut self,
         expression: &Expression,
         (place, what): (&Place, &str),
         out: &mut Vec<Diagnostic>,
-    ) -> Option<(Arc<Formula>, Dimension)> {
-        let (formula, found) = self.formula_of_any(expression, (place, what), out)?;
+    ) -> Option<Arc<Formula>> {
+        let formula = self.formula_with(expression, Vec::new(), (place, what), out)?;
         let wrong = formula.names.iter().find_map(|(name, meaning)| match meaning {
             Meaning::Rate(_) => {
                 Some((name, "a speed", "write the coefficients of rates in `rates`; they may depend on positions only"))
@@ -132,6 +130,6 @@ impl Functions<'_, '_> {
             out.push(Diagnostic::error("motion::not-smooth", message).at(at, reason).help(help));
             return None;
         }
-        Some((Arc::new(formula), found))
+        Some(Arc::new(formula))
     }
 }

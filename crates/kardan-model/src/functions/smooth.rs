@@ -7,7 +7,6 @@ use kardan_expr::expr::{Graph, OfTime};
 use kardan_math::units::{Dimension, Expression};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
-use kardan_schema::schema::Scalar;
 
 /// Largest jump that counts as rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-9;
@@ -22,11 +21,6 @@ pub(super) fn find_kink(
 }
 
 impl Functions<'_, '_> {
-    /// The expression of a value that is a function of time.
-    pub(crate) fn of_time(&self, scalar: &Scalar) -> Option<Expression> {
-        self.document.function_of_time(scalar)
-    }
-
     /// The function of an expression that a motion follows: an angle without jumps of itself and of its rate, a speed or a
     /// current without jumps, an acceleration; positions of masses likewise.
     pub(crate) fn smooth(
@@ -37,7 +31,7 @@ impl Functions<'_, '_> {
         out: &mut Vec<Diagnostic>,
     ) -> Option<OfTime> {
         let function = self.function(expression, expected, (place, what), out)?;
-        let at = place.part(expression.text(), 0..expression.text().len());
+        let at = place.inside(expression.text());
         if function.has_kinks() {
             let message = format!("{what}: it may have a kink or a jump between steps, which no motion can follow");
             let (span, reason) = find_kink(expression, |part| self.is_bent(part, (place, what)));

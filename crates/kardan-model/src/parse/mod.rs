@@ -72,7 +72,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 let message = format!("{what}: `{name}` is an alias of `{}`, which is also present", field.name);
                 out.push(
                     Diagnostic::error("key::duplicate", message)
-                        .at(keyed.place.clone(), "the second name")
+                        .at(&keyed.place, "the second name")
                         .help("remove one of the two"),
                 );
             }
@@ -105,7 +105,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 misspelt.push(one.field.name);
                 let message = format!("{what} has no key `{name}`");
                 let help = format!("did you mean `{}`?", one.called);
-                out.push(Diagnostic::error("key::unknown", message).at(keyed.place.clone(), "unknown key").help(help));
+                out.push(Diagnostic::error("key::unknown", message).at(&keyed.place, "unknown key").help(help));
             }
             None => {
                 misspelt.extend(present_name(name, &hints).or_else(|| nearest_or_similar(name, hints.iter().copied())));
@@ -123,7 +123,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
-                    .at(node.place.clone(), format!("`{}` is missing", field.name))
+                    .at(&node.place, format!("`{}` is missing", field.name))
                     .help(missing(field, node.hints, &mut proposed)),
             );
         }
@@ -219,10 +219,10 @@ pub(crate) fn value_near(
                 None
             }
         },
-        (Kind::OfTime(_), RawValue::Text(text)) if is_of_time(text) => reader.formula(text, out),
+        (Kind::OfTime(_), RawValue::Text(text)) if is_of_time(text) => reader.formula(text, out).map(Value::Scalar),
         (Kind::OfTime(_), literal) => reader.scalar(literal, out).map(Value::Scalar),
         (Kind::Formula(_) | Kind::Surface | Kind::Expression, RawValue::Text(text) | RawValue::Number(text)) => {
-            reader.formula(text, out)
+            reader.formula(text, out).map(Value::Scalar)
         }
         (Kind::Formulas | Kind::Expressions | Kind::Functions, RawValue::Table(entries)) => {
             Some(reader.functions(entries, out))
@@ -293,7 +293,7 @@ pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Dia
 /// The error of a name that means something else.
 pub(super) fn reserved_name(name: &str, place: &Place, what: &str, reason: &str) -> Diagnostic {
     let message = format!("`{name}` cannot be the name of a {what}: {reason}");
-    let diagnostic = Diagnostic::error("name::reserved", message).at(place.clone(), "this name");
+    let diagnostic = Diagnostic::error("name::reserved", message).at(place, "this name");
     diagnostic.help(format!("choose another name, such as `{name}_1`"))
 }
 
@@ -317,7 +317,7 @@ struct Reader<'r> {
 
 impl Reader<'_> {
     fn error(&self, code: &'static str, message: impl AsRef<str>, label: impl Into<String>) -> Diagnostic {
-        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
+        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(&self.place, label)
     }
 
     /// A value of another type than expected.
@@ -368,11 +368,11 @@ impl Reader<'_> {
             };
             let Some(word) = here.word(text, out) else { continue };
             match names.iter().find(|candidate| candidate.value == word) {
-                Some(first) => out.push(
-                    here.error("name::duplicate", format!("`{word}` is listed twice"), "again here")
-                        .at(first.place.clone(), "first here")
-                        .help("remove one of the two"),
-                ),
+                Some(first) => {
+                    let message = format!("{}: `{word}` is listed twice", self.what);
+                    let diagnostic = Diagnostic::twice("name::duplicate", message, &entry.place, &first.place);
+                    out.push(diagnostic.help("remove one of the two"));
+                }
                 None => names.push(Placed { value: word, place: entry.place.clone() }),
             }
         }
@@ -449,9 +449,9 @@ impl Reader<'_> {
     }
 
     /// An expression of what moves.
-    fn formula(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<Value> {
+    fn formula(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
         match Expression::parse_law(text) {
-            Ok(read) => Some(Value::Scalar(Scalar::Expression(Box::new(read)))),
+            Ok(read) => Some(Scalar::Expression(Box::new(read))),
             Err(error) => {
                 out.push(self.unit_error(error, text));
                 None
@@ -465,21 +465,17 @@ impl Reader<'_> {
         for keyed in table.iter() {
             let what = format!("`{}` in {}", keyed.key, self.what);
             let here = Reader { what: &what, place: keyed.entry.place.clone(), ..*self };
-            let text = match &keyed.entry.value {
-                RawValue::Text(text) | RawValue::Number(text) => text,
-                RawValue::Broken => continue,
+            let read = match &keyed.entry.value {
+                RawValue::Text(text) | RawValue::Number(text) => here.formula(text, out),
+                RawValue::Broken => None,
                 other => {
                     here.wrong_type("a function of time such as \"2 N m * sin(2 pi t / 1 s)\"", other, out);
-                    continue;
+                    None
                 }
             };
-            match Expression::parse_law(text) {
-                Ok(read) => {
-                    let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
-                    let value = Scalar::Expression(Box::new(read));
-                    map.push((name, Placed { value, place: keyed.entry.place.clone() }));
-                }
-                Err(error) => out.push(here.unit_error(error, text)),
+            if let Some(value) = read {
+                let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
+                map.push((name, Placed { value, place: keyed.entry.place.clone() }));
             }
         }
         Value::Map(map)
@@ -600,9 +596,8 @@ impl Reader<'_> {
         }
         let sign = match *self.kind {
             Kind::Quantity(expected, _) if expected != dimension => {
-                let message = format!("expected {}, found {}", expected.noun(), dimension.noun());
                 let help = expected.hint(tolerated.as_ref().map_or(text, |read| read.text.as_str()));
-                out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
+                out.push(Diagnostic::wrong_dimension(self.what, [expected, dimension], &self.place).help(help));
                 return None;
             }
             Kind::Coefficient if !is_coefficient(dimension) => {
@@ -612,10 +607,8 @@ impl Reader<'_> {
                 return None;
             }
             Kind::Number(_) if dimension != Dimension::NONE => {
-                let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
-                out.push(
-                    self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"),
-                );
+                let help = "write the number without a unit";
+                out.push(Diagnostic::wrong_dimension(self.what, [Dimension::NONE, dimension], &self.place).help(help));
                 return None;
             }
             Kind::Quantity(_, sign) | Kind::Number(sign) => sign,

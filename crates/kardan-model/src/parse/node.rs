@@ -85,7 +85,7 @@ impl<'t> Node<'t> {
                 "type::wrong",
                 format!("`{path}`: expected a table, found {}", describe_value(&entry.value)),
             )
-            .at(entry.place.clone(), "not a table")
+            .at(&entry.place, "not a table")
             .help(format!("write it as `[{path}]` with its keys below")),
         );
         None

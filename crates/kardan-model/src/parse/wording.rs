@@ -18,7 +18,7 @@ pub(super) fn unknown_key(entry: &KeyedEntry, keys: &[&str], what: &str, owner: 
         }),
     };
     Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
-        .at(entry.place.clone(), "unknown key")
+        .at(&entry.place, "unknown key")
         .help(help)
 }
 

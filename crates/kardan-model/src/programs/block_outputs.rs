@@ -5,9 +5,6 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::document::BlockTable;
-use crate::monitors::MonitorExpr;
-use crate::overlaps::TransitionGuard;
-use crate::table_reader::TableReader;
 use kardan_elements::block::{BlockBuilder, BlockKind, Expressions, Guard, List};
 use kardan_elements::element::KeyError;
 use kardan_expr::expr::{Expr, Lookup, Traced};
@@ -16,6 +13,8 @@ use kardan_mechanics::program::KeyRule;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Kind, Table, Values};
 
+use super::monitors::MonitorExpr;
+use super::overlaps::TransitionGuard;
 use super::{BlockInputs, BlockStates, Blocks, Made, Outputs, outside_name};
 
 /// The symbols of an output: `.since` of a machine and others whose units are known in advance.
@@ -41,7 +40,7 @@ impl<'a> Blocks<'a, '_, '_> {
     pub(super) fn watch(&mut self, name: &str, table: &Table, inputs: &BlockInputs) {
         let of = |key: &str| inputs.iter().find(|(candidate, ..)| *candidate == key).map(|(_, _, found)| *found);
         let (Some((residual, _)), Some((threshold, _))) = (of("residual"), of("threshold")) else { return };
-        let place = TableReader::place(table, "threshold");
+        let place = table.place_of("threshold").clone();
         let waits = table.values.contains_key("debounce");
         self.monitors.push(MonitorExpr { name: name.to_string(), residual, threshold, place, waits });
     }
@@ -103,7 +102,7 @@ impl<'a> Blocks<'a, '_, '_> {
             && !unit.is_like(found)
         {
             let message = format!("{what} outputs {}, not {}", found.noun(), unit.noun());
-            let at = TableReader::place(&block.table, "unit");
+            let at = block.table.place_of("unit");
             let diagnostic = Diagnostic::error("unit::dimension", message).at(at, "another unit");
             out.push(diagnostic.help(format!("write a unit such as {}, or leave `unit` out", found.example())));
             return None;
@@ -113,7 +112,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let varies = |expr: Expr| !self.graph.borrow().symbols(&[expr]).is_empty();
         if made.states.iter().any(|(_, start, _)| varies(*start)) {
-            let at = TableReader::place(&block.table, "initial");
+            let at = block.table.place_of("initial");
             let diagnostic = Diagnostic::error("block::initial-value", format!("{what}: its initial value may vary"))
                 .at(at, "varies");
             out.push(diagnostic.help("write it with numbers and parameters alone"));
@@ -152,7 +151,7 @@ pub(super) fn warn_of_growth(values: &Values, table: &Table, what: &str, out: &m
         "{what}: its pole at {}{beside} 1/s has a real part above zero: its output grows without bound for any input",
         real.to_f64()
     );
-    let diagnostic = Diagnostic::warning("block::unstable", message).at(TableReader::place(table, "poles"), "grows");
+    let diagnostic = Diagnostic::warning("block::unstable", message).at(table.place_of("poles"), "grows");
     out.push(
         diagnostic
             .help("check the sign: a decaying output has negative poles; leave it if a loop around it stabilises it"),

@@ -2,6 +2,9 @@
 
 mod block_outputs;
 mod monitor_checks;
+mod monitors;
+mod outside;
+mod overlaps;
 mod sensor_signals;
 mod tasks;
 mod writing;
@@ -15,15 +18,16 @@ use kardan_math::names::{HasName, NamedList, unknown_name};
 use kardan_math::units::{Dimension, Exact, UnitError};
 use kardan_mechanics::program::{AS_READ, KeyRule, Looked, Read, TableCall, Task, TaskOutput};
 use kardan_results::signal_name::SignalName;
-use kardan_schema::diagnostics::{Diagnostic, Severity, nearest, shortened};
+use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::{Placed, Scalar, Table};
 
 use super::document::{BlockTable, Document, Instance, SignalTable};
 use super::functions::Functions;
-use super::monitors::MonitorExpr;
-use super::overlaps::TransitionGuard;
+use super::keys::unknown_in;
 use super::table_reader::TableReader;
+use monitors::MonitorExpr;
+use overlaps::TransitionGuard;
 
 /// The blocks of a model as tasks, with external inputs.
 #[derive(Debug, Clone, Default)]
@@ -114,11 +118,13 @@ enum Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    fn name(self) -> &'a str {
+    /// Its kind and its name: a sensor may have the name of a signal.
+    fn key(self) -> (&'static str, &'a str) {
         match self {
-            Self::Block(block) => &block.name,
-            Self::Formula(signal) => &signal.name,
-            Self::Sensor(name, ..) | Self::Reference(name, _) => name,
+            Self::Block(block) => ("block", &block.name),
+            Self::Formula(signal) => ("signal", &signal.name),
+            Self::Sensor(name, ..) => ("sensor", name),
+            Self::Reference(name, _) => ("reference", name),
         }
     }
 }
@@ -161,12 +167,10 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
     /// States of observers as named by their own keys: they vary, while outputs are constant between samples.
     states: BTreeMap<String, (Expr, Dimension)>,
     made: BTreeMap<&'a str, Option<Made>>,
-    /// Expanded signals that depend on coordinates, and the measurements of sensors of signals.
-    formulas: HashMap<&'a str, Option<FormulaExpr>>,
-    sensors: HashMap<&'a str, Option<FormulaExpr>>,
-    /// References that blocks introduce, with the block, and what their blocks measure.
+    /// Other sources that were expanded, by their kind and name.
+    formulas: HashMap<(&'static str, &'a str), Option<FormulaExpr>>,
+    /// References that blocks introduce, with the block.
     introduced: HashMap<&'a str, &'a BlockTable>,
-    references: HashMap<&'a str, Option<FormulaExpr>>,
     /// Pending entries, each after those that depend on it.
     open: Vec<&'a str>,
     waiting: HashSet<&'a str>,
@@ -183,7 +187,7 @@ pub(crate) struct Blocks<'a, 'd, 'f> {
 }
 
 fn errors(out: &[Diagnostic]) -> usize {
-    out.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
+    out.iter().filter(|diagnostic| diagnostic.is_error()).count()
 }
 
 /// The external name of an output.
@@ -214,9 +218,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
             states: BTreeMap::new(),
             made: BTreeMap::new(),
             formulas: HashMap::new(),
-            sensors: HashMap::new(),
             introduced,
-            references: HashMap::new(),
             open: Vec::new(),
             waiting: HashSet::new(),
             used_functions: Vec::new(),
@@ -286,8 +288,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
 
     /// The references that blocks introduce, sorted.
     fn references(&self) -> Vec<(String, Dimension, String)> {
-        let reference = |(name, block): (&&str, &&BlockTable)| {
-            let made = self.references.get(name)?.as_ref()?;
+        let reference = |(name, block): (&&'a str, &&'a BlockTable)| {
+            let made = self.formulas.get(&Source::Reference(name, block).key())?.as_ref()?;
             Some((name.to_string(), made.dimension, block.name.clone()))
         };
         let mut all: Vec<_> = self.introduced.iter().filter_map(reference).collect();
@@ -316,7 +318,7 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                     let inputs = self.document.elements.iter().filter(is_input).map(|one| one.name.as_str());
                     let help = unknown_name(&name.value, inputs);
                     let message = format!("{label}: there is no motor and no voltage source of that name");
-                    out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
+                    out.push(Diagnostic::error("name::unknown", message).at(&name.place, "unknown").help(help));
                     continue;
                 }
             };
@@ -326,11 +328,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 continue;
             };
             if !expected.is_like(&dimension) {
-                let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
                 let help = format!("the result needs a unit such as {}", expected.example());
-                out.push(
-                    Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), dimension.noun()).help(help),
-                );
+                out.push(Diagnostic::wrong_dimension(&label, [expected, dimension], &scalar.place).help(help));
                 continue;
             }
             found.push(Command {
@@ -409,11 +408,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    fn diagnostic(&self, mut error: UnitError, text: &str, (place, what): (&Place, &str)) -> Diagnostic {
-        let name = text.get(error.span.clone()).unwrap_or_default().trim_matches('\'').to_string();
-        if error.message.starts_with("there is no parameter") && !error.message.contains("follow a number") {
-            error.code = "name::unknown";
-            error.message = format!("there is no `{}` that a block can read", shortened(&name));
+    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str)) -> Diagnostic {
+        unknown_in(error, text, at, |name| {
             let document = self.document;
             let readable_names = || {
                 let signals = document.signals.iter().map(|signal| signal.name.as_str());
@@ -424,11 +420,9 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 let sensors = document.signal_sensors().map(|(sensor, ..)| sensor);
                 outside.chain(sensors).chain(signals).chain(blocks).chain(outputs).chain(parameters)
             };
-            let declared_whole =
-                readable_names().find(|candidate| candidate.contains('-') && text.contains(*candidate));
-            error.help = Some(match nearest(&name, readable_names()) {
-                _ if declared_whole.is_some() => {
-                    let whole = declared_whole.unwrap_or_default();
+            let is_whole = |candidate: &&str| candidate.contains('-') && text.contains(*candidate);
+            let help = match nearest(name, readable_names()) {
+                _ if let Some(whole) = readable_names().find(is_whole) => {
                     format!("in an expression `-` is minus: write the name in quotes, `'{whole}'`")
                 }
                 Some(near) => format!("did you mean `{near}`?"),
@@ -436,20 +430,20 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                     "a block reads angles and speeds (`rack.s`, `column.w`), sensors, signals, other blocks, parameters, the time `t` and \
                      references: those that laws and blocks give as `reference`, and those of a program, `references = [{{ name = \"{name}\", unit = \"rad\" }}]`"
                 ),
-            });
-        }
-        Diagnostic::of_unit_error(what, error, text, place)
+            };
+            (format!("there is no `{}` that a block can read", shortened(name)), help)
+        })
     }
 }
 
 /// The unit that a table states.
-pub(super) fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
+fn unit_of(table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<Dimension> {
     let (text, place) = table.placed_word("unit")?;
     match kardan_math::units::parse_quantity(&format!("1 {text}")) {
         Ok((_, dimension)) => Some(dimension),
         Err(error) => {
             let message = format!("`unit` of {what}: {}", error.message);
-            let diagnostic = Diagnostic::error(error.code, message).at(place.clone(), "no unit");
+            let diagnostic = Diagnostic::error(error.code, message).at(place, "no unit");
             out.push(diagnostic.help("write a unit such as \"N m\""));
             None
         }

@@ -3,13 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::document::Instance;
-use crate::overlaps::Assumptions;
-use crate::{monitors, overlaps};
 use kardan_expr::expr::{Graph, Interval, Substitution, Symbol};
 use kardan_math::num::Rational;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 
-use super::{Blocks, Ordered, outside_name};
+use super::overlaps::Assumptions;
+use super::{Blocks, Ordered, monitors, outside_name, overlaps};
 
 impl Blocks<'_, '_, '_> {
     /// Known bounds of the outputs of monitors and machines.

@@ -15,8 +15,9 @@ impl<'a> Blocks<'a, '_, '_> {
     /// A sensor of a signal as a task that outputs its signal; `None` if it has an error, which was reported.
     pub(super) fn sensor(&mut self, sensor: (&'a str, &'a str, &'a Place), out: &mut Vec<Diagnostic>) -> Option<Task> {
         let (name, signal, place) = sensor;
-        self.make(Source::Sensor(name, signal, place), out);
-        let dimension = self.sensors.get(name)?.as_ref()?.dimension;
+        let source = Source::Sensor(name, signal, place);
+        self.make(source, out);
+        let dimension = self.formulas.get(&source.key())?.as_ref()?.dimension;
         let is_output = self.outputs.contains_key(signal) || self.made.get(signal).is_some_and(Option::is_some);
         let of_time = self.document.signals.get(signal).is_some_and(|signal| signal.formula.is_none());
         let outside = self.outside.get(signal).map(|outside| &outside.read);
@@ -29,7 +30,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 shortened(signal)
             );
             let help = "let blocks read it by its name; a sensor can measure what is computed at every instant";
-            out.push(Diagnostic::error("sensor::signal", message).at(place.clone(), "has a sample time").help(help));
+            out.push(Diagnostic::error("sensor::signal", message).at(place, "has a sample time").help(help));
             return None;
         }
         if !is_output && !of_time && !matches!(outside, Some(Read::Source(_))) {
@@ -44,11 +45,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 ),
             };
             let message = format!("`signal` of sensor `{}`: `{}`: {message}", shortened(name), shortened(signal));
-            out.push(
-                Diagnostic::error("sensor::signal", message)
-                    .at(place.clone(), "cannot be measured like this")
-                    .help(help),
-            );
+            out.push(Diagnostic::error("sensor::signal", message).at(place, "cannot be measured like this").help(help));
             return None;
         }
         let mut graph = Graph::default();
@@ -82,8 +79,9 @@ impl<'a> Blocks<'a, '_, '_> {
         if signal.formula.is_none() {
             return;
         }
-        self.make(Source::Formula(signal), out);
-        let Some(Some(found)) = self.formulas.get(signal.name.as_str()) else { return };
+        let source = Source::Formula(signal);
+        self.make(source, out);
+        let Some(Some(found)) = self.formulas.get(&source.key()) else { return };
         let needs_samples = |name: &String| {
             let outside = self.outside.get(name);
             matches!(outside, Some(Outside { read: Read::Sensor(sensor), .. }) if !self.document.reads_at_every_instant(sensor))

@@ -64,7 +64,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 "sample it by a block: `[block.{head}_held]` with kind = \"hold\", input = \"{name}\" and sample_time = \"{}\"",
                 shown(own)
             );
-            out.push(Diagnostic::error("block::rate", message).at(place.clone(), "another sample time").help(help));
+            out.push(Diagnostic::error("block::rate", message).at(place, "another sample time").help(help));
         }
     }
 
@@ -131,10 +131,9 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         let message = format!("blocks depend on each other at the same sample: {}", circle(&names));
         let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
-        let diagnostic = Diagnostic::error("block::algebraic-loop", message);
-        let diagnostic =
-            found.into_iter().fold(diagnostic, |diagnostic, block| diagnostic.at(block.place.clone(), "circular"));
-        diagnostic.help(BREAK_CIRCLE)
+        Diagnostic::error("block::algebraic-loop", message)
+            .at_known(found.map(|block| &block.place), "circular")
+            .help(BREAK_CIRCLE)
     }
 
     /// The signals through which a block reads an output, by the shortest path; none if it names it itself.

@@ -5,10 +5,10 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::block_outputs::{declared_outputs, warn_of_growth};
+use super::overlaps::TransitionGuard;
 use super::{BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, errors, outside_name};
 use crate::document::BlockTable;
 use crate::keys::key_diagnostic;
-use crate::overlaps::TransitionGuard;
 use kardan_elements::block::List;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::{circle, did_you_mean};
@@ -47,9 +47,6 @@ struct Open<'a> {
     keys: Keys,
 }
 
-/// Expressions of keys, their results, and the names in them.
-type Expressions<'a> = (Vec<KeyExpression<'a>>, Vec<(Expr, Dimension)>, Arc<BTreeSet<String>>);
-
 /// Keys of a block that are not expressions.
 #[derive(Default)]
 struct Keys {
@@ -86,12 +83,10 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Starts to build an entry; `None` if it has a reported error, or if it is built already.
     fn begin(&mut self, source: Source<'a>, out: &mut Vec<Diagnostic>) -> Option<Open<'a>> {
-        let name = source.name();
+        let (_, name) = source.key();
         let is_made = match source {
             Source::Block(_) => self.made.contains_key(name),
-            Source::Formula(_) => self.formulas.contains_key(name),
-            Source::Sensor(..) => self.sensors.contains_key(name),
-            Source::Reference(..) => self.references.contains_key(name),
+            _ => self.formulas.contains_key(&source.key()),
         };
         if is_made {
             return None;
@@ -127,20 +122,18 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// Records the result of an entry.
     fn close(&mut self, source: Source<'a>, made: Option<Made>) {
-        let name = source.name();
+        let (_, name) = source.key();
         self.waiting.remove(name);
         self.open.pop();
-        let formula = || {
-            let Made { outputs, reads, .. } = made.as_ref()?;
-            let (_, value, dimension) = outputs.first()?;
-            Some(FormulaExpr { value: *value, dimension: *dimension, reads: Arc::clone(reads) })
-        };
-        match source {
-            Source::Block(_) => drop(self.made.insert(name, made)),
-            Source::Formula(_) => drop(self.formulas.insert(name, formula())),
-            Source::Sensor(..) => drop(self.sensors.insert(name, formula())),
-            Source::Reference(..) => drop(self.references.insert(name, formula())),
+        if matches!(source, Source::Block(_)) {
+            self.made.insert(name, made);
+            return;
         }
+        let formula = made.and_then(|Made { outputs, reads, .. }| {
+            let (_, value, dimension) = outputs.into_iter().next()?;
+            Some(FormulaExpr { value, dimension, reads })
+        });
+        self.formulas.insert(source.key(), formula);
     }
 
     /// Builds what can be built; else returns why the next one cannot.
@@ -156,15 +149,11 @@ impl<'a> Blocks<'a, '_, '_> {
 
     /// The result when all expressions are built.
     fn finish(&mut self, open: Open<'a>, out: &mut Vec<Diagnostic>) -> Option<Made> {
-        let Open { source, expressions, lowered, reads, keys } = open;
-        let reads = Arc::new(reads);
-        match source {
-            Source::Block(block) => self.lowered(block, (expressions, lowered, reads), keys, out),
-            _ => {
-                let outputs = lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
-                Some(Made { period: None, outputs, states: Vec::new(), reads })
-            }
+        if let Source::Block(block) = open.source {
+            return self.lowered(block, open, out);
         }
+        let outputs = open.lowered.into_iter().map(|(value, dimension)| (String::new(), value, dimension)).collect();
+        Some(Made { period: None, outputs, states: Vec::new(), reads: Arc::new(open.reads) })
     }
 
     /// The expression of a name that is not a block, a formula or a sensor.
@@ -199,8 +188,8 @@ impl<'a> Blocks<'a, '_, '_> {
             }
         }
         for name in read.tables() {
-            if self.document.tables.has(name) {
-                names.insert(name, Named::Table(self.functions.table_of(name, out).ok_or(Stopped::Reported)?));
+            if let Some(table) = self.functions.table(name, out) {
+                names.insert(name, Named::Table(table.ok_or(Stopped::Reported)?));
             }
         }
         let mut lookup = |_: &mut Graph, name: &str| names.get(name).cloned();
@@ -240,8 +229,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         if let Some(signal) = document.signals.get(name) {
             if signal.formula.is_some() {
-                let source = Source::Formula(signal);
-                let found = self.needed(self.formulas.get(name), source, (read, place, what), out)?;
+                let found = self.needed(Source::Formula(signal), (read, place, what), out)?;
                 reads.extend(found.reads.iter().cloned());
                 return varying((found.value, found.dimension));
             }
@@ -258,7 +246,7 @@ impl<'a> Blocks<'a, '_, '_> {
         if let Some((sensor, signal, at)) = document.signal_sensor(name) {
             reads.insert(name.to_string());
             let source = Source::Sensor(sensor, signal, at);
-            let dimension = self.needed(self.sensors.get(name), source, (read, place, what), out)?.dimension;
+            let dimension = self.needed(source, (read, place, what), out)?.dimension;
             let read = Read::Sensor(name.into());
             return varying(self.read_outside(Outside { name: name.into(), read, dimension }));
         }
@@ -272,8 +260,7 @@ impl<'a> Blocks<'a, '_, '_> {
         }
         if let Some((name, block)) = self.introduced.get_key_value(name) {
             reads.insert(name.to_string());
-            let source = Source::Reference(name, block);
-            let dimension = self.needed(self.references.get(name), source, (read, place, what), out)?.dimension;
+            let dimension = self.needed(Source::Reference(name, block), (read, place, what), out)?.dimension;
             let read = Read::Source(name.to_string());
             return varying(self.read_outside(Outside { name: name.to_string(), read, dimension }));
         }
@@ -304,8 +291,7 @@ impl<'a> Blocks<'a, '_, '_> {
             None if !self.waiting.contains(block.name.as_str()) => Err(Stopped::Needs(Source::Block(block))),
             None if block.name == name => {
                 let message = format!("{what}: `{name}` depends on itself, so its unit is unknown");
-                let at = place.part(read.text(), 0..read.text().len());
-                let diagnostic = Diagnostic::error("block::unit", message).at(at, "circular");
+                let diagnostic = Diagnostic::error("block::unit", message).at(place.inside(read.text()), "circular");
                 out.push(
                     diagnostic.help(format!("state the unit of its output: `unit = \"rad\"` in `[block.{name}]`")),
                 );
@@ -319,22 +305,20 @@ impl<'a> Blocks<'a, '_, '_> {
     /// The result of a formula or a sensor, which may depend on itself.
     fn needed(
         &self,
-        made: Option<&Option<FormulaExpr>>,
         source: Source<'a>,
         (read, place, what): (&Expression, &Place, &str),
         out: &mut Vec<Diagnostic>,
     ) -> Result<FormulaExpr, Stopped<'a>> {
-        let name = source.name();
-        match made {
+        let (_, name) = source.key();
+        match self.formulas.get(&source.key()) {
             Some(made) => made.clone().ok_or(Stopped::Reported),
             None if !self.waiting.contains(name) => Err(Stopped::Needs(source)),
             None => {
                 let first = self.open.iter().position(|open| *open == name).unwrap_or_default();
                 let message = format!("{what}: `{name}` depends on itself: {}", circle(&self.open[first..]));
-                let at = place.part(read.text(), 0..read.text().len());
                 out.push(
                     Diagnostic::error("signal::cyclic-definition", message)
-                        .at(at, "circular")
+                        .at(place.inside(read.text()), "circular")
                         .help(super::BREAK_CIRCLE),
                 );
                 Err(Stopped::Reported)
@@ -351,7 +335,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let what = format!("`signal` of sensor `{}`", shortened(sensor));
         let mut refuse = |message: &str, label: &str, help: &str| {
             let diagnostic = Diagnostic::error("sensor::signal", format!("{what}: {message}"));
-            out.push(diagnostic.at(place.clone(), label).help(help));
+            out.push(diagnostic.at(place, label).help(help));
             None
         };
         let quoted = format!("'{}'", signal.trim_matches('\''));
@@ -403,8 +387,7 @@ impl<'a> Blocks<'a, '_, '_> {
     fn lowered(
         &mut self,
         block: &'a BlockTable,
-        (expressions, lowered, reads): Expressions<'a>,
-        Keys { values, unit, lists, own, ways }: Keys,
+        Open { expressions, lowered, reads, keys: Keys { values, unit, lists, own, ways }, .. }: Open<'a>,
         out: &mut Vec<Diagnostic>,
     ) -> Option<Made> {
         let BlockTable { kind, name, place, table, .. } = block;
@@ -425,7 +408,7 @@ impl<'a> Blocks<'a, '_, '_> {
             self.watch(name, table, &block_inputs);
         }
         let table_name = values.word("table").filter(|_| kind.keyword == "table");
-        let called = table_name.and_then(|name| self.functions.table_of(name, out));
+        let called = table_name.and_then(|name| self.functions.table(name, out).flatten());
         if let Some(name) = table_name.filter(|_| called.is_some()) {
             let inputs = ["input", "input_2"].into_iter();
             let at = inputs
@@ -441,7 +424,8 @@ impl<'a> Blocks<'a, '_, '_> {
         match self.wire(kind, (&values, period.clone(), called, lists), (block_inputs, guards, own)) {
             Ok((outputs, block_states, rules)) => {
                 self.rules.extend(rules.into_iter().map(|rule| KeyRule { block: block.name.clone(), ..rule }));
-                self.finished(block, Made { period, outputs, states: block_states, reads }, unit, out)
+                let made = Made { period, outputs, states: block_states, reads: Arc::new(reads) };
+                self.finished(block, made, unit, out)
             }
             Err(key_error) => {
                 let what = format!("block `{}`", shortened(name));
@@ -501,7 +485,7 @@ fn ways(table: &Table, states: &[String], what: &str, out: &mut Vec<Diagnostic>)
                     format!("`{key}` of transition {} of {what}: there is no state `{}`", k + 1, shortened(name));
                 let all = || states.iter().map(String::as_str);
                 let help = did_you_mean(nearest(name, all()), || format!("its states are {}", quoted(all())));
-                out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "unknown state").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(place, "unknown state").help(help));
             }
             target
         };
@@ -524,6 +508,6 @@ fn number_of(
     }
     let message = format!("{what}: expected a number, found {}", dimension.noun());
     let help = format!("compare it with a threshold: `... > 1 {}`", dimension.si());
-    out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
+    out.push(Diagnostic::error("unit::dimension", message).at(place, dimension.noun()).help(help));
     None
 }

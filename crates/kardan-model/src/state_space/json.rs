@@ -44,12 +44,8 @@ pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
         let key = json.string(&key_span);
         if let Some(first) = first_spans.get(&key) {
             let message = format!("`{}` is given twice", shortened(&key));
-            diagnostics.push(
-                Diagnostic::error("state-space::duplicate", message)
-                    .at(key_span, "again here")
-                    .at(first.clone(), "first here")
-                    .help("keep one of them"),
-            );
+            let diagnostic = Diagnostic::twice("state-space::duplicate", message, key_span, first.clone());
+            diagnostics.push(diagnostic.help("keep one of them"));
             continue;
         }
         first_spans.insert(key.clone(), key_span.clone());

@@ -99,13 +99,6 @@ pub(super) struct ParsedNames {
     pub span: Option<Range<usize>>,
 }
 
-fn place(diagnostic: Diagnostic, span: &Option<Range<usize>>) -> Diagnostic {
-    match span {
-        Some(span) => diagnostic.at(span.clone(), ""),
-        None => diagnostic,
-    }
-}
-
 impl ParsedSystem {
     /// Combines the parts; reports all inconsistencies.
     pub fn system(mut self, mut diagnostics: Vec<Diagnostic>) -> Result<StateSpace, Vec<Diagnostic>> {
@@ -129,30 +122,24 @@ impl ParsedSystem {
             Some(Some(a)) if a.matrix.rows() != a.matrix.columns() => {
                 let message =
                     format!("`A` is {}, but it must be square: a row and a column per state", size(&a.matrix));
-                let diagnostic = Diagnostic::error("state-space::shape", message);
-                diagnostics.push(place(diagnostic, &a.span).help("write one list per row: [[0, 1], [-2, -3]]"));
+                let diagnostic = Diagnostic::error("state-space::shape", message).at_known(a.span.clone(), "");
+                diagnostics.push(diagnostic.help("write one list per row: [[0, 1], [-2, -3]]"));
                 None
             }
             Some(Some(a)) if a.matrix.rows() == 0 => {
-                let diagnostic =
-                    Diagnostic::error("state-space::empty", "`A` is 0×0: a system without states has no motion");
-                diagnostics.push(place(diagnostic, &a.span).help("give at least one state: {\"A\": [[-1]]}"));
+                let message = "`A` is 0×0: a system without states has no motion";
+                let diagnostic = Diagnostic::error("state-space::empty", message).at_known(a.span.clone(), "");
+                diagnostics.push(diagnostic.help("give at least one state: {\"A\": [[-1]]}"));
                 None
             }
             Some(Some(a)) => Some(a.matrix.rows()),
         };
-        let e = e.map(|e| e.map(|e| self::square(e, states, &mut diagnostics)));
-        let b = b.map(|b| b.map(|b| beside_states("B", b, states, &mut diagnostics)));
-        let c = c.map(|c| c.map(|c| beside_states("C", c, states, &mut diagnostics)));
-        let inputs = match &b {
-            None => Some(0),
-            Some(b) => b.as_ref().and_then(|b| b.as_ref().map(Matrix::columns)),
-        };
-        let outputs = match &c {
-            None => Some(0),
-            Some(c) => c.as_ref().and_then(|c| c.as_ref().map(Matrix::rows)),
-        };
-        let d = d.map(|d| d.map(|d| feedthrough(d, outputs, inputs, &mut diagnostics)));
+        let e = e.map(|e| square(e?, states, &mut diagnostics));
+        let b = b.map(|b| beside_states("B", b?, states, &mut diagnostics));
+        let c = c.map(|c| beside_states("C", c?, states, &mut diagnostics));
+        let inputs = b.as_ref().map_or(Some(0), |b| b.as_ref().map(Matrix::columns));
+        let outputs = c.as_ref().map_or(Some(0), |c| c.as_ref().map(Matrix::rows));
+        let d = d.map(|d| feedthrough(d?, outputs, inputs, &mut diagnostics));
         let mut name = |key, letter, count: Option<usize>, what| {
             self.names.remove(key).flatten().map_or_else(
                 || (1..=count.unwrap_or(0)).map(|i| format!("{letter}{i}")).collect(),
@@ -172,14 +159,14 @@ impl ParsedSystem {
             return Err(in_order(diagnostics));
         };
         let (m, p) = (inputs.unwrap_or(0), outputs.unwrap_or(0));
-        let or = |matrix: Option<Option<Option<Matrix<Rational>>>>, rows, columns| {
-            matrix.flatten().flatten().unwrap_or_else(|| Matrix::zeros(rows, columns))
+        let or = |matrix: Option<Option<Matrix<Rational>>>, rows, columns| {
+            matrix.flatten().unwrap_or_else(|| Matrix::zeros(rows, columns))
         };
         let system = LinearSystem {
             states: states_named,
             inputs: inputs_named,
             outputs: outputs_named,
-            e: e.flatten().flatten().unwrap_or_else(|| Matrix::identity(n)),
+            e: e.flatten().unwrap_or_else(|| Matrix::identity(n)),
             a: a.matrix,
             b: or(b, n, m),
             c: or(c, p, n),
@@ -212,8 +199,9 @@ fn square(e: ParsedMatrix, states: Option<usize>, diagnostics: &mut Vec<Diagnost
             Some(n) => format!("it must be {n}×{n} as `A` is"),
             None => "it must be square".into(),
         };
-        let diagnostic = Diagnostic::error("state-space::shape", format!("`E` is {}, but {expected}", size(&e.matrix)));
-        diagnostics.push(place(diagnostic, &e.span).help("leave `E` out if it is the identity"));
+        let message = format!("`E` is {}, but {expected}", size(&e.matrix));
+        let diagnostic = Diagnostic::error("state-space::shape", message).at_known(e.span, "");
+        diagnostics.push(diagnostic.help("leave `E` out if it is the identity"));
         return None;
     }
     Some(e.matrix)
@@ -250,7 +238,7 @@ fn beside_states(
         (false, true) => "give one row per state and one column per input",
         (false, false) => "give one row per output and one column per state",
     };
-    diagnostics.push(place(Diagnostic::error("state-space::shape", message), &parsed.span).help(help));
+    diagnostics.push(Diagnostic::error("state-space::shape", message).at_known(parsed.span, "").help(help));
     None
 }
 
@@ -281,10 +269,8 @@ fn feedthrough(
         "`D` is {}, but it must be {p}×{m}: a row per output (row of `C`), a column per input (column of `B`)",
         shape(&d)
     );
-    diagnostics.push(
-        place(Diagnostic::error("state-space::shape", message), &d.span)
-            .help("leave `D` out if there is no feedthrough"),
-    );
+    let diagnostic = Diagnostic::error("state-space::shape", message).at_known(d.span, "");
+    diagnostics.push(diagnostic.help("leave `D` out if there is no feedthrough"));
     None
 }
 
@@ -300,15 +286,14 @@ fn checked_names(
         && names.len() != count
     {
         let message = format!("`{key}` has {} names for {count} {what}", names.len());
-        diagnostics.push(
-            place(Diagnostic::error("state-space::names", message), &span).help("give one name each, or leave it out"),
-        );
+        let diagnostic = Diagnostic::error("state-space::names", message).at_known(span, "");
+        diagnostics.push(diagnostic.help("give one name each, or leave it out"));
     }
     let mut first = BTreeMap::new();
     for (i, name) in names.iter().enumerate() {
         let span = spans.get(i).cloned();
         let mut complain = |message, help: &str| {
-            diagnostics.push(place(Diagnostic::error("state-space::names", message), &span).help(help));
+            diagnostics.push(Diagnostic::error("state-space::names", message).at_known(span.clone(), "").help(help));
         };
         let number = i + 1;
         if name.trim().is_empty() {
@@ -352,8 +337,7 @@ pub(super) fn sampled(time: Rational) -> Result<Option<Option<Rational>>, ()> {
 pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, diagnostics: &mut Vec<Diagnostic>) {
     if count > MAX_REPORTED {
         let message = format!("`{name}` has {} more entries that are no finite numbers", count - MAX_REPORTED);
-        let diagnostic =
-            Diagnostic::error("state-space::entry", message).help("correct the entries that are reported first");
-        diagnostics.push(place(diagnostic, &span.cloned()));
+        let diagnostic = Diagnostic::error("state-space::entry", message).at_known(span.cloned(), "");
+        diagnostics.push(diagnostic.help("correct the entries that are reported first"));
     }
 }

@@ -122,7 +122,7 @@ impl<'a> TableReader<'a> {
                     match (read, required) {
                         (Some((value, found)), Some(required)) if required != found => {
                             if matches!(scalar.value, Scalar::Literal(..)) || !required.is_like(&found) {
-                                out.push(wrong_dimension(&label, required, found, spanned.place.clone()));
+                                out.push(Diagnostic::wrong_dimension(&label, [required, found], &spanned.place));
                                 continue;
                             }
                             Resolved::Exact(value)
@@ -185,14 +185,14 @@ impl<'a> TableReader<'a> {
                     continue;
                 }
                 let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(&name.place, "not declared").help(help));
                 continue;
             };
             let dimension = declared.dimension;
             if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
                 let computed = matches!(scalar.value, Scalar::Expression(_)) || declared.expression.is_some();
                 if found != dimension && !(computed && found.is_like(&dimension)) {
-                    out.push(wrong_dimension(&label, dimension, found, scalar.place.clone()));
+                    out.push(Diagnostic::wrong_dimension(&label, [dimension, found], &scalar.place));
                     continue;
                 }
                 let text = shown_quantity(&value, dimension);
@@ -233,18 +233,10 @@ impl<'a> TableReader<'a> {
                 _ => "write a number without a unit",
             };
             let message = format!("{label}: {} does not fit here", dimension.noun());
-            out.push(Diagnostic::error("unit::dimension", message).at(scalar.place.clone(), "").help(expected));
+            out.push(Diagnostic::error("unit::dimension", message).at(&scalar.place, "").help(expected));
         }
         Resolved::Row(map, measured.unwrap_or_default())
     }
-}
-
-/// A quantity of another dimension than expected.
-pub fn wrong_dimension(label: &str, expected: Dimension, actual: Dimension, place: Place) -> Diagnostic {
-    let message = format!("{label}: expected {}, found {}", expected.noun(), actual.noun());
-    Diagnostic::error("unit::dimension", message)
-        .at(place, actual.noun())
-        .help(format!("write a unit such as {}", expected.example()))
 }
 
 /// The places of a word in a table and the tables within.

@@ -45,7 +45,7 @@ impl TableReader<'_> {
                     let own = all().find(|angle| SignalName::new(angle).element == name.element);
                     let near = own.or_else(|| nearest(signal, all()));
                     let help = did_you_mean(near, || format!("a law controls one of {}", quoted(all())));
-                    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
+                    out.push(Diagnostic::error("name::unknown", message).at(place, "not an angle").help(help));
                 }
                 (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
                     self.check_output(signal, place, &format!("`{}` of {what}", field.name), false, out);
@@ -82,7 +82,7 @@ impl TableReader<'_> {
                 shortened(measured)
             );
             let help = "name angles and speeds, or sensors of them and of torques; blocks and programs read signals";
-            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
+            out.push(Diagnostic::error("name::unknown", message).at(place, "not an output").help(help));
             return;
         }
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
@@ -108,7 +108,7 @@ impl TableReader<'_> {
         let current = if measured { ", no current" } else { "" };
         let message =
             format!("{label}: `{}` is not an angle or speed of a shaft{current}, nor a sensor", shortened(signal));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, "not an output").help(help));
     }
 
     /// Coordinates with their rates: of shafts, masses and charges.
@@ -202,7 +202,7 @@ impl TableReader<'_> {
                 (format!("{label}: there is no {what} `{}`", shortened(name)), help)
             }
         };
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {what}")).help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, format!("no such {what}")).help(help));
     }
 
     /// A shaft, a mass or a charge.
@@ -224,8 +224,7 @@ impl TableReader<'_> {
             Some(_) if out.len() < GUESSES => format!("there are {}", quoted(fitting())),
             _ => format!("declare it: `[shaft.{}]`", shortened(name)),
         });
-        let message = format!("{label}: there is no shaft or charge `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such shaft or charge").help(help));
+        out.push(Diagnostic::no_such(label, "shaft or charge", name, place).help(help));
     }
 
     pub(super) fn check_element(
@@ -257,7 +256,7 @@ impl TableReader<'_> {
             Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {required}"),
             None => format!("{label}: there is no {required} `{}`", shortened(name)),
         };
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place, "does not fit").help(help));
     }
 }
 

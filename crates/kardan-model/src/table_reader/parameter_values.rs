@@ -157,20 +157,20 @@ impl<'a> TableReader<'a> {
             let message = format!("{what}: expected {}, but this is {}", required.noun(), found.noun());
             let conversion = if found == Dimension::FREQUENCY { "times `2 pi`" } else { "divided by `2 pi`" };
             let help = format!("a turn is 2 pi rad: write it {conversion}");
-            out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), found.noun()).help(help));
+            out.push(Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(help));
             return None;
         }
         if !required.is_like(&found) {
             let message = format!("{what}: expected {}, but this is {}", required.noun(), found.noun());
             let help = format!("the result needs a unit such as {}", required.example());
-            out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), found.noun()).help(help));
+            out.push(Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(help));
             return None;
         }
         if let Some(rule) = broken(sign, &value) {
             let message = format!("{what} must be {rule}, but `{}` is {value} {}", expression.text(), required.si());
             out.push(
                 Diagnostic::error("number::sign", message)
-                    .at(place.clone(), "this value")
+                    .at(place, "this value")
                     .help("change the parameters in it under `[parameters]` or `[variants]`"),
             );
             return None;
@@ -196,7 +196,7 @@ impl<'a> TableReader<'a> {
                 None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
             };
             let message = format!("{what}: there is no parameter `{}`", shortened(name));
-            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
+            out.push(Diagnostic::error("name::unknown", message).at(place, "not declared").help(help));
             return None;
         };
         let (mut value, mut dimension) = match value {
@@ -217,7 +217,7 @@ impl<'a> TableReader<'a> {
             if required != dimension {
                 let message = format!("{what}: expected {}, but `{name}` is {}", required.noun(), dimension.noun());
                 let help = format!("give `{name}` a unit such as {}", required.example());
-                out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), dimension.noun()).help(help));
+                out.push(Diagnostic::error("unit::dimension", message).at(place, dimension.noun()).help(help));
                 return None;
             }
             if let Some(required) = broken(sign, &value) {
@@ -226,7 +226,7 @@ impl<'a> TableReader<'a> {
                 let message = format!("{what} must be {required}, but `{name}` is {text}");
                 out.push(
                     Diagnostic::error("number::sign", message)
-                        .at(place.clone(), "through this parameter")
+                        .at(place, "through this parameter")
                         .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
                 );
                 return None;

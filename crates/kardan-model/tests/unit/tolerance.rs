@@ -2,6 +2,7 @@
 
 use super::super::read;
 use super::*;
+use kardan_math::units::Exact;
 use kardan_mechanics::equations::Term;
 use kardan_schema::diagnostics::plain;
 

@@ -58,14 +58,8 @@ impl From<i32> for Quantity {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Names(pub Vec<String>);
 
-impl<S: Into<String>, const N: usize> From<[S; N]> for Names {
-    fn from(names: [S; N]) -> Self {
-        Self(names.into_iter().map(Into::into).collect())
-    }
-}
-
-impl<S: Into<String>> From<Vec<S>> for Names {
-    fn from(names: Vec<S>) -> Self {
+impl<S: Into<String>, I: IntoIterator<Item = S>> From<I> for Names {
+    fn from(names: I) -> Self {
         Self(names.into_iter().map(Into::into).collect())
     }
 }
@@ -74,14 +68,8 @@ impl<S: Into<String>> From<Vec<S>> for Names {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Named(pub Vec<(String, Quantity)>);
 
-impl<S: Into<String>, Q: Into<Quantity>, const N: usize> From<[(S, Q); N]> for Named {
-    fn from(entries: [(S, Q); N]) -> Self {
-        Self(entries.into_iter().map(|(name, value)| (name.into(), value.into())).collect())
-    }
-}
-
-impl<S: Into<String>, Q: Into<Quantity>> From<Vec<(S, Q)>> for Named {
-    fn from(entries: Vec<(S, Q)>) -> Self {
+impl<S: Into<String>, Q: Into<Quantity>, I: IntoIterator<Item = (S, Q)>> From<I> for Named {
+    fn from(entries: I) -> Self {
         Self(entries.into_iter().map(|(name, value)| (name.into(), value.into())).collect())
     }
 }
@@ -101,14 +89,8 @@ impl<S: Into<String>, Q: Into<Quantity>, const N: usize, const M: usize> From<[(
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quantities(pub Vec<Quantity>);
 
-impl<Q: Into<Quantity>, const N: usize> From<[Q; N]> for Quantities {
-    fn from(list: [Q; N]) -> Self {
-        Self(list.into_iter().map(Into::into).collect())
-    }
-}
-
-impl<Q: Into<Quantity>> From<Vec<Q>> for Quantities {
-    fn from(list: Vec<Q>) -> Self {
+impl<Q: Into<Quantity>, I: IntoIterator<Item = Q>> From<I> for Quantities {
+    fn from(list: I) -> Self {
         Self(list.into_iter().map(Into::into).collect())
     }
 }

@@ -64,7 +64,8 @@ impl Element {
 }
 
 impl KeyError {
-    pub(crate) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+    /// At a key, with the reason and the remedy.
+    pub fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: help.into() }
     }
 }

@@ -5,7 +5,7 @@ use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::equations::{Direction, Measured, Term};
-use kardan_model::{Model, TableReader, wrong_dimension};
+use kardan_model::{Model, TableReader};
 use kardan_results::signal_name;
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -320,7 +320,7 @@ impl Channel<'_, '_> {
         let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
         let expected = quantity.dimension();
         if dimension != expected {
-            out.push(wrong_dimension(&label, expected, dimension, TableReader::place(self.table, key)));
+            out.push(Diagnostic::wrong_dimension(&label, [expected, dimension], self.table.place_of(key)));
             return None;
         }
         Some(value.to_f64())

@@ -11,7 +11,7 @@ use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
 use kardan_model::tables::Measure;
-use kardan_model::{Document, TableReader, wrong_dimension};
+use kardan_model::{Document, TableReader};
 use kardan_results::{DisplayUnit, Physical};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
@@ -169,7 +169,7 @@ impl Measuring<'_> {
         let label = format!("`{key}` of {what}");
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
-            out.push(wrong_dimension(&label, expected, found, scalar.place));
+            out.push(Diagnostic::wrong_dimension(&label, [expected, found], scalar.place));
             return None;
         }
         Some(value.to_f64())
@@ -191,7 +191,7 @@ impl Measuring<'_> {
                 Some(Band::Size(value.to_f64()))
             }
             _ => {
-                out.push(wrong_dimension(&label, dimension, found, scalar.place));
+                out.push(Diagnostic::wrong_dimension(&label, [dimension, found], scalar.place));
                 None
             }
         }

@@ -142,7 +142,7 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
         out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
     }
     for word in names.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
-        out.push(no_such_fault(document, &word.value, SAFETY).at(word.place.clone(), "no such fault"));
+        out.push(no_such_fault(document, word, SAFETY));
     }
     names.iter().map(|word| word.value.clone()).filter(|name| document.has_fault(name)).collect()
 }

@@ -3,11 +3,11 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::document::{Document, Instance};
-use super::functions::Functions;
-use super::programs::{Blocks, Commands, Outside, Programs, unit_of};
-use super::resolve::ControlSpec;
-use super::table_reader::TableReader;
+use super::{Blocks, Commands, Outside, Programs, unit_of};
+use crate::document::{Document, Instance};
+use crate::functions::Functions;
+use crate::resolve::ControlSpec;
+use crate::table_reader::TableReader;
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Domain, Measured, NamedTerm, Term};
 use kardan_mechanics::program::Read;
@@ -22,7 +22,7 @@ fn effort(masses: bool) -> Dimension {
 
 impl Document {
     /// The outputs of the blocks of a model; program controllers get their commands.
-    pub(super) fn programs<'a, 'd>(
+    pub(crate) fn programs<'a, 'd>(
         &'a self,
         reader: &'a TableReader<'d>,
         functions: &mut Functions<'a, 'd>,
@@ -46,7 +46,7 @@ impl Document {
             if let Some(design) = control.table.values.get("design") {
                 let message =
                     format!("`design` of control `{}` has no effect: kardan does not design a program", control.name);
-                let diagnostic = Diagnostic::warning("control::design", message).at(design.place.clone(), "not read");
+                let diagnostic = Diagnostic::warning("control::design", message).at(&design.place, "not read");
                 out.push(
                     diagnostic.help("remove it; kardan linearises a nonlinear program where all that it reads is zero"),
                 );
@@ -159,7 +159,7 @@ impl Document {
 
     /// Rejects sensors whose readings depend on accelerations, which are unknown when blocks compute, and those of a gear with a
     /// stiffness at every instant.
-    pub(super) fn check_readings(
+    pub(crate) fn check_readings(
         &self,
         terms: &[NamedTerm],
         programs: &Programs,
@@ -208,7 +208,7 @@ impl Document {
             if !reported.insert(name) {
                 continue;
             }
-            out.push(Diagnostic::error("block::sensor", message).at(sensor.place.clone(), "this sensor").help(help));
+            out.push(Diagnostic::error("block::sensor", message).at(&sensor.place, "this sensor").help(help));
         }
     }
 }

@@ -81,7 +81,7 @@ pub(super) fn check(
         }
         None => return,
     };
-    let finding = Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), word);
+    let finding = Diagnostic::warning("block::monitor", message).at(&monitor.place, word);
     out.push(finding.help("check `threshold` and the bounds in `residual`, or remove the monitor"));
 }
 
@@ -99,7 +99,7 @@ pub(super) fn check_noise(
     };
     let Some(limit) = constant(graph, threshold) else { return };
     let mut warn = |message: String, label: &str, help: &str| {
-        out.push(Diagnostic::warning("block::monitor", message).at(monitor.place.clone(), label).help(help));
+        out.push(Diagnostic::warning("block::monitor", message).at(&monitor.place, label).help(help));
     };
     let symbols = graph.symbols(&[residual]);
     if limit == 0.0 && !symbols.is_empty() {

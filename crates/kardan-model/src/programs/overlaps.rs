@@ -82,7 +82,7 @@ pub(super) fn check(
             let message =
                 format!("{what}: `when` of the transition from `{from}` to `{to}` is never true, so it is never taken");
             let diagnostic =
-                Diagnostic::warning("block::unreachable-transition", message).at(guard.place.clone(), "never true");
+                Diagnostic::warning("block::unreachable-transition", message).at(&guard.place, "never true");
             out.push(diagnostic.help("check its thresholds, or remove the transition"));
         } else {
             possible.push(guard);
@@ -116,8 +116,7 @@ pub(super) fn check(
                     "not decided",
                 ),
             };
-            let diagnostic =
-                Diagnostic::warning("block::overlapping-transitions", message).at(second.place.clone(), word);
+            let diagnostic = Diagnostic::warning("block::overlapping-transitions", message).at(&second.place, word);
             out.push(diagnostic.help(format!(
                 "to give the transition to `{a}` priority, add `and not (...)` with its condition to this one"
             )));
@@ -149,11 +148,9 @@ fn unreachable_states(
     for (k, state) in states.iter().enumerate().filter(|(k, _)| !reached[*k]) {
         let message =
             format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
-        let diagnostic = Diagnostic::warning("block::unreachable-state", message);
-        let place = of_state.get(&k).copied().or(guards.first());
-        let diagnostic = place
-            .into_iter()
-            .fold(diagnostic, |diagnostic, guard| diagnostic.at(guard.place.clone(), "of this machine"));
+        let guard = of_state.get(&k).copied().or(guards.first());
+        let diagnostic = Diagnostic::warning("block::unreachable-state", message)
+            .at_known(guard.map(|guard| &guard.place), "of this machine");
         out.push(diagnostic.help("add a transition, or remove the state"));
     }
 }

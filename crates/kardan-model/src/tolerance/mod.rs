@@ -1,31 +1,12 @@
 //! Tolerances of parameters, and whether the model is valid within them.
 
-use super::divisions::{Varied, check_divisions};
-use super::document::{Document, Setting, keys_of};
-use super::table_reader::TableReader;
-use kardan_math::units::{Dimension, Exact};
-use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::entries::Place;
-use kardan_schema::schema::{Field, Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
+mod divisions;
 
-/// A parameter with the interval that it may lie in; `lower <= nominal <= upper` and `lower < upper`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tolerance {
-    /// The parameter: an entry of `[parameters]`, or `<element>.<key>` for a key written with a tolerance.
-    pub parameter: String,
-    /// Its value, SI.
-    pub nominal: Exact,
-    /// Lower end, SI.
-    pub lower: Exact,
-    /// Upper end, SI.
-    pub upper: Exact,
-    /// The confidence of the interval (0.95 for `95 %`), if it is given.
-    pub confidence: Option<Exact>,
-    /// The dimension of all of them.
-    pub dimension: Dimension,
-    /// Place of the value in the file.
-    pub place: Place,
-}
+use super::document::{Document, Setting, Tolerance, keys_of, shown};
+use super::table_reader::TableReader;
+use divisions::check_divisions;
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_schema::schema::{Kind, Placed, SHORTEST_PERIOD, Scalar, Sign, Table, Value};
 
 impl Document {
     /// All tolerances, by name. Around a value that a setting replaces, `± …` moves with it; an interval does not.
@@ -65,26 +46,20 @@ impl Document {
         for tolerance in self.tolerances(settings) {
             let before = out.len();
             self.check_inside(&tolerance, settings, out);
-            let elements = self.elements.iter().map(|e| (e.kind.keyword, &e.name, e.kind.fields, &e.table));
-            let controls = self.controls.iter().map(|c| ("control", &c.name, c.kind.fields, &c.table));
-            let faults = self.faults.iter().map(|(name, table)| ("fault", &name.value, table.fields, table));
-            let named = elements.chain(controls).chain(faults);
-            let named = named.map(|(keyword, name, fields, table)| (format!("{keyword} `{name}`"), fields, table));
-            let scenario = ("`[scenario]`".to_string(), self.scenario.fields, &self.scenario);
-            for (what, fields, table) in named.chain([scenario]) {
+            let faults = self.faults.iter().map(|(name, table)| ("fault", name.value.as_str(), table));
+            let named = self.model_tables().chain(faults);
+            let named = named.map(|(keyword, name, table)| (format!("{keyword} `{name}`"), table));
+            for (what, table) in named.chain([("`[scenario]`".to_string(), &self.scenario)]) {
                 // The first violated key suffices.
                 if out.len() == before {
-                    check_signs(&tolerance, fields, table, &what, out);
+                    check_signs(&tolerance, table, &what, out);
                 }
             }
             if out.len() == before {
                 self.check_ends(&tolerance, settings, out);
             }
             if out.len() == before {
-                let Tolerance { parameter, dimension, lower, upper, place, .. } = &tolerance;
-                let shown = format!("[{}, {}]", shown(lower, *dimension), shown(upper, *dimension));
-                let varied = Varied { parameter, dimension: *dimension, lower, upper, place, shown };
-                check_divisions(self, &varied, settings, out);
+                check_divisions(self, &tolerance, settings, out);
             }
         }
     }
@@ -96,10 +71,9 @@ impl Document {
         if nominal.is_below(lower) || upper.is_below(nominal) {
             let message = format!("`{parameter}` = {} lies outside the interval of its value", set.text);
             let varied = self.variants.iter().find(|varied| varied.parameter.value == *parameter);
-            let mut diagnostic = Diagnostic::error("tolerance::bounds", message).at(place.clone(), "this interval");
-            if let Some(varied) = varied {
-                diagnostic = diagnostic.at(varied.parameter.place.clone(), "varied here");
-            }
+            let diagnostic = Diagnostic::error("tolerance::bounds", message)
+                .at(place, "this interval")
+                .at_known(varied.map(|varied| &varied.parameter.place), "varied here");
             out.push(diagnostic.help("write `± ...` after the value: it moves with the variants"));
         }
     }
@@ -149,7 +123,7 @@ impl Document {
                     );
                     out.push(
                         Diagnostic::error("element::invalid", message)
-                            .at(tolerance.place.clone(), "with this tolerance")
+                            .at(&tolerance.place, "with this tolerance")
                             .help(format!("narrow the tolerance, or: {help}")),
                     );
                 }
@@ -169,13 +143,13 @@ fn uses(entry: &Placed<Value>, parameters: &[&str]) -> bool {
 }
 
 /// Reports an interval that violates the rule of a key.
-fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-    for (field, entry) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
+fn check_signs(tolerance: &Tolerance, table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+    for (field, entry) in table.fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
         let sign = match (&field.kind.for_translation(table.translational), &entry.value) {
-            (Kind::Tables(inner) | Kind::Table(inner), Value::Tables(tables)) => {
+            (_, Value::Tables(tables)) => {
                 for (i, table) in tables.iter().enumerate() {
                     let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
-                    check_signs(tolerance, inner, table, &what, out);
+                    check_signs(tolerance, table, &what, out);
                 }
                 continue;
             }
@@ -199,35 +173,20 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
             Sign::NonZero if lower.signum() * upper.signum() <= 0 && !nominal.is_zero() => ("zero", "not be zero"),
             _ => continue,
         };
-        let interval = format!("[{}, {}]", shown(lower, tolerance.dimension), shown(upper, tolerance.dimension));
         let is_own_place = tolerance.place == entry.place;
         let whose =
             if is_own_place { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
-        let message = format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {interval}", field.name);
-        let mut diagnostic =
-            Diagnostic::error("number::sign", message).at(tolerance.place.clone(), format!("reaches {reaches}"));
-        if !is_own_place {
-            diagnostic = diagnostic.at(entry.place.clone(), "used here");
-        }
+        let message =
+            format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {}", field.name, tolerance.shown());
+        let diagnostic = Diagnostic::error("number::sign", message)
+            .at(&tolerance.place, format!("reaches {reaches}"))
+            .at_known((!is_own_place).then_some(&entry.place), "used here");
         let help = "narrow the tolerance, or write bounds of your own after the value: \"2 N m [0.5, 6]\"";
         out.push(diagnostic.help(help));
         return;
     }
 }
 
-/// A value for a message; angles in degrees.
-fn shown(value: &Exact, dimension: Dimension) -> String {
-    let (value, unit) = match dimension {
-        Dimension::ANGLE => (value.to_f64().to_degrees(), "deg".to_string()),
-        _ => (value.to_f64(), dimension.si()),
-    };
-    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    let size = rounded.abs();
-    let number =
-        if size != 0.0 && !(1e-5..1e16).contains(&size) { format!("{rounded:e}") } else { rounded.to_string() };
-    format!("{number} {unit}").trim_end().to_string()
-}
-
 #[cfg(test)]
-#[path = "../tests/unit/tolerance.rs"]
+#[path = "../../tests/unit/tolerance.rs"]
 mod tests;

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::document::{Document, Setting};
-use super::table_reader::TableReader;
+use crate::document::{Document, Setting, Tolerance};
+use crate::table_reader::TableReader;
 use kardan_expr::expr::{Expr, Graph, Interval, Intervals, Named, lower};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::{Dimension, Exact, Expression, Restriction};
@@ -15,18 +15,6 @@ use kardan_schema::schema::{Scalar, Table, Value};
 const PIECES: usize = 512;
 /// The smallest piece is the interval halved so often.
 const HALVINGS: usize = 12;
-
-/// A parameter that may lie anywhere in an interval.
-pub(super) struct Varied<'a> {
-    pub(super) parameter: &'a str,
-    pub(super) dimension: Dimension,
-    pub(super) lower: &'a Exact,
-    pub(super) upper: &'a Exact,
-    /// Where the interval is written.
-    pub(super) place: &'a Place,
-    /// It in words.
-    pub(super) shown: String,
-}
 
 /// The property to decide for all values of an interval.
 type Test = fn(Interval) -> bool;
@@ -45,15 +33,15 @@ enum Zero {
 /// Reports divisors that are, or may be, zero somewhere in the interval of a parameter, and functions that have, or may have, no value there.
 pub(super) fn check_divisions(
     document: &Document,
-    varied: &Varied<'_>,
+    tolerance: &Tolerance,
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) {
     let reader = TableReader::new(document, settings);
     let mut graph = Graph::default();
-    let symbol = graph.symbol(varied.parameter, varied.dimension);
-    let varying = HashMap::from([(varied.parameter.to_string(), (symbol, varied.dimension))]);
-    let mut search = Search { reader, graph, varying, varied };
+    let symbol = graph.symbol(&tolerance.parameter, tolerance.dimension);
+    let varying = HashMap::from([(tolerance.parameter.clone(), (symbol, tolerance.dimension))]);
+    let mut search = Search { reader, graph, varying, tolerance };
     for parameter in document.in_order() {
         let Some(expression) = &parameter.expression else { continue };
         if settings.iter().any(|set| set.name == parameter.name) || !search.varies(expression) {
@@ -69,9 +57,7 @@ pub(super) fn check_divisions(
             search.varying.insert(parameter.name.clone(), (expr, parameter.dimension));
         }
     }
-    let elements = document.elements.iter().map(|e| (e.kind.keyword, &e.name, &e.table));
-    let controls = document.controls.iter().map(|c| ("control", &c.name, &c.table));
-    for (keyword, name, table) in elements.chain(controls) {
+    for (keyword, name, table) in document.model_tables() {
         search.table(table, &format!("{keyword} `{name}`"), out);
     }
 }
@@ -81,7 +67,7 @@ struct Search<'a> {
     graph: Graph,
     /// The values that depend on the parameter.
     varying: HashMap<String, (Expr, Dimension)>,
-    varied: &'a Varied<'a>,
+    tolerance: &'a Tolerance,
 }
 
 impl Search<'_> {
@@ -119,25 +105,15 @@ impl Search<'_> {
     fn check(&mut self, expression: &Expression, (place, what): (&Place, &str), out: &mut Vec<Diagnostic>) {
         for divisor in expression.divisors().iter().filter(|divisor| self.varies(divisor)).collect::<Vec<_>>() {
             let Some((expr, _)) = self.lowered(divisor) else { continue };
-            let found = zero_of(&self.graph, expr, self.varied, divisor.jumps());
-            let verdict = match found {
+            let certain = match zero_of(&self.graph, expr, self.tolerance, divisor.jumps()) {
                 Zero::Excluded => continue,
-                Zero::Crossed => "is zero for a value",
-                Zero::Possible => "may be zero for a value",
+                Zero::Crossed => true,
+                Zero::Possible => false,
             };
-            let Varied { parameter, shown, .. } = self.varied;
-            let span = divisor.span();
-            let part = expression.text().get(span.clone()).unwrap_or_default();
-            let message =
-                format!("{what}: division by `{part}`, which {verdict} within the tolerance of `{parameter}`: {shown}");
-            let diagnostic = match found {
-                Zero::Crossed => Diagnostic::error("expression::division", message),
-                _ => Diagnostic::warning("expression::division", message),
-            };
+            let finding = Finding { code: "expression::division", certain, use_of: "division by", rule: "zero" };
+            let diagnostic = self.report(&finding, [expression, divisor], (place, what), "divided by this");
             out.push(
                 diagnostic
-                    .at(place.part(expression.text(), span), "divided by this")
-                    .at(self.varied.place.clone(), "this tolerance")
                     .help("narrow the tolerance, or choose another value near zero with `if(abs(x) < ..., ..., ...)`"),
             );
         }
@@ -155,44 +131,70 @@ impl Search<'_> {
                 Restriction::Positive => (|x| x.high <= 0.0, |x| x.low > 0.0),
                 Restriction::UnitInterval => (|x| x.high < -1.0 || x.low > 1.0, |x| x.low >= -1.0 && x.high <= 1.0),
             };
-            let (certain, possible) = outside(&self.graph, expr, self.varied, never, always);
+            let (certain, possible) = outside(&self.graph, expr, self.tolerance, never, always);
             if !(certain || possible) {
                 continue;
             }
-            let verdict = if certain { "is" } else { "may be" };
-            let (function, rule) = match restriction {
-                Restriction::NotNegative => ("the square root", "negative"),
-                Restriction::Positive => ("the logarithm", "zero or below"),
-                Restriction::UnitInterval => ("the arc", "outside of -1 to 1"),
+            let (use_of, rule) = match restriction {
+                Restriction::NotNegative => ("the square root of", "negative"),
+                Restriction::Positive => ("the logarithm of", "zero or below"),
+                Restriction::UnitInterval => ("the arc of", "outside of -1 to 1"),
             };
-            let Varied { parameter, shown, .. } = self.varied;
-            let span = part.span();
-            let inner = expression.text().get(span.clone()).unwrap_or_default();
-            let message = format!(
-                "{what}: {function} of `{inner}`, which {verdict} {rule} for a value within the tolerance of `{parameter}`: {shown}"
-            );
-            let diagnostic = match certain {
-                true => Diagnostic::error("expression::domain", message),
-                false => Diagnostic::warning("expression::domain", message),
-            };
+            let finding = Finding { code: "expression::domain", certain, use_of, rule };
+            let label = format!("{} {rule}", finding.verdict());
+            let diagnostic = self.report(&finding, [expression, part], (place, what), &label);
             out.push(
-                diagnostic
-                    .at(place.part(expression.text(), span), format!("{verdict} {rule}"))
-                    .at(self.varied.place.clone(), "this tolerance")
-                    .help("narrow the tolerance, or choose another value there with `if(x > ..., ..., ...)`"),
+                diagnostic.help("narrow the tolerance, or choose another value there with `if(x > ..., ..., ...)`"),
             );
         }
+    }
+
+    /// An error where it is certain, else a warning, at a part of an expression and at the tolerance.
+    fn report(
+        &self,
+        finding: &Finding,
+        [expression, part]: [&Expression; 2],
+        (place, what): (&Place, &str),
+        label: &str,
+    ) -> Diagnostic {
+        let (Finding { code, certain, use_of, rule }, tolerance) = (*finding, self.tolerance);
+        let inner = expression.text().get(part.span()).unwrap_or_default();
+        let message = format!(
+            "{what}: {use_of} `{inner}`, which {} {rule} for a value within the tolerance of `{}`: {}",
+            finding.verdict(),
+            tolerance.parameter,
+            tolerance.shown()
+        );
+        let diagnostic = if certain { Diagnostic::error(code, message) } else { Diagnostic::warning(code, message) };
+        diagnostic.at(place.part(expression.text(), part.span()), label).at(&tolerance.place, "this tolerance")
+    }
+}
+
+/// A part of an expression that a value within the tolerance makes, or may make, invalid.
+#[derive(Clone, Copy)]
+struct Finding {
+    code: &'static str,
+    certain: bool,
+    /// What uses the part.
+    use_of: &'static str,
+    /// What the part is there.
+    rule: &'static str,
+}
+
+impl Finding {
+    fn verdict(&self) -> &'static str {
+        if self.certain { "is" } else { "may be" }
     }
 }
 
 /// The ends of an interval in floating point, rounded outwards.
-fn ends(varied: &Varied<'_>) -> (f64, f64) {
+fn ends(tolerance: &Tolerance) -> (f64, f64) {
     let exact =
         |value: &Exact, near: f64| rational_from_f64(near).map(|near| Exact::new(near, 0)) == Some(value.clone());
-    let (low, high) = (varied.lower.to_f64(), varied.upper.to_f64());
+    let (low, high) = (tolerance.lower.to_f64(), tolerance.upper.to_f64());
     (
-        if exact(varied.lower, low) { low } else { low.next_down() },
-        if exact(varied.upper, high) { high } else { high.next_up() },
+        if exact(&tolerance.lower, low) { low } else { low.next_down() },
+        if exact(&tolerance.upper, high) { high } else { high.next_up() },
     )
 }
 
@@ -201,11 +203,11 @@ fn ends(varied: &Varied<'_>) -> (f64, f64) {
 fn undecided(
     graph: &Graph,
     expr: Expr,
-    varied: &Varied<'_>,
+    tolerance: &Tolerance,
     mut decides: impl FnMut(Interval) -> bool,
 ) -> Vec<Interval> {
     let over = |low: f64, high: f64| lower(graph, &[expr], &mut Intervals, |_| Interval { low, high })[0];
-    let (low, high) = ends(varied);
+    let (low, high) = ends(tolerance);
     let (mut intervals, mut looked_at, mut open) = (vec![(low, high, 0)], 0, Vec::new());
     while let Some((low, high, depth)) = intervals.pop() {
         let found = over(low, high);
@@ -225,9 +227,9 @@ fn undecided(
 
 /// Whether an expression of one symbol is, and whether it may be, out of bounds somewhere in an interval. `never` and `always` decide for
 /// all values of an interval that they are out of, or within, bounds.
-fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: Test) -> (bool, bool) {
+fn outside(graph: &Graph, expr: Expr, tolerance: &Tolerance, never: Test, always: Test) -> (bool, bool) {
     let mut certain = false;
-    let open = undecided(graph, expr, varied, |found| {
+    let open = undecided(graph, expr, tolerance, |found| {
         certain |= never(found);
         certain || always(found)
     });
@@ -235,9 +237,9 @@ fn outside(graph: &Graph, expr: Expr, varied: &Varied<'_>, never: Test, always: 
 }
 
 /// Whether an expression of one symbol is zero somewhere in an interval.
-fn zero_of(graph: &Graph, expr: Expr, varied: &Varied<'_>, jumps: bool) -> Zero {
+fn zero_of(graph: &Graph, expr: Expr, tolerance: &Tolerance, jumps: bool) -> Zero {
     let [mut negative, mut positive] = [false; 2];
-    let open = undecided(graph, expr, varied, |found| {
+    let open = undecided(graph, expr, tolerance, |found| {
         negative |= found.high < 0.0;
         positive |= found.low > 0.0;
         found.high < 0.0 || found.low > 0.0
