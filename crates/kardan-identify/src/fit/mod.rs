@@ -207,18 +207,17 @@ impl Fit {
     }
 }
 
-/// Predictions of each row of each sample chosen by a fit without its fold; folds by `fold` of each, from 0 on. `None`
-/// if a fold leaves no samples to fit.
-pub fn cross_validate(samples: &Samples, chosen: &[usize], folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
+/// Predictions of each row of each sample by a fit without its fold; the folds of the samples are numbered from 0 on. `None` if a
+/// fold leaves no samples to fit.
+pub fn cross_validate(samples: &Samples, folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
     let count = folds.iter().max().map_or(0, |most| most + 1);
-    let mut out = vec![f64::NAN; chosen.len() * samples.rows];
+    let mut out = vec![f64::NAN; samples.len() * samples.rows];
     for fold in 0..count {
-        let rest: Vec<usize> =
-            chosen.iter().zip(folds).filter(|(_, own)| **own != fold).map(|(sample, _)| *sample).collect();
+        let (own, rest): (Vec<usize>, Vec<usize>) = (0..samples.len()).partition(|&sample| folds[sample] == fold);
         let found = fit(samples, &rest, options)?;
-        for (k, (&sample, _)) in chosen.iter().zip(folds).enumerate().filter(|(_, (_, own))| **own == fold) {
+        for sample in own {
             for row in 0..samples.rows {
-                out[k * samples.rows + row] = found.prediction(samples, sample, row);
+                out[sample * samples.rows + row] = found.prediction(samples, sample, row);
             }
         }
     }

@@ -113,9 +113,8 @@ pub(super) fn cross_validated(
     method: Method,
     options: &FitOptions,
 ) -> (Option<Vec<f64>>, Vec<usize>) {
-    let all: Vec<usize> = (0..samples.len()).collect();
     let folds = folds(samples, method);
-    (cross_validate(samples, &all, &folds, options), folds)
+    (cross_validate(samples, &folds, options), folds)
 }
 
 /// The fold of each sample: segments in turn, or blocks of windows that follow each other.

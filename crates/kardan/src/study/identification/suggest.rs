@@ -381,8 +381,7 @@ impl<'a> Search<'a> {
 
     /// Tests that reject a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
-        let all: Vec<usize> = (0..tried.samples.len()).collect();
-        let tests = residual_statistics(&tried.samples, &all, &tried.fit).into_iter();
+        let tests = residual_statistics(&tried.samples, &tried.fit).into_iter();
         tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
     }
 
@@ -499,12 +498,11 @@ impl<'a> Search<'a> {
         }
         let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
         let folds: Vec<usize> = plain.samples.places.iter().map(|place| place.log).collect();
-        let all: Vec<usize> = (0..folds.len()).collect();
         let errors = |tried: &Tried| -> Option<Vec<f64>> {
             let (samples, r) = (&tried.samples, tried.samples.rows);
-            let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
+            let predicted = cross_validate(samples, &folds, &tried.options)?;
             let error = |k: usize, row: usize| samples.y(k)[row] - predicted[k * r + row];
-            Some((0..r).map(|row| rms(all.len(), |k| error(k, row))).collect())
+            Some((0..r).map(|row| rms(folds.len(), |k| error(k, row))).collect())
         };
         let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting).as_ref().and_then(errors)) else {
             return Vec::new();

@@ -170,9 +170,8 @@ fn meaning(test: TestKind, loss: Loss) -> &'static str {
 }
 
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
-    let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
     let (rows, speeds) = (fitted.row_names(), fitted.plant.speed_names());
-    residual_statistics(fitted.samples, &chosen, fitted.fit)
+    residual_statistics(fitted.samples, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
             hypothesis: test_name(test.what, &rows, &speeds),
