@@ -182,6 +182,23 @@ impl Samples {
         }
     }
 
+    /// The samples at the places of other ones, which are in order, with the covariances of those.
+    pub fn aligned(&self, reference: &Self) -> Self {
+        let (mut retained, mut covariance) = (Vec::new(), Vec::new());
+        let mut from = 0;
+        for (k, place) in self.places.iter().enumerate() {
+            let key = |one: &Where| (one.log, one.section, one.time);
+            while reference.places.get(from).is_some_and(|candidate| key(candidate) < key(place)) {
+                from += 1;
+            }
+            if reference.places.get(from) == Some(place) {
+                retained.push(k..k + 1);
+                covariance.extend_from_slice(reference.covariance(from));
+            }
+        }
+        Self { covariance, ..self.averaged(&retained) }
+    }
+
     /// Means over ranges of samples: a sample each.
     pub fn averaged(&self, ranges: &[Range<usize>]) -> Self {
         let mut out = Self::new(self.rows, self.columns, self.extras, self.degrees_of_freedom, self.inputs);

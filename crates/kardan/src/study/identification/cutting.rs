@@ -178,6 +178,11 @@ impl Balance<'_> {
     }
 }
 
+/// Whether a term enters the torque of a cut.
+pub(super) fn is_cut<T>(term: &DirectionalTerm<T>, cut: &Teeth) -> bool {
+    term.row_f64().iter().map(|(shaft, x)| x * cut.cut[*shaft]).sum::<f64>() != 0.0
+}
+
 fn row_dot(row: &[(usize, Rational)], of: &[Rational]) -> Rational {
     row.iter().fold(Rational::ZERO, |sum, (k, x)| sum.plus(&x.times(&of[*k])))
 }
@@ -251,12 +256,7 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
 pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
     let all = balance.reduced.equations.gear_losses().zip(balance.cuts());
     let inputs = &balance.reduced.equations.inputs;
-    let of_torque = |cut: &Cut| {
-        inputs
-            .iter()
-            .any(|input| input.row_f64().iter().map(|(shaft, x)| x * cut.teeth.cut[*shaft]).sum::<f64>() != 0.0)
-    };
-    let is_identifiable = |cut: &Cut| !cut.explains_itself && !of_torque(cut);
+    let is_identifiable = |cut: &Cut| !cut.explains_itself && !inputs.iter().any(|input| is_cut(input, &cut.teeth));
     let identifiable = all.filter(|((_, gear), cut)| is_lossless(gear) && cut.as_ref().is_ok_and(is_identifiable));
     identifiable.map(|((unilateral, _), _)| ExtraTerm::teeth(&unilateral.element).to_vec()).collect()
 }

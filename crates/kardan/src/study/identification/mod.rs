@@ -35,7 +35,7 @@ use compare::{Whole, compare};
 use cutting::teeth_to_try;
 use extra::with_harmonics;
 use fitted::Fitted;
-use fitting::{choose, cross_validated, fit_options};
+use fitting::{choose, cross_validated};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
@@ -126,15 +126,15 @@ impl Project {
         }
         let notes = logs.notes();
         let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
-        let plant = plant(document, &set, &request, &slots, &model, &tried)
-            .map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
+        let plant =
+            plant(document, &set, &request, &slots, &tried).map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
         let window = match request.window {
             Some(window) => window,
             None => logs.usual_window()?,
         };
         // After an early stop the part of the logs read so far is fitted nevertheless.
         let (recorded, early) = logs.read(&slots, window, progress)?;
-        let material = Material { recorded: &recorded, slots: &slots, window };
+        let material = Material::new(&recorded, &slots, window, &model);
         let mut notes = request.split_by_recording(&plant, &material);
         notes.extend(drop_unused_directions(&mut request, &plant, &material));
         notes.extend(plant.notes.iter().cloned());
@@ -144,7 +144,7 @@ impl Project {
         let contradictions = contradictions(&plant, &material);
         chosen.warnings = contradictions.warnings;
         chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
-        let options = fit_options(&request, &chosen.columns, chosen.method);
+        let options = chosen.fit_options(&request);
         let fit = chosen.fit(&options)?;
         let whole = Whole { document, settings: &set, material, request: &request, plant: &plant, chosen: &chosen };
         Fitting { whole, options, fit, early }.validated(settings, progress)
@@ -178,7 +178,7 @@ impl Fitting<'_> {
         });
         let chosen = self.whole.chosen;
         let cross_validated =
-            (!ends()).then(|| cross_validated(&chosen.samples, chosen.method, &self.options).0).flatten();
+            (!ends()).then(|| cross_validated(chosen.samples(), chosen.method, &self.options).0).flatten();
         let mut out = self.summary(cross_validated.as_deref());
         store_partial(&|| Identification {
             incomplete_reason: missing("the comparison of models is missing"),
@@ -205,9 +205,7 @@ impl Fitting<'_> {
     /// Contacts of the backlashes with the identified values.
     fn backlashes(&self) -> Vec<Backlash> {
         let Whole { request, chosen, .. } = self.whole;
-        let identifiable =
-            chosen.columns.identifiable.iter().map(|(k, _)| chosen.columns.coefficients[*k].name.clone());
-        let names: Vec<String> = identifiable.chain(request.extras.iter().map(|extra| extra.name.clone())).collect();
+        let names = chosen.columns.names(request);
         chosen.built.backlashes.iter().map(|backlash| backlash.fitted(&self.fit, &names)).collect()
     }
 
@@ -220,7 +218,7 @@ impl Fitting<'_> {
             plant,
             request,
             columns: &chosen.columns,
-            samples: &chosen.samples,
+            samples: chosen.samples(),
             fit: &self.fit,
             cross_validated,
             backlashes: &backlashes,

@@ -6,11 +6,11 @@ use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
-use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::read_values::{quantity, read_tables, read_word};
 use kardan_math::units::Dimension;
 use kardan_model::{Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 
 /// A log with its mapped channels.
@@ -38,7 +38,7 @@ pub(super) fn open_log(
     out: &mut Vec<Diagnostic>,
 ) -> Option<OpenLog> {
     let (described, empty) = (table_of(document, &file.name), Table::default());
-    let table = described.map_or(&empty, |(_, table)| table);
+    let table = described.map_or(&empty, |number| &document.logs[number].1);
     let reader = TableReader::new(document, &[]);
     let options = csv_options(table, &reader, out);
     let log = match open(Arc::clone(&file.bytes), &options) {
@@ -51,14 +51,10 @@ pub(super) fn open_log(
     let before = out.len();
     let groups = log.groups().to_vec();
     let mut mapped = Vec::new();
-    if let (Some((number, _)), Some(Value::Tables(channels))) =
-        (described, table.values.get("channel").map(|entry| &entry.value))
-    {
-        for (k, table) in channels.iter().enumerate() {
-            let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
-            let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
-            mapped.extend(channel.wire(model, out));
-        }
+    for (k, table) in read_tables(table, "channel").iter().enumerate() {
+        let what = format!("channel {} of log `{}`", k + 1, described.map_or("", |number| &document.logs[number].0));
+        let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
+        mapped.extend(channel.wire(model, out));
     }
     wire_by_name(model, &file.name, &groups, &mut mapped, out);
     let clocks = clocks(table, &groups, &mapped, &file.name, &reader, out);

@@ -118,7 +118,7 @@ impl Fitted<'_> {
         column: usize,
     ) -> IdentifiedParameter {
         let unit = self.domain(&extra.element).motion()[1].unit();
-        let mut found = self.column(format!("{}.stribeck_speed", extra.element), unit, column, None);
+        let mut found = self.column(extra.speed_name(), unit, column, None);
         if fixed_speed.is_some() {
             found.remark = FIXED_REMARK.into();
             found.interval = None;
@@ -187,8 +187,7 @@ impl Fitted<'_> {
 
     /// The efficiency of a gear with this loss of the load at its cut.
     fn efficiency(&self, extra: &ExtraTerm, back: bool, column: usize) -> IdentifiedParameter {
-        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
-        let mut found = self.column(name, "1", column, None);
+        let mut found = self.column(extra.efficiency_name(back), "1", column, None);
         let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.identifiable.len()] else {
             return found;
         };
@@ -268,7 +267,7 @@ fn breakaway(
     fixed_speed: Option<f64>,
     parameters: &[IdentifiedParameter],
 ) -> Option<[FileValue; 2]> {
-    let name = format!("{}.stribeck_speed", extra.element);
+    let name = extra.speed_name();
     let speed = parameters.iter().find(|one| one.name == name)?;
     let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
     let sliding = match fitted.request.unknowns.iter().position(|one| one.keys.iter().any(own_friction)) {
@@ -299,7 +298,7 @@ fn of_contacts_and_backlash(
 ) {
     for extra in &fitted.request.extras {
         let Law::Teeth { back } = extra.law else { continue };
-        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
+        let name = extra.efficiency_name(back);
         let found = parameters.iter().find(|one| one.name == name);
         match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
             Some(value) => values.push(FileValue { name, value, interval: None }),

@@ -7,6 +7,7 @@ use super::channels::{Harmonic, MappedChannel, Quantity};
 use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
 use super::open_log::OpenLog;
+use super::recordings::base;
 use super::stream::stream;
 use kardan_identify::Windows;
 use kardan_results::{ChannelRead, LogRead, Span};
@@ -105,8 +106,7 @@ pub(super) fn read(
 impl Recording {
     /// The names of its logs, without their folders.
     pub fn name(&self) -> String {
-        let names = self.logs.iter().map(|log| log.name.rsplit(['/', '\\']).next().unwrap_or(&log.name));
-        names.collect::<Vec<_>>().join(" with ")
+        self.logs.iter().map(|log| base(&log.name)).collect::<Vec<_>>().join(" with ")
     }
 
     /// Reads a log into the windows.

@@ -3,7 +3,7 @@
 use super::channels::Quantity;
 use super::numbers::short;
 use super::plant::{Plant, in_coordinates};
-use super::rows::{Material, slot_noise};
+use super::rows::Material;
 use kardan_identify::{LeastSquares, Reading};
 use kardan_math::num::{Rational, dot};
 use kardan_mechanics::reduce::Kinematics;
@@ -101,7 +101,6 @@ impl Redundant {
             (_, speed) => (speed.unwrap_or(slot), false),
         };
         let sources: Vec<(usize, bool)> = with.iter().map(|&k| source(k)).collect();
-        let noise = slot_noise(plant, material);
         let of = |row: &[Reading], (slot, first): (usize, bool)| if first { row[slot].first } else { row[slot].value };
         let target = (slot, is_angle && rate);
         let mut out = Self {
@@ -126,7 +125,7 @@ impl Redundant {
         let variance = |row: &[Reading], (slot, first): (usize, bool)| {
             let gain =
                 if first { Reading::FIRST_GAIN / (material.window * material.window) } else { Reading::VALUE_GAIN };
-            noise[slot] * noise[slot] * gain / row[slot].samples.max(1) as f64
+            material.noise[slot] * material.noise[slot] * gain / row[slot].samples.max(1) as f64
         };
         let (mut square, mut count) = (0.0, 0.0);
         for recording in material.recorded {

@@ -6,14 +6,16 @@ use super::compare::{Whole, fold_squares};
 use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, stiffness};
-use super::fitting::{cross_validated, fit_options};
+use super::fitting::{Chosen, cross_validated};
 use super::numbers::rms;
 use super::parameters::is_in_file;
 use super::plant::{columns, in_coordinates};
-use super::request::{FitRequest, Method};
+use super::request::FitRequest;
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
-use kardan_identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics};
+use kardan_identify::{
+    Excitation, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
+};
 use kardan_math::num::Rational;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -187,10 +189,11 @@ fn clear_of(whole: &Whole<'_>, spring: &str, largest: f64) -> Option<f64> {
 fn half_width(whole: &Whole<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
     own.extras.push(ExtraTerm::new(spring, Law::Backlash { clear }));
-    let (all, samples) = whole.samples(whole.plant, &own, false);
-    let chosen: Vec<usize> = (0..samples.len()).collect();
-    let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
-    let (_, stiffness) = stiffness(whole.plant, &all, &found, spring);
+    let chosen = Chosen::new(whole.chosen.method, whole.plant, &own, &whole.material, None);
+    let samples = chosen.samples();
+    let all: Vec<usize> = (0..samples.len()).collect();
+    let found = fit(samples, &all, &chosen.fit_options(&own))?;
+    let (_, stiffness) = stiffness(whole.plant, &chosen.columns, &found, spring);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
@@ -278,12 +281,12 @@ impl<'a> Search<'a> {
         let chosen = whole.chosen;
         let (mut orders, mut terms) = (&ORDERS[..], pool(whole, &ORDERS));
         let columns_of_all: usize = terms.iter().map(Vec::len).sum();
-        if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
+        if columns_of_all * chosen.built.samples.len() * chosen.samples().rows > NUMBERS {
             orders = &ORDERS[..QUICK_ORDERS];
             let beyond = |extra: &ExtraTerm| extra.harmonic().is_some_and(|own| !orders.contains(&own.order));
             terms.retain(|columns| !beyond(&columns[0]));
         }
-        let (mut own, base) = (FitRequest { lenient: true, ..whole.request.clone() }, chosen.samples.columns);
+        let (mut own, base) = (FitRequest { lenient: true, ..whole.request.clone() }, chosen.samples().columns);
         let mut pooled = Vec::new();
         for extras in terms {
             let mut single = FitRequest { extras, ..whole.request.clone() };
@@ -295,7 +298,7 @@ impl<'a> Search<'a> {
                 pooled.push(Pooled { extras: single.extras, columns, informative: Vec::new() });
             }
         }
-        let (_, mut samples) = whole.samples(whole.plant, &own, true);
+        let mut samples = whole.aligned(whole.plant, &own).into_samples();
         let (size, p) = (samples.rows * samples.columns, samples.columns);
         for one in &mut pooled {
             let is_informative =
@@ -489,7 +492,7 @@ impl<'a> Search<'a> {
     /// a log that was not fitted.
     fn validation_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<ValidationLogs> {
         let logs = self.whole.material.recorded.len();
-        if logs < LOGS || self.whole.chosen.method == Method::Steady {
+        if logs < LOGS || self.whole.chosen.method == Excitation::Steady {
             return Vec::new();
         }
         let of_logs = |extra: &ExtraTerm| matches!(extra.law, Law::Recording { .. });

@@ -8,7 +8,7 @@ use super::numbers::{rms, short};
 use super::parameters::{damping, for_file, parameters, terms_for_file};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
-use kardan_identify::{Loss, TestKind, residual_statistics};
+use kardan_identify::{Excitation, Loss, TestKind, residual_statistics};
 use kardan_math::num::{Rational, dot, rational_to_f64};
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_results::signal_name;
@@ -40,7 +40,11 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
         mechanism: plant.model.mechanism.clone(),
-        method: whole.chosen.method.word().into(),
+        method: match whole.chosen.method {
+            Excitation::Steady => "steady",
+            Excitation::Free => "dynamic",
+        }
+        .into(),
         window: whole.material.window,
         measured: names(&|k| plant.torques[k].is_some()),
         eliminated: names(&|k| plant.unmeasured.contains(&k)),
@@ -170,7 +174,7 @@ fn meaning(test: TestKind, loss: Loss) -> &'static str {
 }
 
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
-    let (rows, speeds) = (fitted.row_names(), fitted.plant.speed_names());
+    let (rows, speeds) = (fitted.plant.row_names(fitted.samples.rows), fitted.plant.speed_names());
     residual_statistics(fitted.samples, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
@@ -186,20 +190,16 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
 }
 
 fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
-    let Fitted { samples, fit, cross_validated, .. } = fitted;
+    let Fitted { samples, cross_validated, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
-    fitted
-        .row_names()
-        .into_iter()
-        .enumerate()
-        .map(|(row, name)| Validation {
-            unit: fitted.row_unit(&name).into(),
-            row: name,
-            torque: rms(n, |k| samples.y(k)[row]),
-            in_sample: rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row)),
-            cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
-        })
-        .collect()
+    let of_row = |(row, name, unit): (usize, String, String)| Validation {
+        row: name,
+        unit,
+        torque: rms(n, |k| samples.y(k)[row]),
+        in_sample: rms(n, |k| fitted.residual(k, row)),
+        cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
+    };
+    fitted.rows().map(of_row).collect()
 }
 
 /// Rows without a measured torque whose balance does not close, and those with vanishing coefficients: no torque determines their
@@ -208,7 +208,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { samples, fit, columns, .. } = fitted;
     let Some(errors) = &samples.errors else { return Vec::new() };
     let (n, p, rows, m) = (samples.len(), samples.columns, samples.rows, samples.inputs);
-    let size = errors.slopes_of(rows, m, samples.degrees_of_freedom);
+    let (size, _) = samples.error_sizes();
     let driven = |row: usize| {
         let width = m + 3 * samples.degrees_of_freedom;
         (0..n).any(|k| errors.slopes[k * size + row * width..][..m].iter().any(|x| *x != 0.0))
@@ -216,14 +216,14 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let part = |row: usize, column: usize| rms(n, |k| samples.x(k)[row * p + column]);
     let noise = |row: usize| rms(n, |k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
     let mut out = Vec::new();
-    for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
+    for (row, name, _) in fitted.rows().filter(|(row, ..)| !driven(*row)) {
         let measured = rms(n, |k| samples.y(k)[row]);
         let sizes = |values: &dyn Fn(usize) -> f64| {
             (0..columns.identifiable.len()).map(|k| part(row, k) * values(k).abs()).fold(measured, f64::max)
         };
         let largest = sizes(&|k| fit.values[k]);
         let before = sizes(&|k| columns.coefficients[columns.identifiable[k].0].value);
-        let residual = rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        let residual = rms(n, |k| fitted.residual(k, row));
         if largest < NOTHING * before {
             out.push(format!(
                 "the coefficients of {name}, on which no measured torque acts, vanish: a term of it is missing, or its motion is \

@@ -1,13 +1,13 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::read::read_values::{read_names, read_scalar, read_word};
+use crate::study::read::read_values::{read_names, read_scalar, read_tables, read_word};
 use crate::study::read::variant_diagnostics::is_error;
 use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
 use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::file::syntax;
-use kardan_schema::schema::{Scalar, Table, Value};
+use kardan_schema::schema::{Scalar, Table};
 
 use super::entry_removal::remove_entry;
 use super::request::request;
@@ -204,9 +204,6 @@ fn parameters(text: &str) -> Option<usize> {
 
 /// Where the header of the entry of a term begins.
 fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
-    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
-        return None;
-    };
     let has_order = |table: &Table| {
         let FileLaw::Cogging(order) = term.law else { return true };
         let scalar = read_scalar(table, "order").map(|scalar| scalar.value);
@@ -223,7 +220,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
             && read_word(table, "friction") == Some(&term.element)
             && has_order(table)
     };
-    tables.iter().find(own).map(|table| table.place.span().start)
+    read_tables(&document.identification, "extra").iter().find(own).map(|table| table.place.span().start)
 }
 
 /// The text with some requested names replaced by others, where the file lists them; new ones come last.
