@@ -220,6 +220,11 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     }
 }
 
+/// Names of the channels of a file.
+pub(super) fn channel_names(groups: &[Group]) -> Vec<&str> {
+    groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect()
+}
+
 /// The channel of a file that a name or number means.
 pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(usize, usize)> {
     if let Some(number) = number {
@@ -294,8 +299,7 @@ impl Channel<'_, '_> {
         }
         let place = find(groups, name, number);
         if place.is_none() {
-            let all: Vec<&str> =
-                groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect();
+            let all = channel_names(groups);
             let near = name.and_then(|name| nearest(name, all.iter().copied()));
             let columns = || format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24)));
             let help = did_you_mean(near, columns);

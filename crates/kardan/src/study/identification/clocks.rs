@@ -1,6 +1,6 @@
 //! Time source of each group of a log.
 
-use super::channels::{MappedChannel, find};
+use super::channels::{MappedChannel, channel_names, find};
 use crate::study::read::read_values::{quantity, read_word};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
@@ -34,7 +34,7 @@ pub(super) fn clocks(
     let step = step.map(|x| Clock::Step(x.to_f64()));
     let named = read_word(table, "time");
     if let Some(name) = named.filter(|name| find(groups, Some(name), None).is_none()) {
-        let all: Vec<&str> = groups.iter().flat_map(|g| g.channels.iter().map(|c| c.name.as_str())).collect();
+        let all = channel_names(groups);
         let columns = || format!("the file has {}", quoted(all.iter().copied().take(24)));
         let help = did_you_mean(nearest(name, all.iter().copied()), columns);
         out.push(

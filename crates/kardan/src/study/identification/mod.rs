@@ -39,7 +39,7 @@ use fitting::{choose, cross_validated};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
-use redundant::contradictions;
+use redundant::report_contradictions;
 use request::request;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
@@ -141,9 +141,8 @@ impl Project {
         // An error of a log is a likely reason for insufficient data.
         let mut chosen = choose(&plant, &request, &material)
             .map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
-        let contradictions = contradictions(&plant, &material);
-        chosen.warnings = contradictions.warnings;
-        chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
+        chosen.notes.extend(notes);
+        report_contradictions(&plant, &material, &mut chosen);
         let options = chosen.fit_options(&request);
         let fit = chosen.fit(&options)?;
         let whole = Whole { document, settings: &set, material, request: &request, plant: &plant, chosen: &chosen };

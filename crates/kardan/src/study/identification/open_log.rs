@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
+use super::channels::{Channel, MappedChannel, channel_names, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
@@ -60,12 +60,11 @@ pub(super) fn open_log(
     let clocks = clocks(table, &groups, &mapped, &file.name, &reader, out);
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if mapped.is_empty() && out.len() == before {
-        let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
         let message = format!("no channel of `{}` matches a signal of the model", file.name);
         let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
             "map them in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
-            quoted(names.take(24)),
+            quoted(channel_names(&groups).into_iter().take(24)),
             quoted(signals(model).iter().map(String::as_str)),
             if notes.is_empty() { "" } else { "; remarks about the log: " },
             notes.join("; ")

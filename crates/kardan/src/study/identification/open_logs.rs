@@ -14,18 +14,13 @@ use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_tables::read::{Bytes, LogError, ReadSeek};
 
-/// Bytes with a counter of those read.
-struct Counted {
-    inner: Arc<dyn Bytes>,
+/// Bytes, or their reader, with a counter of those read.
+struct Counted<T> {
+    inner: T,
     read: Arc<AtomicU64>,
 }
 
-struct Counting {
-    inner: Box<dyn ReadSeek>,
-    read: Arc<AtomicU64>,
-}
-
-impl Read for Counting {
+impl Read for Counted<Box<dyn ReadSeek>> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.inner.read(buffer)?;
         self.read.fetch_add(count as u64, Ordering::Relaxed);
@@ -33,15 +28,15 @@ impl Read for Counting {
     }
 }
 
-impl Seek for Counting {
+impl Seek for Counted<Box<dyn ReadSeek>> {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
         self.inner.seek(to)
     }
 }
 
-impl Bytes for Counted {
+impl Bytes for Counted<Arc<dyn Bytes>> {
     fn open(&self) -> std::io::Result<Box<dyn ReadSeek>> {
-        Ok(Box::new(Counting { inner: self.inner.open()?, read: Arc::clone(&self.read) }))
+        Ok(Box::new(Counted { inner: self.inner.open()?, read: Arc::clone(&self.read) }))
     }
 }
 

@@ -16,10 +16,8 @@ use crate::study::Progress;
 use kardan_identify::{
     Excitation, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
 };
-use kardan_math::num::Rational;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
-use kardan_mechanics::assemble::DirectionalTerm;
-use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::Kinematics;
 use kardan_results::{Suggestion, Suggestions, ValidationLogs};
 
@@ -116,19 +114,9 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
         }
     }
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
-    let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
-    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, Law::Offset)]));
-    let basis = plant.basis();
-    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
-    for friction in &equations.frictions {
-        let own = acts(&friction.row);
-        let apart = |input: &&DirectionalTerm<InputKind>| {
-            acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0)
-        };
-        for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
-            let load = Law::Load { torque: input.element.clone() };
-            out.push(vec![ExtraTerm::new(&friction.element, load)]);
-        }
+    out.extend(inputs.map(|(input, _)| vec![ExtraTerm::new(&input.element, Law::Offset)]));
+    for (friction, input, _) in loads(whole).into_iter().filter(|(.., apart)| *apart) {
+        out.push(vec![ExtraTerm::new(friction, Law::Load { torque: input.into() })]);
     }
     out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
     out.extend(backlashes(whole));
@@ -136,28 +124,34 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     out
 }
 
+/// The elements with friction, each with each measured input, and whether no row of the balance contains both.
+fn loads<'a>(whole: &Whole<'a>) -> Vec<(&'a str, &'a str, bool)> {
+    let (plant, basis) = (whole.plant, whole.plant.basis());
+    let mut out = Vec::new();
+    for friction in &plant.reduced.equations.frictions {
+        let own = in_coordinates(&friction.row, &basis);
+        let inputs = plant.reduced.equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
+        for (input, _) in inputs {
+            let acts = in_coordinates(&input.row, &basis);
+            let apart = acts.iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0);
+            out.push((friction.element.as_str(), input.element.as_str(), apart));
+        }
+    }
+    out
+}
+
 /// Untried losses proportional to a torque: the row of their friction contains that torque, which would explain itself.
 fn not_tried(whole: &Whole<'_>) -> Vec<String> {
-    let equations = &whole.plant.reduced.equations;
-    let basis = whole.plant.basis();
-    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
     let mut out: Vec<String> = Vec::new();
-    for friction in &equations.frictions {
-        let own = acts(&friction.row);
-        let declared = |input: &str| {
-            let load = Law::Load { torque: input.into() };
-            whole.request.extras.iter().any(|extra| extra.element == friction.element && extra.law == load)
-        };
-        let inputs = equations.inputs.iter().zip(&whole.plant.torques).filter(|(_, slot)| slot.is_some());
-        for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
-            if acts(&input.row).iter().zip(&own).any(|(a, b)| *a != 0.0 && *b != 0.0) {
-                let note = format!(
-                    "a loss of {} proportional to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
-                     declare it where the logs drive and brake",
-                    friction.element, input.element
-                );
-                out.extend((!out.contains(&note)).then_some(note));
-            }
+    for (friction, input, _) in loads(whole).into_iter().filter(|(.., apart)| !apart) {
+        let load = Law::Load { torque: input.into() };
+        let is_declared = whole.request.extras.iter().any(|extra| extra.element == friction && extra.law == load);
+        let note = format!(
+            "a loss of {friction} proportional to the torque of {input} (`kind = \"load\"`), as that torque would explain itself; \
+             declare it where the logs drive and brake"
+        );
+        if !is_declared && !out.contains(&note) {
+            out.push(note);
         }
     }
     out
