@@ -2,10 +2,11 @@
 //! which may be on figures.
 
 use crate::study::Requirement;
-use crate::study::measure::computed_signals::wrong_expression;
-use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
+use crate::study::measure::computed_signals::{kind_of, lowered, wrong_expression};
+use crate::study::measure::figure::{Figure, FigureOf};
 use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
+use kardan_expr::expr::Graph;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
 use kardan_model::tables::Measure;
@@ -124,8 +125,9 @@ fn dimension_of(
         out.push(Diagnostic::error("name::unknown", message).at(at, "no such figure").help(help));
         return None;
     }
-    let dimension = figure_dimension(&law, before, &|name| reader.exact_value(name));
-    dimension.map_err(|error| out.push(diagnostic(error))).ok()
+    let varying = |name: &str| before.get(name).map(|figure| figure.dimension);
+    let found = lowered(&mut Graph::default(), &law, &varying, &|name| reader.exact_value(name));
+    found.map(|(_, dimension)| kind_of(dimension).1).map_err(|error| out.push(diagnostic(error))).ok()
 }
 
 /// The display unit of a figure.

@@ -303,48 +303,42 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
     }
 }
 
-/// Additional keys of measures of one signal over another one.
-fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
-    const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
-    const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
-    match measure {
-        Measure::RiseTime | Measure::SettlingTime => &[("band", BAND_HELP)],
-        Measure::At => &[("at", "write the time, `at = \"1.5 s\"`")],
-        Measure::Gradient | Measure::Slope | Measure::Hysteresis => &[OVER],
-        Measure::Gain | Measure::Lag | Measure::PhaseLag => &[OVER, FREQUENCY],
-        _ => &[],
-    }
-}
+/// Further keys, the measures that have them, and help for a missing one, unless it may be omitted.
+const KEYS: [(&str, &[Measure], Option<&str>); 5] = {
+    use Measure::{At, Gain, Gradient, Hysteresis, Iae, Lag, Overshoot, PhaseLag, RiseTime, SettlingTime, Slope};
+    const OVER: &str = "name the other signal, `over = \"car.a_y\"`";
+    [
+        ("target", &[Overshoot, RiseTime, SettlingTime, Iae], None),
+        ("band", &[RiseTime, SettlingTime], Some(BAND_HELP)),
+        ("over", &[Gradient, Slope, Hysteresis, Gain, Lag, PhaseLag], Some(OVER)),
+        ("at", &[At], Some("write the time, `at = \"1.5 s\"`")),
+        ("frequency", &[Gain, Lag, PhaseLag], Some("write that of the wave, `frequency = \"0.2 Hz\"`")),
+    ]
+};
 
 /// Reports missing keys of a measure, and keys without meaning for it.
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
-    for (key, help) in needs(measure).iter().filter(|(key, _)| !is_given(table, key)) {
+    for (key, _, help) in KEYS.iter().filter(|(key, of, _)| of.contains(&measure) && !is_given(table, key)) {
+        let Some(help) = help else { continue };
         let message = format!("{what}: `{word}` needs the key `{key}`");
         let place = TableReader::place(table, "measure");
-        out.push(
-            Diagnostic::error("key::missing", message).at(place, format!("`{key}` is missing")).help(help.to_string()),
-        );
+        out.push(Diagnostic::error("key::missing", message).at(place, format!("`{key}` is missing")).help(*help));
     }
-    let takes = |key: &str| match key {
-        "target" => matches!(measure, Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae),
-        "from" | "until" => measure != Measure::At,
-        _ => needs(measure).iter().any(|(needed, _)| *needed == key),
-    };
-    let all = ["target", "band", "over", "at", "frequency", "from", "until"];
-    for key in all.into_iter().filter(|key| is_given(table, key) && !takes(key)) {
+    let mut refuse = |key: &str, help: String| {
         let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
-        let help = match key {
-            "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
-            "band" => "remove it, or measure `rise_time` or `settling_time`",
-            "at" => "remove it, or measure `at`",
-            "over" => "remove it, or measure `gradient`, `slope`, `hysteresis`, `gain`, `lag` or `phase_lag`",
-            "frequency" => "remove it, or measure `gain`, `lag` or `phase_lag`",
-            _ => "remove it: the value at a time has no window",
-        };
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+    };
+    for (key, of, _) in KEYS.iter().filter(|(key, of, _)| is_given(table, key) && !of.contains(&measure)) {
+        let words: Vec<String> = of.iter().map(|measure| format!("`{}`", measure.word())).collect();
+        let [earlier @ .., last] = &words[..] else { continue };
+        let others = if earlier.is_empty() { String::new() } else { format!("{} or ", earlier.join(", ")) };
+        refuse(key, format!("remove it, or measure {others}{last}"));
+    }
+    for key in ["from", "until"].into_iter().filter(|key| is_given(table, key) && measure == Measure::At) {
+        refuse(key, "remove it: the value at a time has no window".into());
     }
 }
 
