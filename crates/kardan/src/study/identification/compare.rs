@@ -1,10 +1,9 @@
 //! Models compared by cross-validation.
 
-use kardan_rt::functions::powi;
-
 use super::extra::{ExtraTerm, Law, law_parameters};
 use super::fitting::{Chosen, cross_validated};
 use super::laws::silence_law;
+use super::numbers::mean_and_error;
 use super::plant::{Plant, plant_excluding};
 use super::request::{CandidateSpec, FitRequest, request};
 use super::rows::Material;
@@ -163,9 +162,6 @@ pub(super) fn fold_squares(samples: &Samples, folds: &[usize], predicted: &[f64]
 
 /// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.
 fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> PredictionError {
-    let each = fold_squares(samples, folds, predicted);
-    let n = each.len() as f64;
-    let mean = each.iter().sum::<f64>() / n;
-    let spread = (each.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
+    let (mean, spread) = mean_and_error(&fold_squares(samples, folds, predicted));
     PredictionError { mean: mean.sqrt(), spread: if mean > 0.0 { spread / (2.0 * mean.sqrt()) } else { 0.0 } }
 }

@@ -119,7 +119,7 @@ impl Project {
         if !diagnostics.is_empty() {
             return Err(diagnostics);
         }
-        let mut logs = OpenLogs::open(document, &model, files)?;
+        let logs = OpenLogs::open(document, &model, files)?;
         let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &request.declared)?, &model);
         if settings.suggest {
             slots = with_all_harmonics(slots);

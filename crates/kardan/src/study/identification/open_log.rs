@@ -26,8 +26,8 @@ pub(super) struct OpenLog {
 }
 
 /// An error of a log, as a diagnostic.
-pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
-    Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
+pub(super) fn log_error(name: &str, error: &LogError) -> Vec<Diagnostic> {
+    vec![Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))]
 }
 
 /// Opens a log and finds its channels.
@@ -44,7 +44,7 @@ pub(super) fn open_log(
     let log = match open(Arc::clone(&file.bytes), &options) {
         Ok(log) => log,
         Err(error) => {
-            out.push(log_error(&file.name, &error));
+            out.extend(log_error(&file.name, &error));
             return None;
         }
     };

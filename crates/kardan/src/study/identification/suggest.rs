@@ -7,7 +7,7 @@ use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, stiffness};
 use super::fitting::{Chosen, cross_validated};
-use super::numbers::rms;
+use super::numbers::{mean_and_error, rms};
 use super::parameters::is_in_file;
 use super::plant::{columns, in_coordinates};
 use super::request::FitRequest;
@@ -262,11 +262,9 @@ impl Validated {
 
     /// The fraction of the mean square error that another model removes, and its standard error over the folds.
     fn gain(&self, other: &Self) -> (f64, f64) {
-        let differences = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b);
-        let n = self.squares.len() as f64;
-        let mean = differences.clone().sum::<f64>() / n;
-        let square = differences.map(|x| (x - mean) * (x - mean)).sum::<f64>();
-        (mean / self.mean(), (square / (n - 1.0).max(1.0) / n).sqrt() / self.mean())
+        let differences: Vec<f64> = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b).collect();
+        let (mean, error) = mean_and_error(&differences);
+        (mean / self.mean(), error / self.mean())
     }
 }
 
@@ -315,13 +313,8 @@ impl<'a> Search<'a> {
         Self { whole, options, samples, pool: pooled, base, orders }
     }
 
-    /// The model with some of the terms, on the samples with information about them.
-    fn tried(&self, terms: &[usize]) -> Option<Tried> {
-        self.tried_on(terms, terms)
-    }
-
-    /// The model with some of the terms, on the samples with information about others.
-    fn tried_on(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
+    /// The model with some of the terms, on the samples with information about these or others.
+    fn tried(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
         let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
         let extras = self.whole.request.extras.len() + added.len();
         let columns: Vec<usize> = (0..self.base).chain(added).collect();
@@ -392,7 +385,7 @@ impl<'a> Search<'a> {
         accepted: &[usize],
     ) -> (Suggestion, Option<f64>) {
         let with: Vec<usize> = accepted.iter().chain([&k]).copied().collect();
-        let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
+        let (tried, count) = (self.tried(&with, &with), self.pool[k].columns.len());
         let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
         let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
         let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
@@ -403,7 +396,7 @@ impl<'a> Search<'a> {
             if self.pool[k].informative.is_empty() {
                 return Some(before.gain(&self.validated(tried)?));
             }
-            let same = self.validated(&self.tried_on(accepted, &with)?)?;
+            let same = self.validated(&self.tried(accepted, &with)?)?;
             Some(same.gain(&self.validated(tried)?))
         });
         let unclear = informative.is_some_and(|tried| self.unclear(k, tried));
@@ -473,9 +466,9 @@ impl<'a> Search<'a> {
         Some(best.1)
     }
 
-    /// The domain of a term.
-    fn domain(&self, extra: &ExtraTerm) -> Domain {
-        self.whole.plant.reduced.equations.domain_of_element(&extra.element)
+    /// How a model file declares a term.
+    fn file_entry(&self, extra: &ExtraTerm) -> String {
+        extra.file_entry(self.whole.plant.reduced.equations.domain_of_element(&extra.element))
     }
 
     fn row_names(&self) -> Vec<String> {
@@ -501,7 +494,8 @@ impl<'a> Search<'a> {
             let error = |k: usize, row: usize| samples.y(k)[row] - predicted[k * r + row];
             Some((0..r).map(|row| rms(folds.len(), |k| error(k, row))).collect())
         };
-        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting).as_ref().and_then(errors)) else {
+        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting, &lasting).as_ref().and_then(errors))
+        else {
             return Vec::new();
         };
         let names = self.row_names();
@@ -522,7 +516,7 @@ impl<'a> Search<'a> {
         }
         added.fold(out, |text, extra| {
             let between = if text.is_empty() { "" } else { "\n" };
-            text + between + &extra.file_entry(self.domain(extra))
+            text + between + &self.file_entry(extra)
         })
     }
 }
@@ -543,12 +537,12 @@ pub(super) fn suggest(
     };
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
-        let now = search.tried(&terms)?;
+        let now = search.tried(&terms, &terms)?;
         let Some(next) = search.round(&now, &terms, &mut out, progress) else { break };
         terms.push(next);
     }
     progress.advance(1, "suggestions", 1.0);
-    let last = search.tried(&terms)?;
+    let last = search.tried(&terms, &terms)?;
     let validated = search.validated(&last);
     let mut own = whole.request.clone();
     own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
@@ -565,9 +559,9 @@ pub(super) fn suggest(
     });
     out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.log_cross_validation = search.validation_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.log_cross_validation = search.validation_logs(&search.tried(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
-    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
+    out.entries_for_file = declared.map(|extra| (extra.term.clone(), search.file_entry(extra))).collect();
     (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);

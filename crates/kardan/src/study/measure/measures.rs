@@ -76,8 +76,8 @@ pub(in crate::study) fn measured(
 
 /// The time of the largest value of a signal, from the start of the window, and the distance of the rows there.
 fn time_of(window: Window<'_>, sign: f64) -> Measured {
-    let Window { times, values } = window;
-    let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
+    let times = window.times;
+    let best = place_of_highest(window, |x| sign * x);
     let gap = |k: usize| times.get(k + 1).map_or(0.0, |next| next - times[k]);
     Measured { value: times[best] - times[0], grid: gap(best).max(best.checked_sub(1).map_or(0.0, gap)) }
 }
@@ -116,15 +116,16 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// The row with the largest value of a function; the first of several.
+fn place_of_highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> usize {
+    let values = window.values;
+    (1..values.len()).fold(0, |best, k| if of(values[k]) > of(values[best]) { k } else { best })
+}
+
 /// The largest value of a function of the rows, and the height of the parabola through it and its neighbours above it.
 fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
     let Window { times, values } = window;
-    let mut best = 0;
-    for k in 1..values.len() {
-        if of(values[k]) > of(values[best]) {
-            best = k;
-        }
-    }
+    let best = place_of_highest(window, &of);
     let value = of(values[best]);
     let inner = best.checked_sub(1).filter(|_| best + 1 < values.len());
     let rise = inner.map_or(0.0, |before| {
