@@ -1,6 +1,6 @@
 //! Mapping of log channels to signals of the model.
 
-use crate::study::read::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_scalar, read_word};
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_mechanics::equations::Domain;
@@ -267,8 +267,7 @@ impl Channel<'_, '_> {
             let what = self.what;
             let message =
                 format!("{what}: `{}` is not a measured angle, speed or torque of an input", shortened(signal));
-            let place = TableReader::place(self.table, "signal");
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
+            out.push(key_error("name::unknown", message, (self.table, "signal", "no such signal"), help));
             return None;
         };
         let (group, channel) = self.column(out)?;
@@ -306,11 +305,8 @@ impl Channel<'_, '_> {
             let column_text =
                 name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
             let key = if name.is_some() { "column" } else { "number" };
-            out.push(
-                Diagnostic::error("log::no-column", format!("{what}: `{file}` has no column {column_text}"))
-                    .at(TableReader::place(table, key), "not in the file")
-                    .help(help),
-            );
+            let message = format!("{what}: `{file}` has no column {column_text}");
+            out.push(key_error("log::no-column", message, (table, key, "not in the file"), help));
         }
         place
     }
@@ -334,11 +330,9 @@ impl Channel<'_, '_> {
         unit_factor(unit.unwrap_or(in_file), quantity)
             .map_err(|why| {
                 let key = if unit.is_some() { "unit" } else { "signal" };
-                out.push(
-                    Diagnostic::error("unit::dimension", format!("{}: {why}", self.what))
-                        .at(TableReader::place(self.table, key), "this unit")
-                        .help("add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`"),
-                );
+                let message = format!("{}: {why}", self.what);
+                let help = "add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`";
+                out.push(key_error("unit::dimension", message, (self.table, key, "this unit"), help));
             })
             .ok()
     }

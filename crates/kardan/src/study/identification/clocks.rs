@@ -1,7 +1,7 @@
 //! Time source of each group of a log.
 
 use super::channels::{MappedChannel, channel_names, find};
-use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_word};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_model::TableReader;
@@ -37,11 +37,8 @@ pub(super) fn clocks(
         let all = channel_names(groups);
         let columns = || format!("the file has {}", quoted(all.iter().copied().take(24)));
         let help = did_you_mean(nearest(name, all.iter().copied()), columns);
-        out.push(
-            Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
-                .at(TableReader::place(table, "time"), "not in the file")
-                .help(help),
-        );
+        let message = format!("`time` of a log: `{file}` has no column `{name}`");
+        out.push(key_error("log::no-column", message, (table, "time", "not in the file"), help));
         return Vec::new();
     }
     let mut timeless = Vec::new();
@@ -105,10 +102,7 @@ fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &m
         _ => {}
     }
     let message = format!("`{file}`: the unit `{}` of its time is not a unit of time", shortened(unit));
-    out.push(
-        Diagnostic::error("unit::dimension", message)
-            .at(TableReader::place(table, "time_unit"), "this log")
-            .help("set it in `[log.NAME]` with `time_unit = \"ms\"`"),
-    );
+    let help = "set it in `[log.NAME]` with `time_unit = \"ms\"`";
+    out.push(key_error("unit::dimension", message, (table, "time_unit", "this log"), help));
     1.0
 }

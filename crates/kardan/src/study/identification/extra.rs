@@ -1,7 +1,7 @@
 //! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use crate::study::read::read_values::{quantity, read_tables, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_tables, read_word};
 use kardan_identify::{Extra, ExtraFriction, Shape};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::Dimension;
@@ -312,11 +312,9 @@ impl Declared<'_> {
     fn refuse_idle_keys(&self, kind: &str, (direction, keys): (&str, &[&str]), out: &mut Vec<Diagnostic>) {
         for key in ["shape", "speed", "torque", "order", "spring", "min_deflection", "friction", "gear"] {
             if self.table.values.contains_key(key) && key != direction && !keys.contains(&key) {
-                out.push(
-                    Diagnostic::error("key::unused", format!("{}: the kind `{kind}` has no `{key}`", self.what))
-                        .at(TableReader::place(self.table, key), "has no effect here")
-                        .help("leave it out, or write another kind"),
-                );
+                let message = format!("{}: the kind `{kind}` has no `{key}`", self.what);
+                let help = "leave it out, or write another kind";
+                out.push(key_error("key::unused", message, (self.table, key, "has no effect here"), help));
             }
         }
     }
@@ -346,11 +344,8 @@ impl Declared<'_> {
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
-            out.push(
-                Diagnostic::error("name::unknown", format!("{}: there is no {what} `{}`", self.what, shortened(name)))
-                    .at(TableReader::place(self.table, key), label)
-                    .help(help),
-            );
+            let message = format!("{}: there is no {what} `{}`", self.what, shortened(name));
+            out.push(key_error("name::unknown", message, (self.table, key, label), help));
         }
         name.to_string()
     }

@@ -4,7 +4,7 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::study::read::read_values::{quantity, read_map, read_names, read_scalar, read_tables, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_map, read_names, read_scalar, read_tables, read_word};
 use kardan_identify::{Excitation, Loss, Steadiness};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
@@ -196,11 +196,9 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
 fn confidence(document: &Document, options: &IdentifySettings, out: &mut Vec<Diagnostic>) -> f64 {
     let confidence = options.confidence.or(number(document, "confidence", Dimension::NONE, out)).unwrap_or(0.95);
     if !(confidence > 0.0 && confidence < 1.0) {
-        out.push(
-            Diagnostic::error("identify::confidence", format!("a confidence of {confidence} is not between 0 and 1"))
-                .at(TableReader::place(&document.identification, "confidence"), "this confidence")
-                .help("write 0.95 for 95 %"),
-        );
+        let message = format!("a confidence of {confidence} is not between 0 and 1");
+        let at = (&document.identification, "confidence", "this confidence");
+        out.push(key_error("identify::confidence", message, at, "write 0.95 for 95 %"));
     }
     confidence
 }
@@ -265,14 +263,9 @@ impl FitRequest {
         };
         for name in self.nonnegative.iter().filter(|name| !is_sought(name)) {
             let names = self.unknowns.iter().map(|one| one.name.as_str());
-            out.push(
-                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not identified", shortened(name)))
-                    .at(
-                        TableReader::place(&document.identification, "nonnegative"),
-                        "not a parameter of this identification",
-                    )
-                    .help(format!("there are {}", quoted(names))),
-            );
+            let message = format!("`nonnegative`: `{}` is not identified", shortened(name));
+            let at = (&document.identification, "nonnegative", "not a parameter of this identification");
+            out.push(key_error("name::unknown", message, at, format!("there are {}", quoted(names))));
         }
         self.nonnegative = self.nonnegative.iter().filter(|name| sought(name)).cloned().collect();
     }

@@ -4,7 +4,7 @@
 use crate::study::Requirement;
 use crate::study::measure::computed_signals::{kind_of, lowered, wrong_expression};
 use crate::study::measure::figure::{Figure, FigureOf};
-use crate::study::read::read_values::{is_given, quantity, read_word};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_expr::expr::Graph;
 use kardan_math::names::NamedList;
@@ -56,11 +56,10 @@ fn figure(
     let table = rest.first()?;
     let name = read_word(table, "name")?.to_string();
     let what = format!("figure `{name}`");
-    let place = TableReader::place(table, "name");
     if let Some(reason) = name_conflict(&name, before, reading.context) {
         let message = format!("there is {reason} `{name}` already");
         let help = "give each figure a name of its own: expressions of figures name parameters too";
-        out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
+        out.push(key_error("name::duplicate", message, (table, "name", "again here"), help));
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
     if !is_given(table, "value") {
@@ -138,17 +137,16 @@ fn read_display_unit(
     out: &mut Vec<Diagnostic>,
 ) -> Option<DisplayUnit> {
     let text = read_word(table, "display_unit")?.trim();
-    let place = TableReader::place(table, "display_unit");
     let Some((unit, size, found)) = split_unit(&format!("1 {text}")).map(|(_, size, found)| (text, size, found)) else {
         let message = format!("{what}: `{}` is no unit", shortened(text));
         let help = "write a unit such as `deg`, `deg/s` or `mN m`";
-        out.push(Diagnostic::error("unit::unknown", message).at(place, "no unit").help(help));
+        out.push(key_error("unit::unknown", message, (table, "display_unit", "no unit"), help));
         return None;
     };
     if !dimension.is_like(&found) {
         let message = format!("{what}: `{}` is {}, and it is {}", shortened(text), found.noun(), dimension.noun());
         let help = format!("write a unit such as {}", dimension.example());
-        out.push(Diagnostic::error("unit::dimension", message).at(place, "another quantity").help(help));
+        out.push(key_error("unit::dimension", message, (table, "display_unit", "another quantity"), help));
         return None;
     }
     let size = size.to_f64();

@@ -6,7 +6,7 @@ use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, quantity, read_scalar, read_word};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_scalar, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
@@ -56,11 +56,8 @@ impl Measuring<'_> {
             && above >= below
         {
             let message = format!("{REQUIREMENT}: no value is above {above} and below {below}");
-            out.push(
-                Diagnostic::error("requirement::bounds", message)
-                    .at(TableReader::place(table, "below"), "not above `above`")
-                    .help("let `above` be less than `below`, or write two requirements"),
-            );
+            let help = "let `above` be less than `below`, or write two requirements";
+            out.push(key_error("requirement::bounds", message, (table, "below", "not above `above`"), help));
         }
         let ((measure, dimension), [below, above]) = (judged?, bounds?);
         let same_unit = measure.figure.is_some() || dimension == measure.dimension;
@@ -84,8 +81,7 @@ impl Measuring<'_> {
             let names = figures.iter().map(|figure| figure.name.as_str());
             let help = unknown_name_or(name, names, "the model has no `[[figure]]`");
             let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
-            let place = TableReader::place(table, "figure");
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such figure").help(help));
+            out.push(key_error("name::unknown", message, (table, "figure", "no such figure"), help));
             return None;
         };
         let judged = Requirement {
@@ -103,9 +99,8 @@ impl Measuring<'_> {
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
             let message = format!("{what}: `{surplus_key}` has no meaning with `{key}`");
-            let place = TableReader::place(table, surplus_key);
             let help = format!("remove it, or write `signal` and `measure` in place of `{key}`");
-            out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+            out.push(key_error("requirement::key", message, (table, surplus_key, "not used"), help));
         }
     }
 
@@ -231,20 +226,14 @@ impl Measuring<'_> {
         let end = until.unwrap_or(f64::INFINITY).min(last);
         if let Some(at) = at.filter(|at| *at > last) {
             let message = format!("{what}: `at` is {at} s, and the run ends at {last} s");
-            out.push(
-                Diagnostic::error("requirement::window", message)
-                    .at(TableReader::place(table, "at"), "after the end")
-                    .help("let `at` come before the end of the run (`duration`)"),
-            );
+            let help = "let `at` come before the end of the run (`duration`)";
+            out.push(key_error("requirement::window", message, (table, "at", "after the end"), help));
         }
         if begin > end {
             let (key, bound_end) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
             let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {bound_end} s");
-            out.push(
-                Diagnostic::error("requirement::window", message)
-                    .at(TableReader::place(table, key), "no time is left")
-                    .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
-            );
+            let help = "let `from` come before `until`, and both before the end of the run (`duration`)";
+            out.push(key_error("requirement::window", message, (table, key, "no time is left"), help));
         }
     }
 }
@@ -323,13 +312,12 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
     for (key, _, help) in KEYS.iter().filter(|(key, of, _)| of.contains(&measure) && !is_given(table, key)) {
         let Some(help) = help else { continue };
         let message = format!("{what}: `{word}` needs the key `{key}`");
-        let place = TableReader::place(table, "measure");
-        out.push(Diagnostic::error("key::missing", message).at(place, format!("`{key}` is missing")).help(*help));
+        let label = format!("`{key}` is missing");
+        out.push(key_error("key::missing", message, (table, "measure", &label), *help));
     }
     let mut refuse = |key: &str, help: String| {
         let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+        out.push(key_error("requirement::key", message, (table, key, "not used"), help));
     };
     for (key, of, _) in KEYS.iter().filter(|(key, of, _)| is_given(table, key) && !of.contains(&measure)) {
         let words: Vec<String> = of.iter().map(|measure| format!("`{}`", measure.word())).collect();
