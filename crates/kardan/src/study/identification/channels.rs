@@ -159,11 +159,19 @@ pub(super) fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &m
     quantity(reader, table, key, (Dimension::NONE, Sign::Any), "a log", out).map(|x| x.to_f64())
 }
 
+/// A file with the table that describes it.
+#[derive(Clone, Copy)]
+pub(super) struct Described<'a, 'd> {
+    pub table: &'a Table,
+    pub file: &'a str,
+    pub groups: &'a [Group],
+    pub reader: &'a TableReader<'d>,
+}
+
 /// Maps columns that are named like a signal.
 pub(super) fn wire_by_name(
+    Described { file, groups, .. }: Described<'_, '_>,
     model: &Model,
-    file: &str,
-    groups: &[Group],
     mapped: &mut Vec<MappedChannel>,
     out: &mut Vec<Diagnostic>,
 ) {
@@ -249,12 +257,10 @@ pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) 
 
 /// A table `[[log.NAME.channel]]`, for a file.
 pub(super) struct Channel<'a, 'd> {
+    pub log: Described<'a, 'd>,
     pub table: &'a Table,
     /// For the messages.
     pub what: &'a str,
-    pub file: &'a str,
-    pub groups: &'a [Group],
-    pub reader: &'a TableReader<'d>,
 }
 
 impl Channel<'_, '_> {
@@ -275,18 +281,18 @@ impl Channel<'_, '_> {
         let noise = self.of_quantity("noise", &quantity, out);
         let by_unit = match scale {
             Some(scale) => scale,
-            None => self.unit_factor(&self.groups[group].channels[channel].unit, &quantity, out)?,
+            None => self.unit_factor(&self.log.groups[group].channels[channel].unit, &quantity, out)?,
         };
-        let factor = number(self.table, "factor", self.reader, out).unwrap_or(1.0) * by_unit;
-        let zero_samples = number(self.table, "zero_samples", self.reader, out).unwrap_or(0.0) as usize;
+        let factor = number(self.table, "factor", self.log.reader, out).unwrap_or(1.0) * by_unit;
+        let zero_samples = number(self.table, "zero_samples", self.log.reader, out).unwrap_or(0.0) as usize;
         Some(MappedChannel { group, channel, quantity, factor, zero_samples, noise })
     }
 
     /// Group and channel that `column` or `number` selects.
     fn column(&self, out: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
-        let Self { table, what, file, groups, .. } = *self;
+        let Self { log: Described { file, groups, reader, .. }, table, what } = *self;
         let name = read_word(table, "column");
-        let number = number(table, "number", self.reader, out).map(|x| x as usize);
+        let number = number(table, "number", reader, out).map(|x| x as usize);
         if name.is_none() && number.is_none() {
             let message = format!("{what} has neither `column` nor `number`");
             out.push(
@@ -315,7 +321,7 @@ impl Channel<'_, '_> {
     fn of_quantity(&self, key: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let scalar = read_scalar(self.table, key)?;
         let label = format!("`{key}` of {}", self.what);
-        let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
+        let (value, dimension) = self.log.reader.scalar(&scalar, None, &label, out)?;
         let expected = quantity.dimension();
         if dimension != expected {
             out.push(wrong_dimension(&label, expected, dimension, TableReader::place(self.table, key)));

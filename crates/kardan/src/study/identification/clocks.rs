@@ -1,12 +1,11 @@
 //! Time source of each group of a log.
 
-use super::channels::{MappedChannel, channel_names, find};
+use super::channels::{Described, MappedChannel, channel_names, find};
 use crate::study::read::read_values::{key_error, quantity, read_word};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
-use kardan_model::TableReader;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Sign, Table};
+use kardan_schema::schema::Sign;
 use kardan_tables::read::{Group, unit_in_name};
 
 /// Time source of a group.
@@ -23,13 +22,11 @@ const USUAL: [&str; 5] = ["time", "t", "timestamp", "time [s]", "time (s)"];
 
 /// The clock of each group read.
 pub(super) fn clocks(
-    table: &Table,
-    groups: &[Group],
+    log: Described<'_, '_>,
     mapped: &[MappedChannel],
-    file: &str,
-    reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Option<Clock>> {
+    let Described { table, file, groups, reader } = log;
     let step = quantity(reader, table, "sample_time", (Dimension::TIME, Sign::Positive), "a log", out);
     let step = step.map(|x| Clock::Step(x.to_f64()));
     let named = read_word(table, "time");
@@ -47,7 +44,7 @@ pub(super) fn clocks(
             return None;
         }
         let clock = time_channel(group, named)
-            .map(|channel| Clock::Channel(channel, time_factor(table, group, channel, file, out)))
+            .map(|channel| Clock::Channel(channel, time_factor(log, &group.channels[channel], out)))
             .or(step);
         if clock.is_none() {
             timeless.push(number);
@@ -55,12 +52,12 @@ pub(super) fn clocks(
         clock
     };
     let clocks = groups.iter().enumerate().map(clock).collect();
-    out.extend(timeless.into_iter().map(|number| no_time(file, groups, number, named)));
+    out.extend(timeless.into_iter().map(|number| no_time(log, number, named)));
     clocks
 }
 
 /// The message for a group without time: if another group has a time, that their channels differ in length.
-fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> Diagnostic {
+fn no_time(Described { file, groups, .. }: Described<'_, '_>, number: usize, named: Option<&str>) -> Diagnostic {
     let own = &groups[number];
     let names = || quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
     let with_time = groups.iter().find_map(|group| Some((group, time_channel(group, named)?, group.rows?)));
@@ -89,8 +86,11 @@ fn time_channel(group: &Group, named: Option<&str>) -> Option<usize> {
 }
 
 /// Of its readings to s.
-fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &mut Vec<Diagnostic>) -> f64 {
-    let channel = &group.channels[channel];
+fn time_factor(
+    Described { table, file, .. }: Described<'_, '_>,
+    channel: &kardan_tables::read::Channel,
+    out: &mut Vec<Diagnostic>,
+) -> f64 {
     let unit = match (channel.unit.trim(), unit_in_name(&channel.name)) {
         ("", Some(unit)) => unit,
         (unit, _) => unit,

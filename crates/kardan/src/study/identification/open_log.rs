@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::channels::{Channel, MappedChannel, channel_names, number, signals, wire_by_name};
+use super::channels::{Channel, Described, MappedChannel, channel_names, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
@@ -37,8 +37,8 @@ pub(super) fn open_log(
     file: &LogFile,
     out: &mut Vec<Diagnostic>,
 ) -> Option<OpenLog> {
-    let (described, empty) = (table_of(document, &file.name), Table::default());
-    let table = described.map_or(&empty, |number| &document.logs[number].1);
+    let (number, empty) = (table_of(document, &file.name), Table::default());
+    let table = number.map_or(&empty, |number| &document.logs[number].1);
     let reader = TableReader::new(document, &[]);
     let options = csv_options(table, &reader, out);
     let log = match open(Arc::clone(&file.bytes), &options) {
@@ -50,14 +50,14 @@ pub(super) fn open_log(
     };
     let before = out.len();
     let groups = log.groups().to_vec();
+    let described = Described { table, file: &file.name, groups: &groups, reader: &reader };
     let mut mapped = Vec::new();
     for (k, table) in read_tables(table, "channel").iter().enumerate() {
-        let what = format!("channel {} of log `{}`", k + 1, described.map_or("", |number| &document.logs[number].0));
-        let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
-        mapped.extend(channel.wire(model, out));
+        let what = format!("channel {} of log `{}`", k + 1, number.map_or("", |number| &document.logs[number].0));
+        mapped.extend(Channel { log: described, table, what: &what }.wire(model, out));
     }
-    wire_by_name(model, &file.name, &groups, &mut mapped, out);
-    let clocks = clocks(table, &groups, &mapped, &file.name, &reader, out);
+    wire_by_name(described, model, &mut mapped, out);
+    let clocks = clocks(described, &mapped, out);
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if mapped.is_empty() && out.len() == before {
         let message = format!("no channel of `{}` matches a signal of the model", file.name);
