@@ -91,8 +91,8 @@ fn friction_by_sense_speed_and_time() {
     }
     assert!(found.tests.iter().all(|test| test.probability > 1e-3), "{:?}", found.tests);
     // Those that a law can say go into the model file, and one that changes with the log does not.
-    assert_eq!(found.not_for_file.len(), 1, "{:?}", found.not_for_file);
-    assert_eq!(found.terms_for_file.len(), 3, "{:?}", found.terms_for_file);
+    assert_eq!(found.for_file.omissions.len(), 1, "{:?}", found.for_file.omissions);
+    assert_eq!(found.for_file.terms.len(), 3, "{:?}", found.for_file.terms);
 }
 
 /// An offset of the torque sensor is what it reads too much; the shaft turns it into a constant torque the other way round than friction.

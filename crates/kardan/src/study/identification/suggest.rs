@@ -19,7 +19,7 @@ use kardan_identify::{
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::Kinematics;
-use kardan_results::{Suggestion, Suggestions, ValidationLogs};
+use kardan_results::{FileContent, Suggestion, Suggestions, ValidationLogs};
 
 /// Significance level of a term against zero, for all terms of a round together.
 const LEVEL: f64 = 0.01;
@@ -561,8 +561,8 @@ pub(super) fn suggest(
     out.text = search.text(&terms);
     out.log_cross_validation = search.validation_logs(&search.tried(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
-    out.entries_for_file = declared.map(|extra| (extra.term.clone(), search.file_entry(extra))).collect();
-    (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
+    let entries = declared.map(|extra| (extra.term.clone(), search.file_entry(extra))).collect();
+    out.for_file = FileContent { entries, ..found.for_file };
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);
     Some(out)

@@ -5,7 +5,7 @@ use kardan_rt::functions::powi;
 use super::extra::Law;
 use super::fitted::Fitted;
 use super::numbers::{rms, short};
-use super::parameters::{damping, for_file, parameters, terms_for_file};
+use super::parameters::{damping, for_file, parameters};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
 use kardan_identify::{Excitation, Loss, TestKind, residual_statistics};
@@ -36,6 +36,7 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
     };
     let coordinates = plant.reduced.coordinate_names();
     let parameters = parameters(fitted);
+    let for_file = for_file(fitted, &parameters);
     let mut out = Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
@@ -73,12 +74,9 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         traces: traces(fitted),
         coordinates,
         parameters,
+        for_file,
         ..Identification::default()
     };
-    (out.for_file, out.not_for_file) = for_file(fitted, &out.parameters);
-    let (terms, omissions) = terms_for_file(fitted.request, &out.parameters);
-    out.terms_for_file = terms;
-    out.not_for_file.extend(omissions);
     out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(

@@ -4,7 +4,7 @@ use crate::study::read::read_values::{read_names, read_scalar, read_tables, read
 use crate::study::read::variant_diagnostics::is_error;
 use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
-use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
+use kardan_results::{FileContent, FileLaw, FileTerm, FileValue, Identification};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::file::syntax;
 use kardan_schema::schema::{Scalar, Table};
@@ -20,10 +20,8 @@ use super::settings::IdentifySettings;
 /// Errors of the file, or those that the identified values would cause.
 pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
     let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.selected_terms.is_empty());
-    let (values, terms, entries, not) = match suggested {
-        Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
-        None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),
-    };
+    let FileContent { values, terms, entries, omissions: not } =
+        suggested.map_or(&found.for_file, |suggestions| &suggestions.for_file);
     let mut text = source.to_string();
     let mut new: Vec<FileValue> = values.clone();
     let mut unremoved_entries: Vec<String> = Vec::new();
