@@ -339,34 +339,29 @@ impl<'a> Search<'a> {
         Some(Validated { predicted, squares })
     }
 
-    /// A parameter that becomes impossibly negative with a term, and is not negative without it.
-    fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
+    /// Why a term is impossible: with it a parameter becomes negative that is not negative without it; a loss or a width would be
+    /// negative; or half the width of a backlash, identified with all terms, is not below the twist that should exceed it.
+    fn refusal(&self, k: usize, now: &Tried, tried: &Tried) -> Option<String> {
         let (columns, confidence) = (&self.whole.chosen.columns, self.whole.request.confidence);
-        columns.identifiable.iter().enumerate().find_map(|(column, (number, with))| {
+        let mut coefficients = columns.identifiable.iter().enumerate();
+        let parameter = coefficients.find_map(|(column, (number, with))| {
             let one = &columns.coefficients[*number];
             let bounded = with.is_empty() && one.kind != Kind::Damping;
             (bounded && tried.is_negative(column, confidence) && !now.is_negative(column, confidence))
-                .then(|| one.name.clone())
-        })
-    }
-
-    /// A loss, or a width, that would be negative.
-    fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
-        let extras = &self.pool[k].extras;
-        if !matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. }) {
-            return None;
+                .then_some(&one.name)
+        });
+        let (extras, end) = (&self.pool[k].extras, tried.samples.columns);
+        let is_loss = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
+        let mut own = extras.iter().enumerate().filter(|_| is_loss);
+        let loss = own.find(|(number, _)| tried.is_negative(end - extras.len() + number, confidence));
+        if let Some(name) = parameter.or(loss.map(|(_, extra)| &extra.name)) {
+            return Some(format!("with it {name} would be negative, which is impossible"));
         }
-        let first = tried.samples.columns - extras.len();
-        let below = |number: &usize| tried.is_negative(first + number, self.whole.request.confidence);
-        (0..extras.len()).find(below).map(|number| extras[number].name.clone())
-    }
-
-    /// A backlash whose half width, identified with all terms, is not below the twist that should exceed it.
-    fn unclear(&self, k: usize, tried: &Tried) -> bool {
-        let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
-        let Law::Backlash { clear } = extra.law else { return false };
-        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extra.element);
-        !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
+        let Law::Backlash { clear } = extras[0].law else { return None };
+        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extras[0].element);
+        let is_clear = tried.fit.values[end - 1] / stiffness < clear;
+        (!is_clear)
+            .then(|| "half the identified width is not less than the twist that was assumed to mean contact".into())
     }
 
     /// Tests that reject a model.
@@ -390,8 +385,7 @@ impl<'a> Search<'a> {
         let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
         let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
         let informative = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
-        let impossible =
-            informative.and_then(|tried| self.impossible(now, tried).or_else(|| self.gains_power(k, tried)));
+        let refusal = informative.and_then(|tried| self.refusal(k, now, tried));
         let gain = informative.and_then(|tried| {
             if self.pool[k].informative.is_empty() {
                 return Some(before.gain(&self.validated(tried)?));
@@ -399,16 +393,11 @@ impl<'a> Search<'a> {
             let same = self.validated(&self.tried(accepted, &with)?)?;
             Some(same.gain(&self.validated(tried)?))
         });
-        let unclear = informative.is_some_and(|tried| self.unclear(k, tried));
-        let helps =
-            impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
-        let verdict = match (probability, &impossible, helps) {
+        let helps = refusal.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let verdict = match (probability, refusal, helps) {
             (None, ..) => "in these logs it always occurs together with terms of the model".into(),
             (Some(p), ..) if p >= level => "not distinguishable from zero".into(),
-            (_, Some(name), _) => format!("with it {name} would be negative, which is impossible"),
-            _ if unclear => {
-                "half the identified width is not less than the twist that was assumed to mean contact".into()
-            }
+            (_, Some(why), _) => why,
             (.., false) => "does not predict unused data better".into(),
             _ => String::new(),
         };
