@@ -80,21 +80,20 @@ pub(super) fn request(
     let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
     let unknowns = unique_unknowns(document, settings, &names, out);
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
-        out.push(match backlashes.first() {
-            Some(gear) => Diagnostic::error(
-                "identify::no-parameters",
+        let (message, help) = match backlashes.first() {
+            Some(gear) => (
                 format!("`{gear}.backlash` alone gives no torque balance to fit"),
-            )
-            .help("the contact side follows from that balance: add a damping or a friction of the model"),
-            None => {
-                let message = "no parameters to identify: the model has no damping and no friction";
-                let help = "name the parameters with `--parameters shaft.damping,shaft.friction`";
-                Diagnostic::error("identify::no-parameters", message).help(help)
-            }
-        });
+                "the contact side follows from that balance: add a damping or a friction of the model",
+            ),
+            None => (
+                "no parameters to identify: the model has no damping and no friction".into(),
+                "name the parameters with `--parameters shaft.damping,shaft.friction`",
+            ),
+        };
+        out.push(Diagnostic::error("identify::no-parameters", message).help(help));
     }
     let confidence = confidence(document, options, out);
-    if names.iter().any(|name| name.is_empty()) {
+    if names.iter().any(String::is_empty) {
         let unnamed = Diagnostic::error("identify::parameters", "one of the requested parameters has no name");
         out.push(unnamed.help("separate them with single commas: `--parameters wg.damping,wg.friction`"));
     }

@@ -132,13 +132,12 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     if let Some(columns) = regressor.error_columns() {
         samples.errors = Some(Errors { columns: columns.to_vec(), ..Errors::default() });
     }
-    let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];
     let mut carried: Vec<Carried> = Vec::new();
     let mut built = Built {
         samples,
         count: WindowCount::default(),
-        noise: noise_of,
+        noise: [POSITION, SPEED, ACCELERATION].map(|_| vec![0.0; r]),
         backlashes: Vec::new(),
         windows_of_samples: Vec::new(),
     };
