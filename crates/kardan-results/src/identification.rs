@@ -231,6 +231,8 @@ pub struct FileTerm {
     pub element: String,
     /// What it is.
     pub law: FileLaw,
+    /// The SI unit of its coefficients.
+    pub unit: String,
     /// Its coefficients; a harmonic has that of the cosine, then that of the sine.
     pub coefficients: Vec<FileValue>,
 }

@@ -353,6 +353,7 @@ fn put_terms(request: &FitRequest, parameters: &[IdentifiedParameter], out: &mut
                 term: extra.term.clone(),
                 element: extra.element.clone(),
                 law,
+                unit: one.unit.clone(),
                 coefficients: vec![coefficient],
             }),
         }
