@@ -16,7 +16,7 @@ use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Table;
 
-use super::requirement_spec::{Measuring, TIME, unit_of};
+use super::requirement_spec::{MeasureTable, Measuring, REQUIREMENT, TIME, unit_of};
 use super::selected_variants::selected_variants;
 
 /// Figures and requirements, each in the order of the file.
@@ -40,8 +40,9 @@ pub(in crate::study) fn figures_and_requirements(
         let found = figure(&reading, number, &figures, out);
         figures.extend(found);
     }
-    let requirements = context.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
-    let requirements = requirements.collect();
+    let table = |table| MeasureTable { measuring: &reading, table, what: REQUIREMENT };
+    let tables = context.document.requirements.iter().map(table);
+    let requirements = tables.filter_map(|table| table.bounded(&figures, out)).collect();
     (figures.into_vec(), requirements)
 }
 
@@ -62,17 +63,18 @@ fn figure(
         out.push(key_error("name::duplicate", message, (table, "name", "again here"), help));
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
+    let own = MeasureTable { measuring: reading, table, what: &what };
     if !is_given(table, "value") {
-        let (measure, dimension) = reading.measure(table, &variants, &what, out)?;
-        let display = read_display_unit(table, dimension, &what, out);
+        let (measure, dimension) = own.measure(&variants, out)?;
+        let display = read_display_unit(&own, dimension, out);
         let unit = measure.unit.clone();
         return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });
     }
-    reading.reject_other_keys(table, "value", &what, out);
+    own.reject_other_keys("value", out);
     let text = read_word(table, "value")?.to_string();
     let place = TableReader::place(table, "value");
     let dimension = dimension_of(&text, (before, earlier), reading, (&what, &place), out)?;
-    let display = read_display_unit(table, dimension, &what, out);
+    let display = read_display_unit(&own, dimension, out);
     Some(Figure {
         name,
         of: FigureOf::Value(text),
@@ -131,20 +133,19 @@ fn dimension_of(
 
 /// The display unit of a figure.
 fn read_display_unit(
-    table: &Table,
+    &MeasureTable { table, what, .. }: &MeasureTable<'_, '_>,
     dimension: Dimension,
-    what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<DisplayUnit> {
-    let text = read_word(table, "display_unit")?.trim();
-    let Some((unit, size, found)) = split_unit(&format!("1 {text}")).map(|(_, size, found)| (text, size, found)) else {
-        let message = format!("{what}: `{}` is no unit", shortened(text));
+    let unit = read_word(table, "display_unit")?.trim();
+    let Some((size, found)) = split_unit(&format!("1 {unit}")).map(|(_, size, found)| (size, found)) else {
+        let message = format!("{what}: `{}` is no unit", shortened(unit));
         let help = "write a unit such as `deg`, `deg/s` or `mN m`";
         out.push(key_error("unit::unknown", message, (table, "display_unit", "no unit"), help));
         return None;
     };
     if !dimension.is_like(&found) {
-        let message = format!("{what}: `{}` is {}, and it is {}", shortened(text), found.noun(), dimension.noun());
+        let message = format!("{what}: `{}` is {}, and it is {}", shortened(unit), found.noun(), dimension.noun());
         let help = format!("write a unit such as {}", dimension.example());
         out.push(key_error("unit::dimension", message, (table, "display_unit", "another quantity"), help));
         return None;

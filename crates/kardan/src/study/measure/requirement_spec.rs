@@ -22,7 +22,7 @@ use super::selected_variants::selected_variants;
 /// A nonnegative time.
 pub(super) const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
 /// The name of the table of a requirement in messages.
-const REQUIREMENT: &str = "`[[requirement]]`";
+pub(super) const REQUIREMENT: &str = "`[[requirement]]`";
 
 /// The context for reading the tables of requirements and figures.
 pub(in crate::study) struct Measuring<'a> {
@@ -33,25 +33,27 @@ pub(in crate::study) struct Measuring<'a> {
     pub(in crate::study) ends: &'a [(String, f64)],
 }
 
-impl Measuring<'_> {
+/// A table of a requirement or a figure.
+pub(in crate::study) struct MeasureTable<'a, 'm> {
+    pub(in crate::study) measuring: &'a Measuring<'m>,
+    pub(in crate::study) table: &'a Table,
+    /// Its name in messages.
+    pub(in crate::study) what: &'a str,
+}
+
+impl MeasureTable<'_, '_> {
     /// A requirement.
-    pub(super) fn bounded(
-        &self,
-        table: &Table,
-        figures: &NamedList<Figure>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<Requirement> {
-        let (context, document) = (self.context, self.context.document);
-        let variants = selected_variants(table, self.variants, context, REQUIREMENT, out);
+    pub(super) fn bounded(&self, figures: &NamedList<Figure>, out: &mut Vec<Diagnostic>) -> Option<Requirement> {
+        let (context, table) = (self.measuring.context, self.table);
+        let variants = selected_variants(table, self.measuring.variants, context, REQUIREMENT, out);
         check_bounds(table, out);
         let judged = match is_given(table, "figure") {
-            true => self.figure(table, figures, out),
-            false => self.measure(table, &variants, REQUIREMENT, out),
+            true => self.figure(figures, out),
+            false => self.measure(&variants, out),
         };
-        let bounds = judged
-            .as_ref()
-            .map(|(_, dimension)| ["below", "above"].map(|key| self.like(table, key, *dimension, REQUIREMENT, out)));
-        check_varied(table, document, &["below", "above"], REQUIREMENT, out);
+        let bounds =
+            judged.as_ref().map(|(_, dimension)| ["below", "above"].map(|key| self.like(key, *dimension, out)));
+        self.check_varied(&["below", "above"], out);
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
@@ -61,27 +63,22 @@ impl Measuring<'_> {
         }
         let ((measure, dimension), [below, above]) = (judged?, bounds?);
         let same_unit = measure.figure.is_some() || dimension == measure.dimension;
-        let display = same_unit.then(|| self.unit_of_bounds(table, dimension)).flatten().or(measure.display.clone());
+        let display = same_unit.then(|| self.unit_of_bounds(dimension)).flatten().or(measure.display.clone());
         Some(Requirement { below, above, display, variants, ..measure })
     }
 
     /// The figure of a requirement on a figure.
-    fn figure(
-        &self,
-        table: &Table,
-        figures: &NamedList<Figure>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Requirement, Dimension)> {
-        self.reject_other_keys(table, "figure", REQUIREMENT, out);
-        let name = read_word(table, "figure")?;
+    fn figure(&self, figures: &NamedList<Figure>, out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+        self.reject_other_keys("figure", out);
+        let name = read_word(self.table, "figure")?;
         let Some(found) = figures.get(name) else {
-            if self.context.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
+            if self.measuring.context.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
                 return None;
             }
             let names = figures.iter().map(|figure| figure.name.as_str());
             let help = unknown_name_or(name, names, "the model has no `[[figure]]`");
             let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
-            out.push(key_error("name::unknown", message, (table, "figure", "no such figure"), help));
+            out.push(key_error("name::unknown", message, (self.table, "figure", "no such figure"), help));
             return None;
         };
         let judged = Requirement {
@@ -95,7 +92,8 @@ impl Measuring<'_> {
     }
 
     /// Reports keys without meaning next to a sufficient key.
-    pub(super) fn reject_other_keys(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
+    pub(super) fn reject_other_keys(&self, key: &str, out: &mut Vec<Diagnostic>) {
+        let Self { table, what, .. } = *self;
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
             let message = format!("{what}: `{surplus_key}` has no meaning with `{key}`");
@@ -105,16 +103,10 @@ impl Measuring<'_> {
     }
 
     /// The measured signal, and its dimension.
-    pub(super) fn measure(
-        &self,
-        table: &Table,
-        variants: &[String],
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Requirement, Dimension)> {
-        let (context, document) = (self.context, self.context.document);
+    pub(super) fn measure(&self, variants: &[String], out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+        let Self { measuring: Measuring { context, .. }, table, what } = *self;
         check_named(table, what, out);
-        check_varied(table, document, &["target", "band", "at", "frequency", "from", "until"], what, out);
+        self.check_varied(&["target", "band", "at", "frequency", "from", "until"], out);
         let signal_of = |key: &str, out: &mut Vec<Diagnostic>| {
             let place = TableReader::place(table, key);
             read_word(table, key).and_then(|name| resolve_signal(name, &place, context, what, out))
@@ -122,21 +114,20 @@ impl Measuring<'_> {
         let signal = read_word(table, "signal");
         let place = TableReader::place(table, "signal");
         let (found, over) = (signal_of("signal", out), signal_of("over", out));
-        let (from, until) = (self.number(table, "from", TIME, what, out), self.number(table, "until", TIME, what, out));
-        let at = self.number(table, "at", TIME, what, out);
-        let frequency = self.number(table, "frequency", (Dimension::FREQUENCY, Sign::Positive), what, out);
+        let [from, until, at] = ["from", "until", "at"].map(|key| self.number(key, TIME, out));
+        let frequency = self.number("frequency", (Dimension::FREQUENCY, Sign::Positive), out);
         let measure = read_word(table, "measure").and_then(Measure::of);
         if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
-            check_limited(name, &place, document, what, out);
+            check_limited(name, &place, context.document, what, out);
         }
         check_measure_keys(table, measure, what, out);
         let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
             check_power(found, measure, &place, what, out);
             measured_dimension(measure, found.dimension, over.as_ref().map(|over| over.dimension))
         });
-        let target = found.as_ref().and_then(|found| self.like(table, "target", found.dimension, what, out));
-        let band = found.as_ref().and_then(|found| self.band(table, found.dimension, what, out));
-        self.check_window(table, (from.unwrap_or_default(), until, at), (variants, what), out);
+        let target = found.as_ref().and_then(|found| self.like("target", found.dimension, out));
+        let band = found.as_ref().and_then(|found| self.band(found.dimension, out));
+        self.check_window((from.unwrap_or_default(), until, at), variants, out);
         let (signal, measure, found, dimension) = (signal?.into(), measure?, found?, dimension?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
         let own = dimension == found.dimension;
@@ -149,20 +140,13 @@ impl Measuring<'_> {
     }
 
     /// A value of a dimension; if the dimension has no name, angles are not counted.
-    pub(in crate::study) fn like(
-        &self,
-        table: &Table,
-        key: &str,
-        expected: Dimension,
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<f64> {
+    pub(in crate::study) fn like(&self, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
         if expected.word().is_some() {
-            return self.number(table, key, (expected, Sign::Any), what, out);
+            return self.number(key, (expected, Sign::Any), out);
         }
-        let scalar = read_scalar(table, key)?;
-        let label = format!("`{key}` of {what}");
-        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+        let scalar = read_scalar(self.table, key)?;
+        let label = format!("`{key}` of {}", self.what);
+        let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
             out.push(wrong_dimension(&label, expected, found, scalar.place));
             return None;
@@ -171,10 +155,10 @@ impl Measuring<'_> {
     }
 
     /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
-    fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
-        let scalar = read_scalar(table, "band")?;
-        let label = format!("`band` of {what}");
-        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+    fn band(&self, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<Band> {
+        let scalar = read_scalar(self.table, "band")?;
+        let label = format!("`band` of {}", self.what);
+        let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if value.signum() <= 0 {
             let message = format!("{label} must be more than zero");
             out.push(Diagnostic::error("number::sign", message).at(scalar.place, "not above zero").help(BAND_HELP));
@@ -193,35 +177,28 @@ impl Measuring<'_> {
     }
 
     /// The unit of the bounds in the file, `None` if it is the SI unit.
-    pub(in crate::study) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
-        let text = ["below", "above"].into_iter().find_map(|key| table.source_text.get(key))?;
-        let named = || self.context.document.declared(text);
+    pub(in crate::study) fn unit_of_bounds(&self, dimension: Dimension) -> Option<DisplayUnit> {
+        let text = ["below", "above"].into_iter().find_map(|key| self.table.source_text.get(key))?;
+        let named = || self.measuring.context.document.declared(text);
         let text = named().map_or(text, |parameter| &parameter.text);
         let (unit, size, found) = split_unit(text)?;
         let size = size.to_f64();
         (dimension.is_like(&found) && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
     }
 
-    fn number(
-        &self,
-        table: &Table,
-        key: &str,
-        expected: (Dimension, Sign),
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<f64> {
-        quantity(self.reader, table, key, expected, what, out).map(|x| x.to_f64())
+    fn number(&self, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
+        quantity(self.measuring.reader, self.table, key, expected, self.what, out).map(|x| x.to_f64())
     }
 
     /// Reports a window that is empty in one of its runs.
     fn check_window(
         &self,
-        table: &Table,
         (begin, until, at): (f64, Option<f64>, Option<f64>),
-        (variants, what): (&[String], &str),
+        variants: &[String],
         out: &mut Vec<Diagnostic>,
     ) {
-        let own = self.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
+        let Self { measuring, table, what } = *self;
+        let own = measuring.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
         let last = own.map(|(_, end)| *end).reduce(f64::max).unwrap_or(f64::INFINITY);
         let end = until.unwrap_or(f64::INFINITY).min(last);
         if let Some(at) = at.filter(|at| *at > last) {
@@ -234,6 +211,24 @@ impl Measuring<'_> {
             let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {bound_end} s");
             let help = "let `from` come before `until`, and both before the end of the run (`duration`)";
             out.push(key_error("requirement::window", message, (table, key, "no time is left"), help));
+        }
+    }
+
+    /// Reports values that differ between the variants.
+    fn check_varied(&self, keys: &[&str], out: &mut Vec<Diagnostic>) {
+        for key in keys {
+            let Some(Placed { value, place }) = read_scalar(self.table, key) else { continue };
+            let names: Vec<String> = match value {
+                SchemaScalar::Parameter(name) => vec![name],
+                SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
+                _ => Vec::new(),
+            };
+            if let Some(name) = names.into_iter().find(|name| self.measuring.context.document.is_varied(name)) {
+                let message = format!("`{key}` of {}: `{name}` differs between the variants", self.what);
+                let help = "write a number, and one requirement for each variant: `variants = [...]`";
+                let varied = Diagnostic::error("requirement::set-by-variant", message).at(place, "a varied parameter");
+                out.push(varied.help(help));
+            }
         }
     }
 }
@@ -351,28 +346,6 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
                 .at(table.place.clone(), "neither `below` nor `above`")
                 .help("add `below = \"...\"`, `above = \"...\"` or both"),
         );
-    }
-}
-
-/// Reports values that differ between the variants.
-fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
-    for key in keys {
-        let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
-        let names: Vec<String> = match value {
-            SchemaScalar::Parameter(name) => vec![name],
-            SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
-            _ => Vec::new(),
-        };
-        if let Some(name) = names.into_iter().find(|name| document.is_varied(name)) {
-            out.push(
-                Diagnostic::error(
-                    "requirement::set-by-variant",
-                    format!("`{key}` of {what}: `{name}` differs between the variants"),
-                )
-                .at(place, "a varied parameter")
-                .help("write a number, and one requirement for each variant: `variants = [...]`"),
-            );
-        }
     }
 }
 
