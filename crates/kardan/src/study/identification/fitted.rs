@@ -50,6 +50,6 @@ pub(super) fn stiffness(plant: &Plant, columns: &Columns, fit: &Fit, element: &s
     let springs = &plant.reduced.equations.springs;
     let Some(number) = springs.iter().position(|term| term.element == element) else { return (None, f64::NAN) };
     let of_spring = |one: &Coefficient| one.kind == Kind::Stiffness && one.terms.contains(&number);
-    let column = columns.identifiable.iter().position(|(k, _)| of_spring(&columns.coefficients[*k]));
+    let column = columns.identified().position(of_spring);
     (column, column.map_or_else(|| springs[number].value.stiffness.to_f64(), |column| fit.values[column]))
 }

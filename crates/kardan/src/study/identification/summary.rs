@@ -245,8 +245,7 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     let basis = plant.basis();
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
     let mut out = Vec::new();
-    for (k, _) in &columns.identifiable {
-        let one = &columns.coefficients[*k];
+    for one in columns.identified() {
         let Some(&term) = one.terms.first() else { continue };
         let (part, what) = match one.kind {
             Kind::Inertia => (2, "acceleration"),
