@@ -1,6 +1,6 @@
 //! Rows of the balance without a measured torque: they determine ratios of coefficients, never their magnitude.
 
-use super::{Errors, Samples};
+use super::Samples;
 use kardan_math::num::{Cholesky, dot};
 
 /// Smallest fraction of a direction that must remain after orthogonalisation.
@@ -46,7 +46,7 @@ impl Samples {
         let errors = self.errors.as_ref()?;
         let mut out = self.clone();
         let (rows, m, r, p) = (self.rows, self.inputs, self.degrees_of_freedom, self.columns);
-        let (size, slopes, variances) = (m + 3 * r, errors.slopes_of(rows, m, r), Errors::variances_of(m, r));
+        let (size, (slopes, variances)) = (m + 3 * r, self.error_sizes());
         let mut work = Work { g: vec![0.0; rows * size], spread: vec![0.0; rows * size], residual: vec![0.0; rows] };
         for sample in 0..self.len() {
             let slopes = &errors.slopes[sample * slopes..(sample + 1) * slopes];

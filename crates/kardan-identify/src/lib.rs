@@ -12,7 +12,6 @@
 mod corrected;
 mod determined;
 mod distribution;
-mod errors;
 mod excitation;
 mod extra;
 mod fit;
@@ -24,13 +23,12 @@ mod window;
 
 pub use determined::{Excitation, undetermined};
 pub use distribution::{normal_quantile, student_quantile, two_sided_normal};
-pub use errors::Errors;
 pub use excitation::{Selection, d_optimal, expected_errors, information};
-pub use extra::Extra;
+pub use extra::{Extra, ExtraFriction};
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_statistics};
 pub use least_squares::{Estimate, LeastSquares};
-pub use regressor::{Motion, Regressor, RegressorOptions, Variances};
-pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
+pub use regressor::{Motion, OpenLaws, Regressor, RegressorOptions};
+pub use samples::{Errors, Room, Samples, Steadiness, Where, steady_segments};
 pub use teeth::Teeth;
 pub use window::{Reading, Windows};
 

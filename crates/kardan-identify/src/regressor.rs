@@ -4,10 +4,11 @@ mod rows;
 mod signals;
 
 use super::Coefficient;
-use super::extra::Extra;
+use super::extra::{Extra, ExtraFriction};
+use super::samples::Room;
 use super::teeth::Teeth;
 use kardan_math::num::{Matrix, dot, echelon};
-use kardan_mechanics::assemble::{CoefficientKind as Kind, DirectionalTerm, SpringLaw};
+use kardan_mechanics::assemble::{CoefficientKind as Kind, TermCoefficient};
 use kardan_mechanics::reduce::{Kinematics, LawTorques, Reduced, linearise};
 
 /// Motion of a plant: reduced coordinates (rad), their speeds (rad/s) and accelerations (rad/s²).
@@ -21,26 +22,23 @@ pub struct Motion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// Variances of the measurements.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Variances<'a> {
-    /// Of the torques of the inputs, (N m)².
-    pub torques: &'a [f64],
-    /// Of reduced coordinates, their speeds and accelerations.
-    pub position: &'a [f64],
-    /// (rad/s)²
-    pub speed: &'a [f64],
-    /// (rad/s²)²
-    pub acceleration: &'a [f64],
+/// Torques of expressions, some of whose parameters are open.
+#[derive(Debug, Clone)]
+pub struct OpenLaws {
+    /// The torques.
+    pub torques: LawTorques,
+    /// The values of the open parameters for the propagated noise.
+    pub values: Vec<f64>,
+    /// The numbers of the harmonics that they use.
+    pub harmonics: Vec<usize>,
 }
 
 /// What a regressor contains besides the coefficients of a model.
 pub struct RegressorOptions {
     /// Further columns, after those of the coefficients.
     pub extras: Vec<Extra>,
-    /// Torques of expressions with open parameters, the values of these for the propagated noise, and the numbers of the
-    /// harmonics that they use.
-    pub laws: (LawTorques, Vec<f64>, Vec<usize>),
+    /// Torques of expressions.
+    pub laws: OpenLaws,
     /// Load-dependent gear losses.
     pub teeth: Vec<Teeth>,
     /// Backlashes, whose torques are among the unmeasured ones.
@@ -51,14 +49,15 @@ pub struct RegressorOptions {
     pub window: f64,
     /// The speed of each friction below which its sign is unknown, rad/s.
     pub rest_speeds: Vec<f64>,
-    /// Whether [`Regressor::errors`] contains the effect of errors of the measured motion.
+    /// Whether samples contain the effect of errors of the measured motion.
     pub errors: bool,
 }
 
-/// A term: its direction over the shafts, its relaxed angle (of a spring).
+/// A term: its direction over the shafts, its relaxed angle (of a spring), and its coefficient in the model.
 struct Term {
     row: Vec<(usize, f64)>,
     rest: f64,
+    nominal: f64,
 }
 
 impl Term {
@@ -82,41 +81,29 @@ pub struct Regressor {
     /// Stribeck friction that is known: friction, c_b − c, v_s.
     stribeck: Vec<(usize, f64, f64)>,
     inputs: Vec<Vec<(usize, f64)>>,
-    /// Torques given by expressions: their directions, their formulas, and the open parameters with the values of the file.
+    /// Directions of the torques given by expressions.
     laws: Vec<Vec<(usize, f64)>>,
-    law_torques: LawTorques,
-    law_values: Vec<f64>,
-    /// Harmonics on which these laws depend, and their values.
-    law_harmonics: Vec<usize>,
+    /// Values of the harmonics on which these depend.
     law_waves: Vec<f64>,
-    teeth: Vec<Teeth>,
-    /// Backlashes: the direction of each, and its cut.
-    backlashes: Vec<Teeth>,
+    options: RegressorOptions,
     /// Current gear loads: T and the sign of the speed along them; none where unknown.
     carried: Vec<Option<[f64; 2]>>,
     /// Inputs with unmeasured torques and independent directions.
     unmeasured: Vec<usize>,
     /// Reflections that rotate their directions into the first rows.
     reflections: Vec<Vec<f64>>,
-    extras: Vec<Extra>,
-    /// Whether unknown values of gear losses and backlashes are NaN and the window counts nevertheless.
-    lenient: bool,
     /// Location of a motion in the logs: its recording, the time since its start (s), and the harmonics of angles there.
     recording: usize,
     time: f64,
     /// Clock reading of the logs, s.
     clock: f64,
     harmonics: Vec<f64>,
-    /// Nominal coefficients of the terms of each kind, for the covariance.
-    nominal: [Vec<f64>; 4],
     /// Row by row: X, extra columns, y, and the contribution of the noise of each measured quantity.
     all: Vec<f64>,
     width: usize,
     direction: Vec<f64>,
     accelerations: Vec<f64>,
-    /// Speeds below which the sign of each friction counts as unknown, rad/s.
-    rest_speeds: Vec<f64>,
-    /// Half the time over which the sign must stay the same, s.
+    /// Half the time over which a sign must stay the same, s.
     half: f64,
     /// Columns with computed errors, with the part of the motion that they multiply.
     error_columns: Option<Vec<(usize, usize)>>,
@@ -135,18 +122,14 @@ impl Regressor {
         let columns = Matrix::from_fn(input.rows(), unmeasured.len(), |i, j| input[(i, unmeasured[j])].clone());
         let independent = echelon(&columns, &(0..unmeasured.len()).collect::<Vec<_>>()).pivots;
         let unmeasured: Vec<usize> = independent.into_iter().map(|k| unmeasured[k]).collect();
-        let plain = |row: Vec<(usize, f64)>| Term { row, rest: 0.0 };
-        let spring = |term: &DirectionalTerm<SpringLaw>| Term { row: term.row_f64(), rest: term.value.rest.to_f64() };
-        let terms: [Vec<Term>; 4] = [
-            equations.inertias.iter().map(|term| plain(term.row_f64())).collect(),
-            equations.dampers.iter().map(|term| plain(term.row_f64())).collect(),
-            equations.springs.iter().map(spring).collect(),
-            equations.frictions.iter().map(|term| plain(term.row_f64())).collect(),
-        ];
-        let (mut nominal, mut fixed) = (terms.each_ref().map(|of_kind| vec![0.0; of_kind.len()]), Vec::new());
+        let mut terms: [Vec<Term>; 4] = [const { Vec::new() }; 4];
+        for TermCoefficient { kind, term, row, value, .. } in equations.coefficients() {
+            let rest = if kind == Kind::Stiffness { equations.springs[term].value.rest.to_f64() } else { 0.0 };
+            terms[kind as usize].push(Term { row, rest, nominal: value });
+        }
+        let mut fixed = Vec::new();
         for Coefficient { kind, terms, value, .. } in super::coefficients(reduced) {
             for term in terms {
-                nominal[kind as usize][term] = value;
                 let is_fitted = coefficients.iter().any(|one| one.kind == kind && one.terms.contains(&term));
                 if value != 0.0 && !is_fitted {
                     fixed.push((kind as usize, term, value));
@@ -154,6 +137,17 @@ impl Regressor {
             }
         }
         let formulas: Vec<_> = equations.laws.iter().map(|law| law.value.as_ref()).collect();
+        let torques = LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open");
+        let options = RegressorOptions {
+            extras: Vec::new(),
+            laws: OpenLaws { torques, values: Vec::new(), harmonics: Vec::new() },
+            teeth: Vec::new(),
+            backlashes: Vec::new(),
+            lenient: false,
+            window: 0.0,
+            rest_speeds: vec![rest_speed; equations.frictions.len()],
+            errors: false,
+        };
         let width = coefficients.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
             fixed,
@@ -172,27 +166,19 @@ impl Regressor {
             reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             laws: equations.laws.iter().map(|law| law.row_f64()).collect(),
-            law_torques: LawTorques::new(reduced, &formulas, &[], &[]).expect("no parameter is open"),
-            law_values: Vec::new(),
-            law_harmonics: Vec::new(),
             law_waves: Vec::new(),
-            teeth: Vec::new(),
-            backlashes: Vec::new(),
+            options,
             carried: Vec::new(),
-            extras: Vec::new(),
-            lenient: false,
             recording: 0,
             time: 0.0,
             clock: 0.0,
             harmonics: Vec::new(),
-            nominal,
             all: vec![0.0; reduced.degrees_of_freedom() * width],
             width,
             direction: vec![0.0; reduced.degrees_of_freedom()],
             accelerations: vec![0.0; equations.coordinates.len()],
             kinematics: Kinematics::new(reduced),
             terms,
-            rest_speeds: vec![rest_speed; equations.frictions.len()],
             half: 0.0,
             error_columns: None,
         }
@@ -203,11 +189,8 @@ impl Regressor {
         self.error_columns.as_deref()
     }
 
-    /// Slopes of the errors at the motion of the last [`Self::fill_weighted`], in the order of [`super::Errors::slopes`].
-    ///
-    /// # Panics
-    /// If the length does not match.
-    pub fn errors(&self, slopes: &mut [f64]) {
+    /// Slopes of the errors at the motion of the last [`Self::fill_sample`], in the order of [`super::Errors::slopes`].
+    fn copy_slopes(&self, slopes: &mut [f64]) {
         let Some(error_columns) = &self.error_columns else { return };
         let (r, rows) = (self.degrees_of_freedom, self.rows());
         let fixed_columns = self.inputs.len() + 3 * r;
@@ -227,37 +210,36 @@ impl Regressor {
     /// # Panics
     /// If a number is not that of a friction, a spring, an input or a gear, or a friction has no speed of rest.
     pub fn with(mut self, options: RegressorOptions) -> Self {
-        let RegressorOptions { extras, laws, teeth, backlashes, lenient, window, rest_speeds, errors } = options;
-        assert_eq!(rest_speeds.len(), self.rest_speeds.len(), "one for each friction");
-        for extra in &extras {
+        let RegressorOptions { extras, laws, teeth, .. } = &options;
+        assert_eq!(options.rest_speeds.len(), self.options.rest_speeds.len(), "one for each friction");
+        for extra in extras {
             let exists = match *extra {
+                Extra::Friction { law: ExtraFriction::Load(input), .. } if input >= self.inputs.len() => false,
+                Extra::Friction { friction, .. } => friction < self.terms[Kind::Friction as usize].len(),
                 Extra::Backlash { spring, .. } => spring < self.terms[Kind::Stiffness as usize].len(),
                 Extra::Offset { input } => input < self.inputs.len(),
                 Extra::Teeth { teeth: number, .. } => number < teeth.len(),
-                _ => extra.friction().is_none_or(|k| k < self.terms[Kind::Friction as usize].len()),
+                Extra::Law { .. } => true,
             };
             assert!(exists, "a friction, a spring, an input or a gear of the model");
-            assert!(
-                !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
-                "an input of the model"
-            );
         }
-        let fitted = |extra: &Extra, k: usize| matches!(extra, Extra::Stribeck { friction } if *friction == k);
-        self.stribeck.retain(|(k, ..)| !extras.iter().any(|extra| fitted(extra, *k)));
-        (self.law_torques, self.law_values, self.law_harmonics) = laws;
-        self.law_waves = vec![0.0; self.law_harmonics.len()];
-        let harmonics = extras.iter().filter_map(Extra::harmonic).chain(self.law_harmonics.iter().copied());
+        let fitted = |k: usize| Extra::Friction { friction: k, law: ExtraFriction::Stribeck };
+        self.stribeck.retain(|(k, ..)| !extras.contains(&fitted(*k)));
+        self.law_waves = vec![0.0; laws.harmonics.len()];
+        let harmonics = extras.iter().filter_map(Extra::harmonic).chain(laws.harmonics.iter().copied());
         self.harmonics = vec![0.0; harmonics.max().map_or(0, |most| most + 1)];
         self.carried = vec![None; teeth.len()];
         self.width += extras.len();
-        if errors {
+        self.half = options.window / 2.0;
+        if options.errors {
             let kinds = self.coefficients.iter().map(|(kind, _)| *kind).enumerate();
             let error_columns: Vec<_> = kinds.filter(|(_, kind)| *kind != Kind::Friction as usize).collect();
             self.width += self.inputs.len() + (3 + error_columns.len()) * self.degrees_of_freedom;
             self.error_columns = Some(error_columns);
         }
         self.all = vec![0.0; self.degrees_of_freedom * self.width];
-        Self { extras, teeth, backlashes, lenient, half: window / 2.0, rest_speeds, ..self }
+        self.options = options;
+        self
     }
 
     /// The angle of a backlash (rad) and the torque along it (N m) at the motion of the last [`Self::fill`], without the contribution of the columns to that
@@ -267,7 +249,8 @@ impl Regressor {
     /// If there is no such backlash, or not a part for each column.
     pub fn backlash(&self, backlash: usize, torques: &[f64], parts: &mut [f64]) -> Option<[f64; 2]> {
         assert!(parts.len() == self.columns(), "a part for each column");
-        let own = &self.backlashes[backlash];
+        let RegressorOptions { extras, laws, backlashes, .. } = &self.options;
+        let own = &backlashes[backlash];
         let mut fixed = self.cut(own, torques)?;
         parts.fill(0.0);
         let (of_terms, of_extras) = parts.split_at_mut(self.coefficients.len());
@@ -277,20 +260,20 @@ impl Regressor {
                 if lever != 0.0 {
                     let share = lever * self.signal(*kind, term)?;
                     *part += share;
-                    fixed -= self.nominal[*kind][term] * share;
+                    fixed -= self.terms[*kind][term].nominal * share;
                 }
             }
         }
-        for (part, extra) in of_extras.iter_mut().zip(&self.extras) {
-            let lever = along(direction(extra, &self.terms, &self.inputs, &self.teeth), &own.cut);
+        for (part, extra) in of_extras.iter_mut().zip(extras) {
+            let lever = along(direction(extra, &self.terms, &self.inputs, &self.options.teeth), &own.cut);
             if lever != 0.0 {
                 *part = lever * self.extra_signal(extra, torques)?;
             }
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
-                    let share = -along(row, &own.cut) * self.law_torques.share(law, parameter);
+                    let share = -along(row, &own.cut) * laws.torques.share(law, parameter);
                     *part += share;
-                    fixed -= self.law_values[parameter] * share;
+                    fixed -= laws.values[parameter] * share;
                 }
             }
         }
@@ -315,7 +298,7 @@ impl Regressor {
 
     /// Number of columns: the requested coefficients, and the additional columns.
     pub fn columns(&self) -> usize {
-        self.coefficients.len() + self.extras.len()
+        self.coefficients.len() + self.options.extras.len()
     }
 
     /// Fills X (rows × columns, row by row) and y at a motion under torques of all inputs, N m, in the order of the equations;
@@ -348,23 +331,22 @@ impl Regressor {
         }
     }
 
-    /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of the measurements give at the model's own values,
-    /// and the speeds (rad/s, without sign) along the frictions of the extra columns.
+    /// [`Self::fill`] for a sample, with the covariance of the rows (rows × rows) that variances of the measurements, in the order of
+    /// [`super::Errors::variances`], give at the model's own values; the speeds (rad/s, without sign) along the frictions of the
+    /// extra columns; and the errors, where stored.
     ///
     /// # Panics
     /// If a length does not fit.
-    pub fn fill_weighted(
-        &mut self,
-        motion: Motion<'_>,
-        torques: &[f64],
-        variances: Variances<'_>,
-        (x, y): (&mut [f64], &mut [f64]),
-        (covariance, speeds): (&mut [f64], &mut [f64]),
-    ) -> bool {
+    pub fn fill_sample(&mut self, motion: Motion<'_>, torques: &[f64], variances: &[f64], room: Room<'_>) -> bool {
         let certain = self.collect(motion, torques, Some(variances));
+        let Room { x, y, covariance, speeds, errors } = room;
         self.copy_rows(x, y);
-        let (rows, first) = (self.rows(), self.columns() + 1);
-        assert!(covariance.len() == rows * rows && speeds.len() == self.extras.len(), "lengths of a regressor");
+        if let Some((slopes, spread)) = errors {
+            self.copy_slopes(slopes);
+            spread.copy_from_slice(variances);
+        }
+        let (rows, first, extras) = (self.rows(), self.columns() + 1, &self.options.extras);
+        assert!(covariance.len() == rows * rows && speeds.len() == extras.len(), "lengths of a regressor");
         let noise = |i: usize| &self.row(i)[first..first + self.inputs.len() + 3 * self.degrees_of_freedom];
         for i in 0..rows {
             for j in 0..rows {
@@ -372,8 +354,11 @@ impl Regressor {
             }
         }
         let frictions = &self.terms[Kind::Friction as usize];
-        for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
-            *speed = extra.friction().map_or(0.0, |k| frictions[k].projection(&self.kinematics.speeds).abs());
+        for (speed, extra) in speeds.iter_mut().zip(extras) {
+            *speed = match extra {
+                Extra::Friction { friction, .. } => frictions[*friction].projection(&self.kinematics.speeds).abs(),
+                _ => 0.0,
+            };
         }
         certain
     }
@@ -400,9 +385,7 @@ fn direction<'a>(
         Extra::Backlash { spring, .. } => &terms[Kind::Stiffness as usize][spring].row,
         Extra::Offset { input } => &inputs[input],
         Extra::Teeth { teeth: number, .. } => &teeth[number].row,
-        _ => match extra.friction() {
-            Some(friction) => &terms[Kind::Friction as usize][friction].row,
-            None => &[],
-        },
+        Extra::Friction { friction, .. } => &terms[Kind::Friction as usize][friction].row,
+        Extra::Law { .. } => &[],
     }
 }

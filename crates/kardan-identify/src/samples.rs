@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use super::Errors;
-
 /// The motion in a window, from which [`Samples`] are built. Shapes: one entry for each reduced coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Where {
@@ -44,8 +42,6 @@ pub struct Samples {
     pub speeds: Vec<f64>,
     /// Reduced coordinates, their speeds and accelerations: 3 × degrees_of_freedom for each sample.
     pub motion: Vec<f64>,
-    /// Torques of the inputs.
-    pub torques: Vec<f64>,
     /// How measurement errors enter, where needed.
     pub errors: Option<Errors>,
 }
@@ -67,7 +63,7 @@ impl Samples {
     }
 
     /// Room for one more sample with zeros, at the end: X, y, covariance, speeds.
-    pub fn push(&mut self, place: Where, motion: [&[f64]; 3], torques: &[f64]) -> Room<'_> {
+    pub fn push(&mut self, place: Where, motion: [&[f64]; 3]) -> Room<'_> {
         let grown = |list: &mut Vec<f64>, by: usize| {
             let from = list.len();
             list.resize(from + by, 0.0);
@@ -76,16 +72,14 @@ impl Samples {
         self.places.push(place);
         self.windows.push(1);
         motion.iter().for_each(|part| self.motion.extend_from_slice(part));
-        self.torques.extend_from_slice(torques);
         let x = grown(&mut self.x, self.rows * self.columns);
         let y = grown(&mut self.y, self.rows);
         let covariance = grown(&mut self.covariance, self.rows * self.rows);
         let speeds = grown(&mut self.speeds, self.extras);
-        let (rows, m, r) = (self.rows, self.inputs, self.degrees_of_freedom);
+        let (of_slopes, of_variances) = self.error_sizes();
         let errors = self.errors.as_mut().map(|errors| {
-            let size = errors.slopes_of(rows, m, r);
-            let slopes = grown(&mut errors.slopes, size);
-            let variances = grown(&mut errors.variances, Errors::variances_of(m, r));
+            let (slopes, variances) =
+                (grown(&mut errors.slopes, of_slopes), grown(&mut errors.variances, of_variances));
             (&mut errors.slopes[slopes..], &mut errors.variances[variances..])
         });
         Room {
@@ -107,11 +101,18 @@ impl Samples {
         self.covariance.truncate(n * self.rows * self.rows);
         self.speeds.truncate(n * self.extras);
         self.motion.truncate(n * 3 * self.degrees_of_freedom);
-        self.torques.truncate(n * self.inputs);
+        let (slopes, variances) = self.error_sizes();
         if let Some(errors) = &mut self.errors {
-            errors.slopes.truncate(n * errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom));
-            errors.variances.truncate(n * Errors::variances_of(self.inputs, self.degrees_of_freedom));
+            errors.slopes.truncate(n * slopes);
+            errors.variances.truncate(n * variances);
         }
+    }
+
+    /// Slopes and variances of a sample in its [`Errors`].
+    pub fn error_sizes(&self) -> (usize, usize) {
+        let (m, r) = (self.inputs, self.degrees_of_freedom);
+        let columns = self.errors.as_ref().map_or(0, |errors| errors.columns.len());
+        (self.rows * (m + (3 + columns) * r), m + 4 * r)
     }
 
     /// X of a sample.
@@ -139,11 +140,6 @@ impl Samples {
         &self.motion[(3 * sample + part) * self.degrees_of_freedom..(3 * sample + part + 1) * self.degrees_of_freedom]
     }
 
-    /// Torques of a sample.
-    pub fn torques(&self, sample: usize) -> &[f64] {
-        &self.torques[sample * self.inputs..(sample + 1) * self.inputs]
-    }
-
     /// The same with some of the columns, of which the last so many are extra ones.
     ///
     /// # Panics
@@ -163,8 +159,7 @@ impl Samples {
 
     /// How errors enter some of the columns.
     fn errors_of(&self, errors: &Errors, columns: &[usize]) -> Errors {
-        let (all, own) =
-            (errors.slopes_of(self.rows, self.inputs, self.degrees_of_freedom), self.rows * self.degrees_of_freedom);
+        let (all, own) = (self.error_sizes().0, self.rows * self.degrees_of_freedom);
         let fixed = all - errors.columns.len() * own;
         // Position of each among the stored ones, and its new number.
         let retained: Vec<(usize, (usize, usize))> = columns
@@ -185,6 +180,23 @@ impl Samples {
             slopes,
             variances: errors.variances.clone(),
         }
+    }
+
+    /// The samples at the places of other ones, which are in order, with the covariances of those.
+    pub fn aligned(&self, reference: &Self) -> Self {
+        let (mut retained, mut covariance) = (Vec::new(), Vec::new());
+        let mut from = 0;
+        for (k, place) in self.places.iter().enumerate() {
+            let key = |one: &Where| (one.log, one.section, one.time);
+            while reference.places.get(from).is_some_and(|candidate| key(candidate) < key(place)) {
+                from += 1;
+            }
+            if reference.places.get(from) == Some(place) {
+                retained.push(k..k + 1);
+                covariance.extend_from_slice(reference.covariance(from));
+            }
+        }
+        Self { covariance, ..self.averaged(&retained) }
     }
 
     /// Means over ranges of samples: a sample each.
@@ -214,15 +226,28 @@ impl Samples {
             out.covariance.extend(mean(&self.covariance, self.rows * self.rows).iter().map(|c| c / n as f64));
             out.speeds.extend(mean(&self.speeds, self.extras));
             out.motion.extend(mean(&self.motion, 3 * self.degrees_of_freedom));
-            out.torques.extend(mean(&self.torques, self.inputs));
             if let (Some(errors), Some(own)) = (&mut out.errors, &self.errors) {
-                let variances = mean(&own.variances, Errors::variances_of(self.inputs, self.degrees_of_freedom));
-                errors.slopes.extend(mean(&own.slopes, own.slopes_of(self.rows, self.inputs, self.degrees_of_freedom)));
-                errors.variances.extend(variances.iter().map(|c| c / n as f64));
+                let (slopes, variances) = self.error_sizes();
+                errors.slopes.extend(mean(&own.slopes, slopes));
+                errors.variances.extend(mean(&own.variances, variances).iter().map(|c| c / n as f64));
             }
         }
         out
     }
+}
+
+/// How measurement errors enter the rows of samples.
+///
+/// Errors are those of the torques of all inputs, then of accelerations, speeds and positions of the reduced coordinates.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Errors {
+    /// Columns that a part of the motion multiplies, and which: 0 accelerations, 1 speeds, 2 positions.
+    pub columns: Vec<(usize, usize)>,
+    /// Sample by sample: what each error adds to `y − Xθ` through known terms (rows × errors), then for each of these columns what the errors of
+    /// its part add by its value (rows × degrees of freedom).
+    pub slopes: Vec<f64>,
+    /// Sample by sample: variances of the errors, then the covariances of accelerations and positions.
+    pub variances: Vec<f64>,
 }
 
 /// Where the numbers of a new sample go.

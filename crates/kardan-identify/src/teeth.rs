@@ -20,11 +20,6 @@ pub struct Teeth {
 }
 
 impl Teeth {
-    /// `zᵀa`
-    pub fn lever(&self) -> f64 {
-        self.projection(&self.cut)
-    }
-
     pub(super) fn projection(&self, of: &[f64]) -> f64 {
         self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
     }
@@ -39,7 +34,9 @@ impl Teeth {
         share / (1.0 - self.signed_lever(back) * share)
     }
 
+    /// `zᵀa`, negative while the first body is driven.
     fn signed_lever(&self, back: bool) -> f64 {
-        if back { -self.lever() } else { self.lever() }
+        let lever = self.projection(&self.cut);
+        if back { -lever } else { lever }
     }
 }

@@ -73,13 +73,7 @@ pub struct Identification {
     pub traces: Vec<Trace>,
     /// The part for a model file.
     #[serde(skip)]
-    pub for_file: Vec<FileValue>,
-    /// Terms for a model file as laws of torques.
-    #[serde(skip)]
-    pub terms_for_file: Vec<FileTerm>,
-    /// Parts that a model file cannot contain, and why.
-    #[serde(skip)]
-    pub not_for_file: Vec<String>,
+    pub for_file: FileContent,
     /// Notes to the reader.
     pub warnings: Vec<String>,
     /// One sentence each.
@@ -204,6 +198,19 @@ pub struct IdentifiedDamping {
     pub passive: bool,
 }
 
+/// What an identification writes into a model file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FileContent {
+    /// Values of its keys and parameters.
+    pub values: Vec<FileValue>,
+    /// Terms as laws of torques.
+    pub terms: Vec<FileTerm>,
+    /// Other added terms, each with the entry that declares it.
+    pub entries: Vec<(String, String)>,
+    /// What a model file cannot contain, and why.
+    pub omissions: Vec<String>,
+}
+
 /// A value for a model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FileValue {
@@ -224,6 +231,8 @@ pub struct FileTerm {
     pub element: String,
     /// What it is.
     pub law: FileLaw,
+    /// The SI unit of its coefficients.
+    pub unit: String,
     /// Its coefficients; a harmonic has that of the cosine, then that of the sine.
     pub coefficients: Vec<FileValue>,
 }
@@ -407,16 +416,7 @@ pub struct Suggestions {
     pub log_cross_validation: Vec<ValidationLogs>,
     /// The part for a model file with them.
     #[serde(skip)]
-    pub for_file: Vec<FileValue>,
-    /// Terms for a model file as laws of torques.
-    #[serde(skip)]
-    pub terms_for_file: Vec<FileTerm>,
-    /// Other added terms, each with the entry that declares it.
-    #[serde(skip)]
-    pub entries_for_file: Vec<(String, String)>,
-    /// Parts that a model file cannot contain, and why.
-    #[serde(skip)]
-    pub not_for_file: Vec<String>,
+    pub for_file: FileContent,
 }
 
 impl Suggestions {

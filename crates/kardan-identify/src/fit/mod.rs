@@ -1,5 +1,6 @@
 //! Parameters from samples: weighted, robust, bounded; with tests of the residuals.
 
+mod found;
 mod leverage;
 mod options;
 mod residual_statistics;
@@ -10,53 +11,16 @@ mod standard_errors;
 mod stribeck_speed;
 mod whitened;
 
+pub use found::Fit;
 pub use options::{FitOptions, Loss, Shape};
 pub use residual_statistics::{Test, TestKind, residual_statistics};
 
 use super::Samples;
-use super::distribution::{fisher_tail, student_quantile};
-use kardan_math::num::{Cholesky, Matrix, dot};
 use robust::robust_weights;
 use solution::{Solution, row_covariance, scale};
-use standard_errors::standard_errors;
+use standard_errors::with_standard_errors;
 use stribeck_speed::search;
-use whitened::{Whitened, factor, shape_factor};
-
-/// Parameters: those of the columns, then the Stribeck speeds of extra columns with a shape.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// Values.
-    pub values: Vec<f64>,
-    /// Standard errors: infinite for undetermined values, NaN at a bound, zero for a given Stribeck speed.
-    pub standard_errors: Vec<f64>,
-    /// Correlations of the errors.
-    pub correlation: Matrix<f64>,
-    /// Covariance of the values.
-    pub covariance: Matrix<f64>,
-    /// Combinations of the columns that the samples do not determine.
-    pub undetermined: Vec<Vec<f64>>,
-    /// Columns whose values are at their bound, zero.
-    pub bounded: Vec<usize>,
-    /// Largest over smallest singular value, columns scaled to one.
-    pub condition: f64,
-    /// Residual over what the noise of the sensors explains.
-    pub scale: f64,
-    /// Samples less the rank for each of their rows.
-    pub freedom: usize,
-    /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples determine it. NaN at a bound.
-    pub degrees_of_freedom: Vec<f64>,
-    /// Factor of each sample under the robust loss.
-    pub weights: Vec<f64>,
-    /// Lags over which the fit treats errors as correlated; 0: as independent.
-    pub lags: usize,
-    /// Extra columns whose Stribeck speed lies at an end of the speeds measured.
-    pub at_end: Vec<usize>,
-    /// Lower triangles by which the rows of a sample were divided, after those of its own covariance.
-    row_factors: Vec<Vec<f64>>,
-    /// Factors of the extra columns' speeds: Stribeck speed and shape.
-    shapes: Vec<Option<(f64, Shape)>>,
-    columns: usize,
-}
+use whitened::{Whitened, factor};
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 50;
@@ -141,84 +105,21 @@ fn linear(samples: &Samples, chosen: &[usize], options: &FitOptions, reweighted:
         rows.push(lower);
         solution = Solution::of(&data, options)?;
     }
-    let errors = standard_errors(&data, &solution, options);
-    let searched = data.shapes.iter().flatten().map(|(scale, _)| *scale);
-    Some(Fit {
-        values: solution.values.iter().copied().chain(searched).collect(),
-        standard_errors: errors.each,
-        correlation: errors.correlation,
-        covariance: errors.covariance,
-        undetermined: solution.undetermined(),
-        bounded: solution.bounded(),
-        condition: solution.estimate.condition,
-        scale,
-        freedom: errors.freedom,
-        degrees_of_freedom: errors.degrees_of_freedom,
-        weights: data.weights,
-        lags: errors.lags,
-        at_end,
-        row_factors: rows,
-        shapes: data.shapes,
-        columns: data.columns,
-    })
+    let found = with_standard_errors(data, &solution, options);
+    Some(Fit { scale, at_end, row_factors: rows, ..found })
 }
 
-impl Fit {
-    /// Half the width of the interval that covers a value with a confidence (0.95), by Student's distribution, in standard errors.
-    /// NaN where there are no degrees of freedom: then there is no interval.
-    pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
-        student_quantile(self.degrees_of_freedom[value], confidence)
-    }
-
-    /// Probability that values as far from zero as these together, or farther, are found if all of them are zero \[Wald 1943\], by
-    /// Fisher's distribution; `None` where one of them is not determined, or is at a bound.
-    pub fn joint_tail(&self, values: &[usize]) -> Option<f64> {
-        let count = values.len();
-        let freedom = values.iter().map(|&k| self.degrees_of_freedom[k]).fold(f64::INFINITY, f64::min);
-        let sound = |k: &usize| self.standard_errors[*k].is_finite() && self.standard_errors[*k] > 0.0;
-        if count == 0 || !values.iter().all(sound) {
-            return None;
-        }
-        // In standard errors, so that the scales of the values do not matter.
-        let block: Vec<f64> =
-            values.iter().flat_map(|&i| values.iter().map(move |&j| (i, j))).map(|at| self.correlation[at]).collect();
-        let own: Vec<f64> = values.iter().map(|&k| self.values[k] / self.standard_errors[k]).collect();
-        let mut factor = Cholesky::new(count);
-        if !factor.factor(&block) {
-            return None;
-        }
-        let mut solved = own.clone();
-        factor.solve(&mut solved);
-        fisher_tail((count as f64, freedom), dot(&own, &solved) / count as f64)
-    }
-
-    /// The samples corrected by the errors of the motion that rows without a measured torque yield; none if no correction is needed.
-    fn corrected(&self, samples: &Samples) -> Option<Samples> {
-        samples.corrected(&self.values, &|sample, row| samples.y(sample)[row] - self.prediction(samples, sample, row))
-    }
-
-    /// Prediction of the fit for a row of a sample, N m.
-    pub fn prediction(&self, samples: &Samples, sample: usize, row: usize) -> f64 {
-        let (p, w) = (self.columns, self.columns - samples.extras);
-        let x = &samples.x(sample)[row * p..(row + 1) * p];
-        let speeds = samples.speeds(sample);
-        let factor = |k: usize| shape_factor(self.shapes[k], speeds[k]);
-        dot(&x[..w], &self.values[..w]) + (w..p).map(|k| x[k] * factor(k - w) * self.values[k]).sum::<f64>()
-    }
-}
-
-/// Predictions of each row of each sample chosen by a fit without its fold; folds by `fold` of each, from 0 on. `None`
-/// if a fold leaves no samples to fit.
-pub fn cross_validate(samples: &Samples, chosen: &[usize], folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
+/// Predictions of each row of each sample by a fit without its fold; the folds of the samples are numbered from 0 on. `None` if a
+/// fold leaves no samples to fit.
+pub fn cross_validate(samples: &Samples, folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
     let count = folds.iter().max().map_or(0, |most| most + 1);
-    let mut out = vec![f64::NAN; chosen.len() * samples.rows];
+    let mut out = vec![f64::NAN; samples.len() * samples.rows];
     for fold in 0..count {
-        let rest: Vec<usize> =
-            chosen.iter().zip(folds).filter(|(_, own)| **own != fold).map(|(sample, _)| *sample).collect();
+        let (own, rest): (Vec<usize>, Vec<usize>) = (0..samples.len()).partition(|&sample| folds[sample] == fold);
         let found = fit(samples, &rest, options)?;
-        for (k, (&sample, _)) in chosen.iter().zip(folds).enumerate().filter(|(_, (_, own))| **own == fold) {
+        for sample in own {
             for row in 0..samples.rows {
-                out[k * samples.rows + row] = found.prediction(samples, sample, row);
+                out[sample * samples.rows + row] = found.prediction(samples, sample, row);
             }
         }
     }

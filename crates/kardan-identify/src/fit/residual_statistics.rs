@@ -34,9 +34,10 @@ pub enum TestKind {
 const BINS: usize = 10;
 
 /// Tests of the residuals of a fit on its own samples.
-pub fn residual_statistics(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
+pub fn residual_statistics(samples: &Samples, fit: &Fit) -> Vec<Test> {
+    let all: Vec<usize> = (0..samples.len()).collect();
     let corrected = fit.corrected(samples);
-    let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), chosen, fit.shapes.clone());
+    let mut data = Whitened::new(corrected.as_ref().unwrap_or(samples), &all, fit.shapes.clone());
     data.weights.clone_from(&fit.weights);
     fit.row_factors.iter().for_each(|lower| data.divide(lower));
     let series = series(&data, &fit.values[..fit.columns]);
@@ -62,7 +63,7 @@ pub fn residual_statistics(samples: &Samples, chosen: &[usize], fit: &Fit) -> Ve
     }
     for coordinate in 0..samples.degrees_of_freedom {
         let mut order: Vec<usize> = (0..retained.len()).collect();
-        let speed = |k: usize| samples.motion(chosen[retained[k]], 1)[coordinate];
+        let speed = |k: usize| samples.motion(retained[k], 1)[coordinate];
         order.sort_by(|&a, &b| speed(a).total_cmp(&speed(b)));
         let bins = BINS.min(retained.len() / 5);
         if bins < 3 {

@@ -2,28 +2,14 @@
 
 use kardan_rt::functions::powf;
 
-use super::FitOptions;
 use super::leverage::Leverage;
 use super::robust::influence;
 use super::serial::{newey_west, serial_test, series};
 use super::solution::Solution;
 use super::whitened::Whitened;
+use super::{Fit, FitOptions};
 use crate::LeastSquares;
 use kardan_math::num::Matrix;
-
-/// Errors of the values of the columns, then of the Stribeck speeds.
-pub(super) struct StandardErrors {
-    /// Infinite for undetermined values, NaN at a bound, zero for a given Stribeck speed.
-    pub each: Vec<f64>,
-    pub correlation: Matrix<f64>,
-    pub covariance: Matrix<f64>,
-    /// Degrees of freedom of each value; NaN at a bound.
-    pub degrees_of_freedom: Vec<f64>,
-    /// Samples less the rank for each of their rows.
-    pub freedom: usize,
-    /// Lags over which the fit treats errors as correlated.
-    pub lags: usize,
-}
 
 /// The problem around a solution, linear in its columns: those free of bounds, then one for each Stribeck speed.
 struct Linearised<'a> {
@@ -104,20 +90,20 @@ impl Linearised<'_> {
     }
 }
 
-/// Standard errors of a solution, and their degrees of freedom.
-pub(super) fn standard_errors(data: &Whitened, solution: &Solution, options: &FitOptions) -> StandardErrors {
-    let Whitened { shapes, weights, .. } = data;
+/// The values of a solution with their standard errors, and the degrees of freedom of these.
+pub(super) fn with_standard_errors(data: Whitened, solution: &Solution, options: &FitOptions) -> Fit {
+    let Whitened { shapes, weights, .. } = &data;
     let (p, w) = (data.columns, data.columns - data.extras);
     let fixed_speed = |k: usize| options.shapes.get(k).copied().flatten().is_some_and(|(_, speed)| speed.is_some());
     let searched: Vec<usize> =
         (0..data.extras).filter(|&k| shapes[k].is_some() && !fixed_speed(k) && solution.values[w + k] != 0.0).collect();
-    let linearised = Linearised { data, solution, searched };
+    let linearised = Linearised { data: &data, solution, searched };
     let all = linearised.columns();
     let linear = linearised.problem().solve().unwrap_or_else(|| solution.estimate.clone());
     let effective: f64 =
         weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
     let freedom = (effective as usize).saturating_sub(linear.rank) / data.rows.max(1);
-    let serial = options.serial.then(|| serial_test(&series(data, &solution.values))).flatten();
+    let serial = options.serial.then(|| serial_test(&series(&data, &solution.values))).flatten();
     let lags = match serial {
         Some(probability) if probability < 0.01 => (4.0 * powf(data.len() as f64 / 100.0, 2.0 / 9.0)).ceil() as usize,
         _ => 0,
@@ -149,15 +135,26 @@ pub(super) fn standard_errors(data: &Whitened, solution: &Solution, options: &Fi
         Some(_) if lost(k) => f64::INFINITY,
         Some(_) => entry(k, k).max(0.0).sqrt(),
     };
-    StandardErrors {
-        each: (0..total).map(error).collect(),
+    let speeds = shapes.iter().flatten().map(|(speed, _)| *speed);
+    Fit {
+        values: solution.values.iter().copied().chain(speeds).collect(),
+        standard_errors: (0..total).map(error).collect(),
         correlation: Matrix::from_fn(total, total, |i, j| {
             let both = (entry(i, i) * entry(j, j)).sqrt();
             if i == j || !(both > 0.0) { f64::from(u8::from(i == j)) } else { entry(i, j) / both }
         }),
         covariance: Matrix::from_fn(total, total, entry),
+        undetermined: solution.undetermined(),
+        bounded: solution.bounded(),
+        condition: solution.estimate.condition,
+        scale: f64::NAN,
         degrees_of_freedom: (0..total).map(|k| place(k).map_or(f64::NAN, |at| degrees_of_freedom[at])).collect(),
         freedom,
         lags,
+        at_end: Vec::new(),
+        row_factors: Vec::new(),
+        columns: p,
+        weights: data.weights,
+        shapes: data.shapes,
     }
 }

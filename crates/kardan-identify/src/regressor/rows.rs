@@ -2,7 +2,7 @@
 
 use kardan_rt::functions::exp;
 
-use super::{Motion, Regressor, Variances, direction};
+use super::{Motion, Regressor, RegressorOptions, direction};
 use crate::extra::Extra;
 use kardan_math::num::dot;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
@@ -10,9 +10,9 @@ use kardan_mechanics::reduce::Kinematics;
 
 impl Regressor {
     /// Fills [`Self::all`] and rotates its rows; whether all signs are known.
-    pub(super) fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<Variances<'_>>) -> bool {
+    pub(super) fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<&[f64]>) -> bool {
         let (r, n, w) = (self.degrees_of_freedom, self.width, self.coefficients.len());
-        let p = w + self.extras.len();
+        let p = w + self.options.extras.len();
         assert!(torques.len() == self.inputs.len(), "a torque for each input");
         self.kinematics.update(motion.position, motion.speed);
         for (shaft, acceleration) in self.accelerations.iter_mut().enumerate() {
@@ -24,7 +24,7 @@ impl Regressor {
                 project(row, &self.kinematics, &mut self.direction);
                 (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
                 if let Some(variances) = variances {
-                    let spread = variances.torques[input].sqrt();
+                    let spread = variances[input].sqrt();
                     (0..r).for_each(|i| self.all[i * n + p + 1 + input] = spread * self.direction[i]);
                 }
             }
@@ -62,21 +62,22 @@ impl Regressor {
     fn fill_extras(&mut self, torques: &[f64]) -> bool {
         let (r, n, w) = (self.degrees_of_freedom, self.width, self.coefficients.len());
         let mut certain = true;
-        for (column, extra) in self.extras.iter().enumerate() {
+        let RegressorOptions { extras, laws, teeth, lenient, .. } = &self.options;
+        for (column, extra) in extras.iter().enumerate() {
             let mut signal = self.extra_signal(extra, torques);
-            if self.lenient && matches!(extra, Extra::Backlash { .. } | Extra::Teeth { .. }) {
+            if *lenient && matches!(extra, Extra::Backlash { .. } | Extra::Teeth { .. }) {
                 signal = signal.or(Some(f64::NAN));
             }
             certain &= signal.is_some();
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
-                    let share = self.law_torques.share(law, parameter);
+                    let share = laws.torques.share(law, parameter);
                     project(row, &self.kinematics, &mut self.direction);
                     (0..r).for_each(|i| self.all[i * n + w + column] -= self.direction[i] * share);
                 }
                 continue;
             }
-            project(direction(extra, &self.terms, &self.inputs, &self.teeth), &self.kinematics, &mut self.direction);
+            project(direction(extra, &self.terms, &self.inputs, teeth), &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
         }
         certain
@@ -104,39 +105,40 @@ impl Regressor {
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
         for (law, row) in self.laws.iter().enumerate() {
-            let torque = self.law_torques.torque(law);
+            let torque = self.options.laws.torques.torque(law);
             project(row, &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
         }
-        for k in 0..self.teeth.len() {
+        for k in 0..self.options.teeth.len() {
             let lost = self.lost(k);
             certain &= lost.is_some();
-            project(&self.teeth[k].row, &self.kinematics, &mut self.direction);
+            project(&self.options.teeth[k].row, &self.kinematics, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + p] -= lost.unwrap_or(0.0) * self.direction[i]);
         }
         certain
     }
 
     /// Contribution of the noise of each measured quantity to the rows.
-    fn fill_spreads(&mut self, variances: Variances<'_>) {
+    fn fill_spreads(&mut self, variances: &[f64]) {
         let (r, n, p) = (self.degrees_of_freedom, self.width, self.columns());
         let first = p + 1 + self.inputs.len();
-        let of = [variances.acceleration, variances.speed, variances.position];
-        for (kind, variance) in of.iter().enumerate() {
-            for (term, value) in self.terms[kind].iter().zip(&self.nominal[kind]) {
+        // Of accelerations, speeds and positions.
+        let of_motion = &variances[self.inputs.len()..];
+        for (kind, terms) in self.terms[..3].iter().enumerate() {
+            for term in terms {
                 project(&term.row, &self.kinematics, &mut self.direction);
                 for k in 0..r {
-                    let share = value * self.direction[k] * variance[k].sqrt();
+                    let share = term.nominal * self.direction[k] * of_motion[kind * r + k].sqrt();
                     (0..r).for_each(|i| self.all[i * n + first + kind * r + k] += share * self.direction[i]);
                 }
             }
         }
         for (law, row) in self.laws.iter().enumerate() {
             project(row, &self.kinematics, &mut self.direction);
-            for (shaft, by_speed, slope) in self.law_torques.slopes(law) {
-                let (kind, variance) = if by_speed { (1, variances.speed) } else { (2, variances.position) };
+            for (shaft, by_speed, slope) in self.options.laws.torques.slopes(law) {
+                let kind = if by_speed { 1 } else { 2 };
                 for k in 0..r {
-                    let share = slope * self.kinematics.row(shaft)[k] * variance[k].sqrt();
+                    let share = slope * self.kinematics.row(shaft)[k] * of_motion[kind * r + k].sqrt();
                     (0..r).for_each(|i| self.all[i * n + first + kind * r + k] -= share * self.direction[i]);
                 }
             }
@@ -165,7 +167,7 @@ impl Regressor {
         }
         for (law, row) in self.laws.iter().enumerate() {
             project(row, &self.kinematics, &mut self.direction);
-            for (shaft, by_speed, slope) in self.law_torques.slopes(law) {
+            for (shaft, by_speed, slope) in self.options.laws.torques.slopes(law) {
                 let place = first + m + if by_speed { r } else { 2 * r };
                 for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
                     self.all[i * n + place + k] += slope * self.kinematics.row(shaft)[k] * self.direction[i];

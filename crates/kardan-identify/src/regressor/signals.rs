@@ -1,7 +1,7 @@
 //! The signals that coefficients multiply at a motion: of terms, of extra columns, of torques by expressions and of gear loads.
 
 use super::{Regressor, along};
-use crate::extra::Extra;
+use crate::extra::{Extra, ExtraFriction};
 use crate::teeth::Teeth;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::reduce::Kinematics;
@@ -22,26 +22,31 @@ impl Regressor {
             return Some(speed);
         }
         let change = self.half * projection(&self.accelerations).abs();
-        (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
+        (speed.abs() > self.options.rest_speeds[number] + change).then(|| speed.signum())
     }
 
     /// s of an extra column; `None` if a sign that it needs is unknown.
     pub(super) fn extra_signal(&self, extra: &Extra, torques: &[f64]) -> Option<f64> {
-        let sign = |friction: usize| self.signal(Kind::Friction as usize, friction);
-        let speed = |friction: usize| self.terms[Kind::Friction as usize][friction].projection(&self.kinematics.speeds);
         Some(match *extra {
-            Extra::Stribeck { friction } => sign(friction)?,
-            Extra::Load { friction, input } => sign(friction)? * torques[input].abs(),
-            Extra::Sense { .. } | Extra::Offset { .. } => 1.0,
-            Extra::SenseDamping { friction } => sign(friction)? * speed(friction),
-            Extra::Quadratic { friction } => sign(friction)? * speed(friction) * speed(friction),
-            Extra::Recording { friction, recording, last } => {
-                let of = |number: usize| f64::from(u8::from(self.recording == number));
-                sign(friction)? * (of(recording) - of(last))
+            Extra::Friction { friction, law } => {
+                let sign = self.signal(Kind::Friction as usize, friction);
+                let speed = self.terms[Kind::Friction as usize][friction].projection(&self.kinematics.speeds);
+                match law {
+                    ExtraFriction::Stribeck => sign?,
+                    ExtraFriction::Load(input) => sign? * torques[input].abs(),
+                    ExtraFriction::Sense => 1.0,
+                    ExtraFriction::SenseDamping => sign? * speed,
+                    ExtraFriction::Quadratic => sign? * speed * speed,
+                    ExtraFriction::Recording { recording, last } => {
+                        let of = |number: usize| f64::from(u8::from(self.recording == number));
+                        sign? * (of(recording) - of(last))
+                    }
+                    ExtraFriction::Drift => sign? * self.time,
+                    ExtraFriction::Cogging(harmonic) => self.harmonics[harmonic],
+                    ExtraFriction::Ripple(harmonic) => sign? * self.harmonics[harmonic],
+                }
             }
-            Extra::Drift { friction } => sign(friction)? * self.time,
-            Extra::Cogging { harmonic, .. } => self.harmonics[harmonic],
-            Extra::Ripple { friction, harmonic } => sign(friction)? * self.harmonics[harmonic],
+            Extra::Offset { .. } => 1.0,
             Extra::Backlash { spring, clear } => {
                 let term = &self.terms[Kind::Stiffness as usize][spring];
                 let twist = term.projection(&self.kinematics.angles) - term.rest;
@@ -59,16 +64,17 @@ impl Regressor {
     /// Torques given by expressions at this motion; whether none jumps in the window.
     pub(super) fn take_laws(&mut self) -> bool {
         let Kinematics { angles, speeds, .. } = &self.kinematics;
-        let waves = self.law_waves.iter_mut().zip(&self.law_harmonics);
+        let laws = &mut self.options.laws;
+        let waves = self.law_waves.iter_mut().zip(&laws.harmonics);
         waves.for_each(|(wave, harmonic)| *wave = self.harmonics[*harmonic]);
-        self.law_torques.update(angles, speeds, self.clock, [0.0; 2], &self.law_waves);
-        self.law_torques.is_smooth(self.half, speeds, &self.accelerations)
+        laws.torques.update(angles, speeds, self.clock, [0.0; 2], &self.law_waves);
+        laws.torques.is_smooth(self.half, speeds, &self.accelerations)
     }
 
     /// The gear loads, with unknown coefficients at the values of the file.
     pub(super) fn carry(&mut self, torques: &[f64]) {
-        for k in 0..self.teeth.len() {
-            let own = &self.teeth[k];
+        for k in 0..self.options.teeth.len() {
+            let own = &self.options.teeth[k];
             let speed = own.projection(&self.kinematics.speeds);
             let certain = speed.abs() > own.rest_speed + self.half * own.projection(&self.accelerations).abs();
             self.carried[k] = match own.row.is_empty() {
@@ -83,7 +89,7 @@ impl Regressor {
         let mut carried = 0.0;
         for (kind, terms) in self.terms.iter().enumerate() {
             for (number, term) in terms.iter().enumerate() {
-                let (lever, value) = (term.projection(&own.cut), self.nominal[kind][number]);
+                let (lever, value) = (term.projection(&own.cut), term.nominal);
                 if lever != 0.0 && value != 0.0 {
                     carried += lever * value * self.signal(kind, number)?;
                 }
@@ -92,21 +98,22 @@ impl Regressor {
         for (input, row) in self.inputs.iter().enumerate().filter(|(input, _)| !self.unmeasured.contains(input)) {
             carried -= along(row, &own.cut) * torques[input];
         }
+        let laws = &self.options.laws;
         for (law, row) in self.laws.iter().enumerate() {
-            let open = self.law_values.iter().enumerate().map(|(k, value)| value * self.law_torques.share(law, k));
-            carried -= along(row, &own.cut) * (self.law_torques.torque(law) + open.sum::<f64>());
+            let open = laws.values.iter().enumerate().map(|(k, value)| value * laws.torques.share(law, k));
+            carried -= along(row, &own.cut) * (laws.torques.torque(law) + open.sum::<f64>());
         }
         Some(carried)
     }
 
     /// Gear losses, with the values of the file.
     pub(super) fn lost(&mut self, teeth: usize) -> Option<f64> {
-        if self.teeth[teeth].loss.is_none() && self.teeth[teeth].fixed == [0.0; 2] {
+        let own = &mut self.options.teeth[teeth];
+        if own.loss.is_none() && own.fixed == [0.0; 2] {
             return Some(0.0);
         }
         let [carried, sign] = self.carried[teeth]?;
-        let speed = self.teeth[teeth].projection(&self.kinematics.speeds).abs();
-        let own = &mut self.teeth[teeth];
+        let speed = own.projection(&self.kinematics.speeds).abs();
         let back = carried * sign > 0.0;
         let part = own.share_of_cut(own.fixed[usize::from(back)], back) * carried.abs();
         let Kinematics { angles, speeds, .. } = &self.kinematics;

@@ -243,7 +243,7 @@ fn an_unmeasured_torque_is_eliminated() {
     for (name, truth) in [("wg.damping", DAMPING[0]), ("wg.friction", FRICTION[0]), ("fs.damping", DAMPING[2])] {
         near(&six, name, truth, 4.0);
     }
-    assert!(six.for_file.iter().all(|value| !value.name.starts_with("cs.")));
+    assert!(six.for_file.values.iter().all(|value| !value.name.starts_with("cs.")));
     let found = found(drive(), vec![blind], &settings(&["wg.damping", "wg.friction"], "steady"));
     assert_eq!(
         (found.eliminated.as_slice(), found.measured.as_slice()),
@@ -335,13 +335,13 @@ fn extra_terms_and_their_choice() {
         assert!(one(&all, name).standard_error.unwrap() < 0.3 * truth, "{:?}", one(&all, name));
     }
     // Stribeck friction goes into a file as the torque at which it breaks away.
-    let breakaway = all.for_file.iter().find(|one| one.name == "s.breakaway").expect("it is told");
+    let breakaway = all.for_file.values.iter().find(|one| one.name == "s.breakaway").expect("it is told");
     assert!(
         (breakaway.value - one(&all, "s.friction").value.unwrap() - one(&all, "s.stribeck").value.unwrap()).abs()
             < 1e-12
     );
-    assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.interval.is_some()));
-    assert!(all.not_for_file.iter().any(|why| why.starts_with("s.load_loss")), "{:?}", all.not_for_file);
+    assert!(all.for_file.values.iter().any(|one| one.name == "s.stribeck_speed" && one.interval.is_some()));
+    assert!(all.for_file.omissions.iter().any(|why| why.starts_with("s.load_loss")), "{:?}", all.for_file.omissions);
     let chosen = all.candidates.iter().find(|one| one.chosen).expect("one is chosen");
     assert_eq!(chosen.name, "with all extra terms");
     // Where neither is there, the plain model is, and the terms come out as nothing.
@@ -377,7 +377,7 @@ fn an_explicit_stribeck_speed_is_not_fitted() {
         assert!(all.verdict().text.starts_with("All 3 parameters are determined"), "{}", all.verdict().text);
         let speed = one(&all, "s.stribeck_speed");
         assert_eq!((speed.value, speed.standard_error, speed.remark.as_str()), (Some(1.7), None, "given"), "{method}");
-        assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.value == 1.7), "{method}");
+        assert!(all.for_file.values.iter().any(|one| one.name == "s.stribeck_speed" && one.value == 1.7), "{method}");
     }
     let none = shaft_log(15, |w, _| 0.02 * w + (0.3 - 0.2 * (-(w / 1.7) * (w / 1.7)).exp()) * w.signum());
     let bounded = format!("[identification]\nnonnegative = [\"s.stribeck\"]\n{plain}{term}");
@@ -385,7 +385,7 @@ fn an_explicit_stribeck_speed_is_not_fitted() {
     let all = found(&bounded, vec![none], &nonnegative_stribeck);
     assert_eq!(one(&all, "s.stribeck").value, Some(0.0));
     assert_eq!(one(&all, "s.stribeck_speed").standard_error, Some(f64::INFINITY));
-    assert!(all.for_file.iter().all(|one| one.name != "s.stribeck_speed"), "{:?}", all.for_file);
+    assert!(all.for_file.values.iter().all(|one| one.name != "s.stribeck_speed"), "{:?}", all.for_file.values);
 }
 
 /// Candidates are compared on one scale and on the same windows, whatever the file guesses: an inertia that the log does not have, a

@@ -418,7 +418,7 @@ fn plain_samples(rows: &[(&[f64], f64)]) -> Samples {
     let mut samples = Samples::new(1, rows[0].0.len(), 0, 1, 0);
     for (k, (x, y)) in rows.iter().enumerate() {
         let place = Where { log: 0, section: 0, time: k as f64, duration: 1.0 };
-        let room = samples.push(place, [&[0.0], &[1.0], &[0.0]], &[]);
+        let room = samples.push(place, [&[0.0], &[1.0], &[0.0]]);
         room.x.copy_from_slice(x);
         (room.y[0], room.covariance[0]) = (*y, 1.0);
     }
@@ -472,7 +472,7 @@ fn trajectory(speeds: &[(f64, bool)]) -> Samples {
     for (k, (speed, moving)) in speeds.iter().enumerate() {
         let place = Where { log: 0, section: 0, time: 0.05 * k as f64, duration: 0.05 };
         let acceleration = if *moving { 20.0 } else { 0.0 };
-        samples.push(place, [&[0.0], &[*speed], &[acceleration]], &[]);
+        samples.push(place, [&[0.0], &[*speed], &[acceleration]]);
     }
     samples
 }

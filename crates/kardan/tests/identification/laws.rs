@@ -316,8 +316,12 @@ fn a_width_that_is_not_determined() {
         let found = found(model, log, parameters);
         let width = one(&found.parameters, "g.backlash").clone();
         assert!(width.interval.is_none(), "{width:?}");
-        assert!(found.for_file.iter().all(|one| one.name != "g.backlash"), "{:?}", found.for_file);
-        assert!(found.not_for_file.iter().any(|one| one.starts_with("g.backlash: ")), "{:?}", found.not_for_file);
+        assert!(found.for_file.values.iter().all(|one| one.name != "g.backlash"), "{:?}", found.for_file.values);
+        assert!(
+            found.for_file.omissions.iter().any(|one| one.starts_with("g.backlash: ")),
+            "{:?}",
+            found.for_file.omissions
+        );
         width
     };
     let one_way = with_backlash("20 mrad", "", ["4 s", "1 N m + 0.2 N m * sin(9 * t / 1 s)"]);

@@ -139,18 +139,12 @@ pub fn bench_controller(
     if project.diagnostics().iter().any(super::is_error) {
         return Err(project.diagnostics().to_vec());
     }
-    let mut variants = project.prepared().variants.clone();
-    if variant.is_some() {
-        let settings = BenchSettings { variant: variant.map(String::from), ..BenchSettings::default() };
-        let number = super::choose(&variants, &settings)?;
-        variants = vec![variants.swap_remove(number)];
-    }
-    let first = variants.iter().find_map(|variant| variant.model.controls.first());
+    let prepared = project.prepared();
+    let own = variant.map(|_| prepared.variant(variant)).transpose()?;
+    let variants = || prepared.variants.iter().filter(move |one| own.is_none_or(|own| one.name == own.name));
+    let first = variants().find_map(|variant| variant.model.controls.first());
     match (name, first) {
-        (Some(name), _) => {
-            let settings = BenchSettings { run: BenchRun::Control(name.into()), ..BenchSettings::default() };
-            super::choose(&variants, &settings).map(|_| name.into())
-        }
+        (Some(name), _) => super::with_control(variants(), name).map(|_| name.into()),
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
             Diagnostic::error("control::unknown", "the model has no controller to test on the bench")
@@ -244,12 +238,7 @@ fn run(
     if !job.friction {
         bench.plant.equations.frictions.clear();
     }
-    progress.advance(number, &job.label, 0.0);
-    let mut run = bench.log_limited(0, progress.most_steps(), &mut |part| {
-        progress.advance(number, &job.label, part);
-        progress.stop()
-    });
-    progress.advance(number, &job.label, 1.0);
+    let mut run = bench.shown_log(0, number, &job.label, progress);
     run.name.clone_from(&job.variant);
     Ok(Some(run))
 }

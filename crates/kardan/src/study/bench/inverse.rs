@@ -2,6 +2,7 @@
 
 use kardan_rt::functions::powi;
 
+use kardan_identify::Motion;
 use kardan_math::num::{Cholesky, dot};
 use kardan_mechanics::reduce::{Dynamics, Reduced, Work};
 use kardan_synthesis::Plant;
@@ -53,12 +54,12 @@ impl Inverse {
 
     /// Torques (N m) for reduced accelerations at a reduced position and speed, the smallest relative to the limits; false, and zeros,
     /// if the motors cannot drive every motion there. Allocates nothing.
-    pub fn torques(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], out: &mut [f64]) -> bool {
+    pub fn torques(&mut self, motion: Motion<'_>, out: &mut [f64]) -> bool {
         let r = self.dynamics.degrees_of_freedom;
         out.fill(0.0);
-        self.dynamics.update(position, speed, &mut self.work);
+        self.dynamics.update(motion.position, motion.speed, &mut self.work);
         for i in 0..r {
-            self.force[i] = dot(&self.work.inertia[i * r..(i + 1) * r], acceleration) - self.work.passive[i];
+            self.force[i] = dot(&self.work.inertia[i * r..(i + 1) * r], motion.acceleration) - self.work.passive[i];
         }
         for k in 0..self.dynamics.friction_count() {
             let slip_speed = self.dynamics.friction_speed(k, &self.work);

@@ -16,7 +16,7 @@ use crate::study::prepare::document::file_stem;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::bench_spec::BenchSpec;
 use crate::study::requests::bench_truth::Truth;
-use crate::study::{PreparedVariant, Progress, Project};
+use crate::study::{Prepared, PreparedVariant, Progress, Project};
 use kardan_identify::coefficients;
 use kardan_math::names::unknown_name;
 use kardan_math::num::Random;
@@ -160,18 +160,20 @@ impl PreparedBench {
     /// The logs of several repetitions, made in parallel.
     pub fn logs(&self, repetitions: std::ops::Range<u64>, progress: &dyn Progress) -> Vec<Run> {
         let numbers: Vec<u64> = repetitions.collect();
-        let log = |&k: &u64| {
-            let (number, name) = (usize::try_from(k).unwrap_or(usize::MAX), self.log_name(k));
-            progress.advance(number, &name, 0.0);
-            let report_fraction = &mut |fraction| {
-                progress.advance(number, &name, fraction);
-                progress.stop()
-            };
-            let log = self.log_limited(k, progress.most_steps(), report_fraction);
-            progress.advance(number, &name, 1.0);
-            log
-        };
+        let log = |&k: &u64| self.shown_log(k, usize::try_from(k).unwrap_or(usize::MAX), &self.log_name(k), progress);
         numbers.par_iter().map(log).collect()
+    }
+
+    /// The log of a repetition, with its progress under a number and a label.
+    fn shown_log(&self, repetition: u64, number: usize, label: &str, progress: &dyn Progress) -> Run {
+        progress.advance(number, label, 0.0);
+        let report_fraction = &mut |fraction| {
+            progress.advance(number, label, fraction);
+            progress.stop()
+        };
+        let log = self.log_limited(repetition, progress.most_steps(), report_fraction);
+        progress.advance(number, label, 1.0);
+        log
     }
 
     /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
@@ -227,13 +229,11 @@ impl PreparedBench {
             energy: result.energy,
             events: result.events,
             outcome: result.outcome,
-            requirements: Vec::new(),
-            figures: Vec::new(),
             notes: result.notes,
             warnings: result.warnings,
             motor_loads: result.motor_loads,
             effort: result.effort,
-            accuracy: None,
+            ..Run::default()
         }
     }
 }
@@ -257,9 +257,10 @@ fn prepare_excluding(
     if fails(&out) {
         return Err(out);
     }
-    let chosen = choose(&prepared.variants, settings)?;
-    let nominal = Arc::clone(&prepared.variants[chosen]);
-    let own = document.variant_settings().swap_remove(chosen).settings;
+    let chosen = choose(prepared, settings)?;
+    let number = prepared.all().position(|variant| std::ptr::eq(variant, chosen)).expect("it is one of them");
+    let nominal = Arc::clone(&prepared.variants[number]);
+    let own = document.variant_settings().swap_remove(number).settings;
     let mut spec = BenchSpec::read(document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
     if spec.seed.checked_add(settings.repetitions as u64).is_none() {
@@ -317,20 +318,23 @@ fn prepare_excluding(
     if fails(&out) { Err(out) } else { Ok(bench) }
 }
 
-/// The number of the selected variant.
-fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Vec<Diagnostic>> {
-    if let Some(name) = &settings.variant {
-        let names = || variants.iter().map(|variant| variant.name.as_str());
-        return names().position(|candidate| candidate == name).ok_or_else(|| {
-            let message = format!("there is no variant `{}`", shortened(name));
-            vec![Diagnostic::error("variant::unknown", message).help(unknown_name(name, names()))]
-        });
+/// The selected variant.
+fn choose<'a>(prepared: &'a Prepared, settings: &BenchSettings) -> Result<&'a PreparedVariant, Vec<Diagnostic>> {
+    match (&settings.variant, &settings.run) {
+        (None, BenchRun::Control(name)) => with_control(prepared.variants.iter(), name),
+        (name, _) => prepared.variant(name.as_deref()),
     }
-    let BenchRun::Control(name) = &settings.run else { return Ok(0) };
-    let has = |variant: &Arc<PreparedVariant>| variant.model.controls.iter().any(|control| control.name == *name);
-    variants.iter().position(has).ok_or_else(|| {
-        let mut all: Vec<&str> =
-            variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
+}
+
+/// The first of these variants with a controller in the loop.
+fn with_control<'a>(
+    mut variants: impl Iterator<Item = &'a Arc<PreparedVariant>> + Clone,
+    name: &str,
+) -> Result<&'a PreparedVariant, Vec<Diagnostic>> {
+    let has = |variant: &&Arc<PreparedVariant>| variant.model.controls.iter().any(|control| control.name == name);
+    let all = variants.clone();
+    variants.find(has).map(|variant| &**variant).ok_or_else(|| {
+        let mut all: Vec<&str> = all.flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
         all.sort_unstable();
         all.dedup();
         let help = match all.is_empty() {

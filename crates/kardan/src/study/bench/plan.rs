@@ -57,10 +57,14 @@ impl Trajectory {
     }
 
     /// Position, speed and acceleration of a sample; after the end those at the end.
-    pub fn at(&self, sample: usize) -> (&[f64], &[f64], &[f64]) {
+    pub fn at(&self, sample: usize) -> Motion<'_> {
         let k = sample.min(self.samples() - 1) * self.degrees_of_freedom;
         let range = k..k + self.degrees_of_freedom;
-        (&self.positions[range.clone()], &self.speeds[range.clone()], &self.accelerations[range])
+        Motion {
+            position: &self.positions[range.clone()],
+            speed: &self.speeds[range.clone()],
+            acceleration: &self.accelerations[range],
+        }
     }
 }
 
@@ -303,15 +307,16 @@ impl Planner<'_> {
                 index /= levels[i].len();
             }
             let rest = vec![0.0; r];
+            let motion = Motion { position: &rest, speed: &speeds, acceleration: &rest };
             let creeps = |rating: &Rating| {
                 let shafts = &rating.inverse.work.kinematics.speeds;
                 shafts.iter().zip(&least).any(|(w, least)| w.abs() < least * (1.0 - 1e-9))
             };
-            if !rating.keeps(&rest, &speeds, &rest, limits) || creeps(rating) {
+            if !rating.keeps(motion, limits) || creeps(rating) {
                 continue;
             }
             let mut rows = Vec::new();
-            if rating.rows(&rest, &speeds, &rest, weight, &mut rows) {
+            if rating.rows(motion, weight, &mut rows) {
                 out.push(Candidate { speeds, torques: rating.torques.clone(), rows: block(&rows, rating.columns()) });
             }
         }
@@ -352,12 +357,12 @@ impl Planner<'_> {
         let mut largest = vec![0.0; self.motors.len()];
         let mut rows = Vec::new();
         for sample in (0..trajectory.samples()).step_by(SAMPLE_STEP) {
-            let (position, speed, acceleration) = trajectory.at(sample);
-            if !rating.keeps(position, speed, acceleration, limits) {
+            let motion = trajectory.at(sample);
+            if !rating.keeps(motion, limits) {
                 return None;
             }
             largest.iter_mut().zip(&rating.torques).for_each(|(largest, x)| *largest = x.abs().max(*largest));
-            rating.rows(position, speed, acceleration, (SAMPLE_STEP as f64).sqrt(), &mut rows);
+            rating.rows(motion, (SAMPLE_STEP as f64).sqrt(), &mut rows);
         }
         let rows = block(&rows, rating.columns());
         Some(Candidate { speeds: speeds.to_vec(), rows, torques: largest })
@@ -418,8 +423,11 @@ impl Planner<'_> {
             let acceleration: Vec<f64> = (0..r).map(|i| (to[i] - from[i]) / length).collect();
             let at = |part: f64| -> Vec<f64> { (0..r).map(|i| from[i] + part * (to[i] - from[i])).collect() };
             // Torques are linear in the speed except where a friction changes its sign.
-            let fits = (0..=20).all(|k| rating.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
-            if fits {
+            let fits = |k: i32| {
+                let speed = at(f64::from(k) / 20.0);
+                rating.keeps(Motion { position: &vec![0.0; r], speed: &speed, acceleration: &acceleration }, limits)
+            };
+            if (0..=20).all(fits) {
                 return Ok((1..=samples).flat_map(|k| at(k as f64 / samples as f64)).collect());
             }
             samples = samples * 3 / 2 + 1;
@@ -451,7 +459,7 @@ impl Rating {
         let mut inverse = Inverse::new(reduced, motors);
         let mut torques = vec![0.0; motors.len()];
         let rest = vec![0.0; r];
-        if !inverse.torques(&rest, &rest, &rest, &mut torques) {
+        if !inverse.torques(Motion { position: &rest, speed: &rest, acceleration: &rest }, &mut torques) {
             return Err(Refusal::NotDriven);
         }
         // The reduced torques Gᵀτ have the covariance σ² GᵀG.
@@ -485,9 +493,9 @@ impl Rating {
     }
 
     /// Whether a motion satisfies the limits of speeds and torques; `torques` receives the torques.
-    fn keeps(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], limits: &[f64]) -> bool {
+    fn keeps(&mut self, motion: Motion<'_>, limits: &[f64]) -> bool {
         let mut torques = std::mem::take(&mut self.torques);
-        let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
+        let driven = self.inverse.torques(motion, &mut torques);
         let slow = |(w, limit): (&f64, &f64)| w.abs() <= limit * (1.0 + 1e-9);
         let fits = driven
             && self.inverse.meets_limits(&torques, TORQUE)
@@ -497,9 +505,8 @@ impl Rating {
     }
 
     /// Adds the rows of a motion, in units of the error of the torques; false, and none, if the sign of a friction is unknown.
-    fn rows(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], weight: f64, out: &mut Vec<f64>) -> bool {
+    fn rows(&mut self, motion: Motion<'_>, weight: f64, out: &mut Vec<f64>) -> bool {
         let (r, p) = (self.y.len(), self.columns());
-        let motion = Motion { position, speed, acceleration };
         if !self.regressor.fill(motion, &vec![0.0; self.inputs], &mut self.x, &mut self.y) {
             return false;
         }

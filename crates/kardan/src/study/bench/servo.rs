@@ -7,6 +7,7 @@ use kardan_rt::functions::exp;
 use super::inverse::Inverse;
 use super::plan::Trajectory;
 use kardan_analysis::OutputSignal;
+use kardan_identify::Motion;
 use kardan_math::num::{Cholesky, Matrix, StateArchive, dot};
 use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::{Kinematics, Reduced};
@@ -178,7 +179,7 @@ impl Block for Servo {
                 if self.shafts.is_empty() { observation.readings[k] } else { observation.angles[self.shafts[k]] };
             self.measured[k] = read - self.offsets[k];
         }
-        let (at, rates, accelerations) = self.trajectory.at(self.sample);
+        let Motion { position: at, speed: rates, acceleration: accelerations } = self.trajectory.at(self.sample);
         self.sample += 1;
         let decay = exp(-FILTER * self.bandwidth * self.period);
         let (on_position, on_speed) = (1.0 - decay * decay, (1.0 - decay) * (1.0 - decay) / self.period);
@@ -199,7 +200,8 @@ impl Block for Servo {
                 + 3.0 * w * w * away
                 + w * w * w * self.integral[i];
         }
-        self.inverse.torques(&self.planned, rates, &self.commanded, out);
+        let motion = Motion { position: &self.planned, speed: rates, acceleration: &self.commanded };
+        self.inverse.torques(motion, out);
         let free = self.inverse.meets_limits(out, 1.0);
         for i in 0..r {
             if free {

@@ -2,7 +2,7 @@
 
 use super::numbers::interval;
 use kardan_identify::{Fit, student_quantile};
-use kardan_math::num::{Rational, dot};
+use kardan_math::num::dot;
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::{InputKind, UnilateralConstraint};
 use kardan_model::Document;
@@ -81,8 +81,8 @@ impl Meeting {
     }
 }
 
-/// Elements with backlash, and its direction over the shafts.
-pub(super) fn backlashes(document: &Document, equations: &Equations) -> Vec<(String, Vec<(usize, Rational)>)> {
+/// The torques of backlashes as unmeasured inputs, which are eliminated; returns the elements.
+pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<String> {
     let has_backlash = |element: &str| {
         let of = document.elements.get(element);
         of.is_some_and(|instance| matches!(instance.kind.keyword, "gear" | "spring_damper"))
@@ -93,20 +93,15 @@ pub(super) fn backlashes(document: &Document, equations: &Equations) -> Vec<(Str
         contact && unilateral.value.is_upper() && has_backlash(&unilateral.element)
     });
     // The upper stop of the torque on the first body is the direction of the first body itself.
-    upper.map(|unilateral| (unilateral.element.clone(), unilateral.row.clone())).collect()
-}
-
-/// The torques of backlashes as unmeasured inputs, which are eliminated.
-pub(super) fn open_plays(document: &Document, equations: &mut Equations) -> Vec<String> {
-    let found = backlashes(document, equations);
-    for (element, row) in &found {
-        equations.inputs.push(DirectionalTerm {
-            element: element.clone(),
-            row: row.clone(),
-            value: InputKind::Disturbance,
-        });
-    }
-    found.into_iter().map(|(element, _)| element).collect()
+    let input = |unilateral: &DirectionalTerm<UnilateralConstraint>| DirectionalTerm {
+        element: unilateral.element.clone(),
+        row: unilateral.row.clone(),
+        value: InputKind::Disturbance,
+    };
+    let inputs: Vec<_> = upper.map(input).collect();
+    let elements = inputs.iter().map(|input| input.element.clone()).collect();
+    equations.inputs.extend(inputs);
+    elements
 }
 
 impl Backlash {
@@ -155,13 +150,6 @@ impl Backlash {
         out
     }
 
-    /// The unidentified width and offset, with the reason.
-    fn untold(&self, remark: String, before: Option<f64>) -> Vec<IdentifiedParameter> {
-        let found =
-            IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..self.named("backlash", before) };
-        vec![found]
-    }
-
     fn named(&self, word: &str, before: Option<f64>) -> IdentifiedParameter {
         IdentifiedParameter {
             name: format!("{}.{word}", self.element),
@@ -178,13 +166,17 @@ impl Backlash {
             pressed.iter().filter(|(_, own)| *own == side).map(|(contact, _)| *contact).collect()
         });
         let windows = |side: &[Contact]| side.iter().map(|one| one.windows).sum::<f64>();
-        if windows(&upper).min(windows(&lower)) < FEWEST {
-            return self.untold("in these logs it rarely has contact on both sides".into(), before[0]);
-        }
-        if !self.untold.is_empty() {
-            let names = quoted(self.untold.iter().map(String::as_str));
-            let remark = format!("its contact side depends on {names}, which these data do not identify separately");
-            return self.untold(remark, before[0]);
+        let open = if windows(&upper).min(windows(&lower)) < FEWEST {
+            Some("in these logs it rarely has contact on both sides".into())
+        } else {
+            let names = || quoted(self.untold.iter().map(String::as_str));
+            (!self.untold.is_empty()).then(|| {
+                format!("its contact side depends on {}, which these data do not identify separately", names())
+            })
+        };
+        let width = self.named("backlash", before[0]);
+        if let Some(remark) = open {
+            return vec![IdentifiedParameter { standard_error: Some(f64::INFINITY), remark, ..width }];
         }
         let [upper, lower] = both([Meeting::of(&upper), Meeting::of(&lower)]);
         // Sensor steps act in each contact independently.
@@ -211,7 +203,7 @@ impl Backlash {
             }
         };
         vec![
-            found(self.named("backlash", before[0]), upper.angle - lower.angle, error),
+            found(width, upper.angle - lower.angle, error),
             found(self.named("offset", before[1]), -(upper.angle + lower.angle) / 2.0, error / 2.0),
         ]
     }

@@ -1,6 +1,6 @@
 //! Mapping of log channels to signals of the model.
 
-use crate::study::read::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_scalar, read_word};
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_mechanics::equations::Domain;
@@ -161,11 +161,19 @@ pub(super) fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &m
     quantity(reader, table, key, (Dimension::NONE, Sign::Any), "a log", out).map(|x| x.to_f64())
 }
 
+/// A file with the table that describes it.
+#[derive(Clone, Copy)]
+pub(super) struct Described<'a, 'd> {
+    pub table: &'a Table,
+    pub file: &'a str,
+    pub groups: &'a [Group],
+    pub reader: &'a TableReader<'d>,
+}
+
 /// Maps columns that are named like a signal.
 pub(super) fn wire_by_name(
+    Described { file, groups, .. }: Described<'_, '_>,
     model: &Model,
-    file: &str,
-    groups: &[Group],
     mapped: &mut Vec<MappedChannel>,
     out: &mut Vec<Diagnostic>,
 ) {
@@ -222,6 +230,11 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
     }
 }
 
+/// Names of the channels of a file.
+pub(super) fn channel_names(groups: &[Group]) -> Vec<&str> {
+    groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect()
+}
+
 /// The channel of a file that a name or number means.
 pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(usize, usize)> {
     if let Some(number) = number {
@@ -246,12 +259,10 @@ pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) 
 
 /// A table `[[log.NAME.channel]]`, for a file.
 pub(super) struct Channel<'a, 'd> {
+    pub log: Described<'a, 'd>,
     pub table: &'a Table,
     /// For the messages.
     pub what: &'a str,
-    pub file: &'a str,
-    pub groups: &'a [Group],
-    pub reader: &'a TableReader<'d>,
 }
 
 impl Channel<'_, '_> {
@@ -264,8 +275,7 @@ impl Channel<'_, '_> {
             let what = self.what;
             let message =
                 format!("{what}: `{}` is not a measured angle, speed or torque of an input", shortened(signal));
-            let place = TableReader::place(self.table, "signal");
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
+            out.push(key_error("name::unknown", message, (self.table, "signal", "no such signal"), help));
             return None;
         };
         let (group, channel) = self.column(out)?;
@@ -273,18 +283,18 @@ impl Channel<'_, '_> {
         let noise = self.of_quantity("noise", &quantity, out);
         let by_unit = match scale {
             Some(scale) => scale,
-            None => self.unit_factor(&self.groups[group].channels[channel].unit, &quantity, out)?,
+            None => self.unit_factor(&self.log.groups[group].channels[channel].unit, &quantity, out)?,
         };
-        let factor = number(self.table, "factor", self.reader, out).unwrap_or(1.0) * by_unit;
-        let zero_samples = number(self.table, "zero_samples", self.reader, out).unwrap_or(0.0) as usize;
+        let factor = number(self.table, "factor", self.log.reader, out).unwrap_or(1.0) * by_unit;
+        let zero_samples = number(self.table, "zero_samples", self.log.reader, out).unwrap_or(0.0) as usize;
         Some(MappedChannel { group, channel, quantity, factor, zero_samples, noise })
     }
 
     /// Group and channel that `column` or `number` selects.
     fn column(&self, out: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
-        let Self { table, what, file, groups, .. } = *self;
+        let Self { log: Described { file, groups, reader, .. }, table, what } = *self;
         let name = read_word(table, "column");
-        let number = number(table, "number", self.reader, out).map(|x| x as usize);
+        let number = number(table, "number", reader, out).map(|x| x as usize);
         if name.is_none() && number.is_none() {
             let message = format!("{what} has neither `column` nor `number`");
             out.push(
@@ -296,19 +306,15 @@ impl Channel<'_, '_> {
         }
         let place = find(groups, name, number);
         if place.is_none() {
-            let all: Vec<&str> =
-                groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect();
+            let all = channel_names(groups);
             let near = name.and_then(|name| nearest(name, all.iter().copied()));
             let columns = || format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24)));
             let help = did_you_mean(near, columns);
             let column_text =
                 name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
             let key = if name.is_some() { "column" } else { "number" };
-            out.push(
-                Diagnostic::error("log::no-column", format!("{what}: `{file}` has no column {column_text}"))
-                    .at(TableReader::place(table, key), "not in the file")
-                    .help(help),
-            );
+            let message = format!("{what}: `{file}` has no column {column_text}");
+            out.push(key_error("log::no-column", message, (table, key, "not in the file"), help));
         }
         place
     }
@@ -317,7 +323,7 @@ impl Channel<'_, '_> {
     fn of_quantity(&self, key: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
         let scalar = read_scalar(self.table, key)?;
         let label = format!("`{key}` of {}", self.what);
-        let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
+        let (value, dimension) = self.log.reader.scalar(&scalar, None, &label, out)?;
         let expected = quantity.dimension();
         if dimension != expected {
             out.push(Diagnostic::wrong_dimension(&label, [expected, dimension], self.table.place_of(key)));
@@ -332,11 +338,9 @@ impl Channel<'_, '_> {
         unit_factor(unit.unwrap_or(in_file), quantity)
             .map_err(|why| {
                 let key = if unit.is_some() { "unit" } else { "signal" };
-                out.push(
-                    Diagnostic::error("unit::dimension", format!("{}: {why}", self.what))
-                        .at(TableReader::place(self.table, key), "this unit")
-                        .help("add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`"),
-                );
+                let message = format!("{}: {why}", self.what);
+                let help = "add `unit = \"...\"`, or the value of one unit of a reading with `scale = \"200 N m\"`";
+                out.push(key_error("unit::dimension", message, (self.table, key, "this unit"), help));
             })
             .ok()
     }

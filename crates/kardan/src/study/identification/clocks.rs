@@ -1,12 +1,11 @@
 //! Time source of each group of a log.
 
-use super::channels::{MappedChannel, find};
-use crate::study::read::read_values::{quantity, read_word};
+use super::channels::{Described, MappedChannel, channel_names, find};
+use crate::study::read::read_values::{key_error, quantity, read_word};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::{Dimension, Exact, header_unit};
-use kardan_model::TableReader;
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Sign, Table};
+use kardan_schema::schema::Sign;
 use kardan_tables::read::{Group, unit_in_name};
 
 /// Time source of a group.
@@ -23,25 +22,20 @@ const USUAL: [&str; 5] = ["time", "t", "timestamp", "time [s]", "time (s)"];
 
 /// The clock of each group read.
 pub(super) fn clocks(
-    table: &Table,
-    groups: &[Group],
+    log: Described<'_, '_>,
     mapped: &[MappedChannel],
-    file: &str,
-    reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Option<Clock>> {
+    let Described { table, file, groups, reader } = log;
     let step = quantity(reader, table, "sample_time", (Dimension::TIME, Sign::Positive), "a log", out);
     let step = step.map(|x| Clock::Step(x.to_f64()));
     let named = read_word(table, "time");
     if let Some(name) = named.filter(|name| find(groups, Some(name), None).is_none()) {
-        let all: Vec<&str> = groups.iter().flat_map(|g| g.channels.iter().map(|c| c.name.as_str())).collect();
+        let all = channel_names(groups);
         let columns = || format!("the file has {}", quoted(all.iter().copied().take(24)));
         let help = did_you_mean(nearest(name, all.iter().copied()), columns);
-        out.push(
-            Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
-                .at(TableReader::place(table, "time"), "not in the file")
-                .help(help),
-        );
+        let message = format!("`time` of a log: `{file}` has no column `{name}`");
+        out.push(key_error("log::no-column", message, (table, "time", "not in the file"), help));
         return Vec::new();
     }
     let mut timeless = Vec::new();
@@ -50,7 +44,7 @@ pub(super) fn clocks(
             return None;
         }
         let clock = time_channel(group, named)
-            .map(|channel| Clock::Channel(channel, time_factor(table, group, channel, file, out)))
+            .map(|channel| Clock::Channel(channel, time_factor(log, &group.channels[channel], out)))
             .or(step);
         if clock.is_none() {
             timeless.push(number);
@@ -58,12 +52,12 @@ pub(super) fn clocks(
         clock
     };
     let clocks = groups.iter().enumerate().map(clock).collect();
-    out.extend(timeless.into_iter().map(|number| no_time(file, groups, number, named)));
+    out.extend(timeless.into_iter().map(|number| no_time(log, number, named)));
     clocks
 }
 
 /// The message for a group without time: if another group has a time, that their channels differ in length.
-fn no_time(file: &str, groups: &[Group], number: usize, named: Option<&str>) -> Diagnostic {
+fn no_time(Described { file, groups, .. }: Described<'_, '_>, number: usize, named: Option<&str>) -> Diagnostic {
     let own = &groups[number];
     let names = || quoted(own.channels.iter().map(|channel| channel.name.as_str()).take(24));
     let with_time = groups.iter().find_map(|group| Some((group, time_channel(group, named)?, group.rows?)));
@@ -92,8 +86,11 @@ fn time_channel(group: &Group, named: Option<&str>) -> Option<usize> {
 }
 
 /// Of its readings to s.
-fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &mut Vec<Diagnostic>) -> f64 {
-    let channel = &group.channels[channel];
+fn time_factor(
+    Described { table, file, .. }: Described<'_, '_>,
+    channel: &kardan_tables::read::Channel,
+    out: &mut Vec<Diagnostic>,
+) -> f64 {
     let unit = match (channel.unit.trim(), unit_in_name(&channel.name)) {
         ("", Some(unit)) => unit,
         (unit, _) => unit,
@@ -105,10 +102,7 @@ fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &m
         _ => {}
     }
     let message = format!("`{file}`: the unit `{}` of its time is not a unit of time", shortened(unit));
-    out.push(
-        Diagnostic::error("unit::dimension", message)
-            .at(TableReader::place(table, "time_unit"), "this log")
-            .help("set it in `[log.NAME]` with `time_unit = \"ms\"`"),
-    );
+    let help = "set it in `[log.NAME]` with `time_unit = \"ms\"`";
+    out.push(key_error("unit::dimension", message, (table, "time_unit", "this log"), help));
     1.0
 }

@@ -1,17 +1,16 @@
 //! Models compared by cross-validation.
 
-use kardan_rt::functions::powi;
-
 use super::extra::{ExtraTerm, Law, law_parameters};
-use super::fitting::{Chosen, cross_validated, fit_options};
+use super::fitting::{Chosen, cross_validated};
 use super::laws::silence_law;
-use super::plant::{Columns, Plant, columns, plant_excluding};
-use super::request::{CandidateSpec, FitRequest, Method, request};
-use super::rows::{Material, rows, settled};
+use super::numbers::mean_and_error;
+use super::plant::{Plant, plant_excluding};
+use super::request::{CandidateSpec, FitRequest, request};
+use super::rows::Material;
 use super::settings::IdentifySettings;
 use super::unknowns::UnknownParameter;
 use crate::study::Progress;
-use kardan_identify::{Samples, Where};
+use kardan_identify::Samples;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_model::{Document, Setting};
 use kardan_results::{Candidate, PredictionError};
@@ -28,18 +27,10 @@ pub(super) struct Whole<'a> {
 }
 
 impl Whole<'_> {
-    /// Columns and samples of another model; `aligned`: at the places of the whole one, with the covariances there.
-    pub fn samples(&self, plant: &Plant, request: &FitRequest, aligned: bool) -> (Columns, Samples) {
-        let columns = columns(plant, request, self.chosen.method);
-        let mut rows = rows(plant, request, &columns, &self.material);
-        if aligned {
-            align_places(&mut rows.samples, &self.chosen.built.samples);
-        }
-        let samples = match self.chosen.method {
-            Method::Steady => settled(&rows, request, self.material.window),
-            Method::Dynamic => rows.samples,
-        };
-        (columns, samples)
+    /// Columns and samples of another model, at the places of the whole one and with the covariances there.
+    pub fn aligned(&self, plant: &Plant, request: &FitRequest) -> Chosen {
+        let reference = Some(&self.chosen.built.samples);
+        Chosen::new(self.chosen.method, plant, request, &self.material, reference)
     }
 }
 
@@ -121,7 +112,7 @@ fn candidate_request(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<FitReque
 
 /// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
 fn judged(spec: CandidateSpec, whole: &Whole<'_>) -> Result<Candidate, Vec<Diagnostic>> {
-    let (own, method) = (candidate_request(&spec, whole)?, whole.chosen.method);
+    let own = candidate_request(&spec, whole)?;
     // Terms that are not among its parameters are removed from the model, not taken from the file.
     let silent: Vec<&UnknownParameter> =
         whole.request.unknowns.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
@@ -129,15 +120,16 @@ fn judged(spec: CandidateSpec, whole: &Whole<'_>) -> Result<Candidate, Vec<Diagn
     for name in law_parameters(&whole.request.extras).iter().filter(|name| !spec.parameters.contains(name)) {
         silence_law(&mut trial.reduced.equations, name);
     }
-    let (columns, samples) = whole.samples(&trial, &own, true);
-    let (predicted, folds) = cross_validated(&samples, method, &fit_options(&own, &columns, method));
+    let chosen = whole.aligned(&trial, &own);
+    let samples = chosen.samples();
+    let (predicted, folds) = cross_validated(samples, chosen.method, &chosen.fit_options(&own));
     let mut candidate = Candidate {
         name: spec.name,
         parameters: spec.parameters.into_iter().chain(spec.extras).collect(),
         ..Candidate::default()
     };
     match predicted {
-        Some(predicted) => candidate.error = Some(fold_errors(&samples, &folds, &predicted)),
+        Some(predicted) => candidate.error = Some(fold_errors(samples, &folds, &predicted)),
         None => candidate.failure = "too few samples".into(),
     }
     Ok(candidate)
@@ -151,25 +143,6 @@ fn choose_simplest(candidates: &mut [Candidate]) {
     if let Some(simplest) = candidates.iter_mut().filter(is_close).min_by_key(|one| one.parameters.len()) {
         simplest.chosen = true;
     }
-}
-
-/// Selects the samples at the positions of other ones, which are in order, with the covariances of those.
-fn align_places(samples: &mut Samples, reference: &Samples) {
-    let mut retained = Vec::new();
-    let mut covariance = Vec::new();
-    let mut from = 0;
-    for (k, place) in samples.places.iter().enumerate() {
-        let key = |one: &Where| (one.log, one.section, one.time);
-        while reference.places.get(from).is_some_and(|candidate| key(candidate) < key(place)) {
-            from += 1;
-        }
-        if reference.places.get(from) == Some(place) {
-            retained.push(k..k + 1);
-            covariance.extend_from_slice(reference.covariance(from));
-        }
-    }
-    *samples = samples.averaged(&retained);
-    samples.covariance = covariance;
 }
 
 /// Mean squares of predictions' errors in standard deviations of the sensors, fold by fold.
@@ -189,9 +162,6 @@ pub(super) fn fold_squares(samples: &Samples, folds: &[usize], predicted: &[f64]
 
 /// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.
 fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> PredictionError {
-    let each = fold_squares(samples, folds, predicted);
-    let n = each.len() as f64;
-    let mean = each.iter().sum::<f64>() / n;
-    let spread = (each.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
+    let (mean, spread) = mean_and_error(&fold_squares(samples, folds, predicted));
     PredictionError { mean: mean.sqrt(), spread: if mean > 0.0 { spread / (2.0 * mean.sqrt()) } else { 0.0 } }
 }

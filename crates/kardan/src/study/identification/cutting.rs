@@ -66,36 +66,20 @@ impl Balance<'_> {
         let own = own.ok_or("a spring replaces their constraint")?;
         let lever =
             entry(&equations.constraints[own].row).ok_or("their constraint does not contain their first body")?;
-        let mut conditions: Vec<Condition> = vec![(equations.constraints[own].row.clone(), lever)];
-        let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
-        conditions
-            .extend(equations.constraints.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, one)| zero(&one.row)));
-        conditions.extend(self.unmeasured.iter().map(|&k| zero(&equations.inputs[k].row)));
+        let others = equations.constraints.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, one)| &one.row);
         let unknown_loads = equations.gear_losses().filter(|(other, _)| other.element != unilateral.element);
-        conditions.extend(unknown_loads.map(|(other, _)| zero(&other.row)));
-        if gear.loss.is_some() {
-            conditions.push(zero(&unilateral.row));
-        }
-        let n = equations.coordinates.len();
-        let mut motion = solution(&conditions, n).ok_or_else(|| {
+        let zero: Vec<&Row> = others
+            .chain(self.unmeasured.iter().map(|&k| &equations.inputs[k].row))
+            .chain(unknown_loads.map(|(other, _)| &other.row))
+            .chain(gear.loss.is_some().then_some(&unilateral.row))
+            .collect();
+        let mut found = self.motion((&equations.constraints[own].row, lever), &zero).ok_or_else(|| {
             let names = self.unmeasured.iter().map(|&k| equations.inputs[k].element.as_str());
             format!("no torque in the logs determines their load ({} are not logged)", quoted(names))
         })?;
-        let mut load_independent: Vec<String> = Vec::new();
-        let mut try_condition = |row: &[(usize, Rational)], motion: &mut Vec<Rational>| {
-            conditions.push(zero(row));
-            match solution(&conditions, n) {
-                Some(found) => *motion = found,
-                None => drop(conditions.pop()),
-            }
-        };
-        for (name, rows) in self.unknown() {
-            rows.iter().for_each(|row| try_condition(row, &mut motion));
-            if rows.iter().any(|row| !row_dot(row, &motion).is_zero()) {
-                load_independent.push(name);
-            }
-        }
-        try_condition(&unilateral.row, &mut motion);
+        let load_independent = found.unknown(self);
+        found.try_condition(&unilateral.row);
+        let motion = found.motion;
         let fixed = self.gear_loss(&unilateral.element).is_none() && !is_lossless(gear);
         let [forth, back] = [&gear.forth, &gear.back].map(|part| if fixed { part.to_f64() } else { 0.0 });
         let loss = gear.loss.as_ref().map(|loss| LawTorques::new(self.reduced, &[loss.as_ref()], &[], &[]));
@@ -112,30 +96,22 @@ impl Balance<'_> {
     /// The cut of a backlash whose torque is an unmeasured input, and the unknowns that enter its torque.
     pub fn cut_of_backlash(&self, input: usize) -> Option<(Teeth, Vec<String>)> {
         let equations = &self.reduced.equations;
-        let zero = |row: &[(usize, Rational)]| (row.to_vec(), Rational::ZERO);
-        let row = &equations.inputs[input].row;
-        let mut conditions: Vec<Condition> = vec![(row.clone(), Rational::ONE)];
-        conditions.extend(equations.constraints.iter().map(|one| zero(&one.row)));
-        let unknown_loads = self.unmeasured.iter().filter(|&&k| k != input);
-        conditions.extend(unknown_loads.map(|&k| zero(&equations.inputs[k].row)));
-        let n = equations.coordinates.len();
-        let mut motion = solution(&conditions, n).filter(|_| Kinematics::new(self.reduced).is_constant())?;
-        let unknown = self.unknown();
-        for row in unknown.iter().flat_map(|(_, rows)| rows) {
-            conditions.push(zero(row));
-            match solution(&conditions, n) {
-                Some(found) => motion = found,
-                None => drop(conditions.pop()),
-            }
-        }
-        let enters = |rows: &[Row]| rows.iter().any(|row| !row_dot(row, &motion).is_zero());
-        let entering = unknown.iter().filter(|(_, rows)| enters(rows)).map(|(name, _)| name.clone()).collect();
-        let teeth = Teeth {
-            row: equations.inputs[input].row_f64(),
-            cut: motion.iter().map(rational_to_f64).collect(),
-            ..Teeth::default()
-        };
-        Some((teeth, entering))
+        let unknown_loads = self.unmeasured.iter().filter(|&&k| k != input).map(|&k| &equations.inputs[k].row);
+        let zero: Vec<&Row> = equations.constraints.iter().map(|one| &one.row).chain(unknown_loads).collect();
+        let own = &equations.inputs[input];
+        let found = self.motion((&own.row, Rational::ONE), &zero);
+        let mut found = found.filter(|_| Kinematics::new(self.reduced).is_constant())?;
+        let entering = found.unknown(self);
+        let cut = found.motion.iter().map(rational_to_f64).collect();
+        Some((Teeth { row: own.row_f64(), cut, ..Teeth::default() }, entering))
+    }
+
+    /// A motion with a value along one row and zero along others.
+    fn motion(&self, (row, value): (&Row, Rational), zero: &[&Row]) -> Option<Cutting> {
+        let mut conditions = vec![(row.clone(), value)];
+        conditions.extend(zero.iter().map(|row| ((*row).clone(), Rational::ZERO)));
+        let motion = solution(&conditions, self.reduced.equations.coordinates.len())?;
+        Some(Cutting { conditions, motion })
     }
 
     /// Names and directions of the unknowns.
@@ -175,6 +151,37 @@ impl Balance<'_> {
                 .laws
                 .iter()
                 .any(|one| one.value.names.iter().all(|(name, _)| !open.contains(name)) && apart(&one.row))
+    }
+}
+
+/// Whether a term enters the torque of a cut.
+pub(super) fn is_cut<T>(term: &DirectionalTerm<T>, cut: &Teeth) -> bool {
+    term.row_f64().iter().map(|(shaft, x)| x * cut.cut[*shaft]).sum::<f64>() != 0.0
+}
+
+/// A motion with the conditions that it satisfies.
+struct Cutting {
+    conditions: Vec<Condition>,
+    motion: Vec<Rational>,
+}
+
+impl Cutting {
+    /// Requires that the motion does not move along a row, if possible.
+    fn try_condition(&mut self, row: &[(usize, Rational)]) {
+        self.conditions.push((row.to_vec(), Rational::ZERO));
+        match solution(&self.conditions, self.motion.len()) {
+            Some(found) => self.motion = found,
+            None => drop(self.conditions.pop()),
+        }
+    }
+
+    /// Avoids the unknowns one after the other; returns those that enter nevertheless.
+    fn unknown(&mut self, balance: &Balance<'_>) -> Vec<String> {
+        let enters = |(name, rows): (String, Vec<Row>)| {
+            rows.iter().for_each(|row| self.try_condition(row));
+            rows.iter().any(|row| !row_dot(row, &self.motion).is_zero()).then_some(name)
+        };
+        balance.unknown().into_iter().filter_map(enters).collect()
     }
 }
 
@@ -251,12 +258,7 @@ pub(super) fn teeth_to_try(document: &Document) -> Vec<ExtraTerm> {
 pub(super) fn identifiable_teeth(balance: &Balance<'_>) -> Vec<Vec<ExtraTerm>> {
     let all = balance.reduced.equations.gear_losses().zip(balance.cuts());
     let inputs = &balance.reduced.equations.inputs;
-    let of_torque = |cut: &Cut| {
-        inputs
-            .iter()
-            .any(|input| input.row_f64().iter().map(|(shaft, x)| x * cut.teeth.cut[*shaft]).sum::<f64>() != 0.0)
-    };
-    let is_identifiable = |cut: &Cut| !cut.explains_itself && !of_torque(cut);
+    let is_identifiable = |cut: &Cut| !cut.explains_itself && !inputs.iter().any(|input| is_cut(input, &cut.teeth));
     let identifiable = all.filter(|((_, gear), cut)| is_lossless(gear) && cut.as_ref().is_ok_and(is_identifiable));
     identifiable.map(|((unilateral, _), _)| ExtraTerm::teeth(&unilateral.element).to_vec()).collect()
 }

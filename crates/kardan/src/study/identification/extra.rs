@@ -1,15 +1,15 @@
 //! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use crate::study::read::read_values::{quantity, read_word};
-use kardan_identify::{Extra, Shape};
+use crate::study::read::read_values::{key_error, quantity, read_tables, read_word};
+use kardan_identify::{Extra, ExtraFriction, Shape};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, Term};
 use kardan_model::{Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 
 /// The law of an additional term.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,6 +148,16 @@ impl ExtraTerm {
         if let Law::Stribeck { shape, speed } = self.law { Some((shape, speed)) } else { None }
     }
 
+    /// The name of its Stribeck speed.
+    pub fn speed_name(&self) -> String {
+        format!("{}.stribeck_speed", self.element)
+    }
+
+    /// The name of the efficiency that a gear loss means, while the first body drives or (`back`) is driven.
+    pub fn efficiency_name(&self, back: bool) -> String {
+        format!("{}.{}", self.element, if back { "efficiency_back" } else { "efficiency" })
+    }
+
     /// The input on whose torque it depends.
     pub fn torque(&self) -> Option<&str> {
         match &self.law {
@@ -180,9 +190,7 @@ impl ExtraTerm {
 
     /// Whether a name is that of the term, of its column, or of its Stribeck speed.
     pub fn is(&self, name: &str) -> bool {
-        name == self.name
-            || name == self.term
-            || (self.shape().is_some() && name == format!("{}.stribeck_speed", self.element))
+        name == self.name || name == self.term || (self.shape().is_some() && name == self.speed_name())
     }
 
     /// How a model file declares it, along coordinates of a domain.
@@ -206,11 +214,8 @@ pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
 
 /// The terms that the file declares, column by column.
 pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
-    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
-        return Vec::new();
-    };
     let mut terms: Vec<ExtraTerm> = Vec::new();
-    for (k, table) in tables.iter().enumerate() {
+    for (k, table) in read_tables(&document.identification, "extra").iter().enumerate() {
         let what = format!("entry {} of `[[identification.extra]]`", k + 1);
         let columns = Declared { document, model, table, what: &what }.columns(out);
         let Some(first) = columns.first() else { continue };
@@ -307,11 +312,9 @@ impl Declared<'_> {
     fn refuse_idle_keys(&self, kind: &str, (direction, keys): (&str, &[&str]), out: &mut Vec<Diagnostic>) {
         for key in ["shape", "speed", "torque", "order", "spring", "min_deflection", "friction", "gear"] {
             if self.table.values.contains_key(key) && key != direction && !keys.contains(&key) {
-                out.push(
-                    Diagnostic::error("key::unused", format!("{}: the kind `{kind}` has no `{key}`", self.what))
-                        .at(TableReader::place(self.table, key), "has no effect here")
-                        .help("leave it out, or write another kind"),
-                );
+                let message = format!("{}: the kind `{kind}` has no `{key}`", self.what);
+                let help = "leave it out, or write another kind";
+                out.push(key_error("key::unused", message, (self.table, key, "has no effect here"), help));
             }
         }
     }
@@ -341,11 +344,8 @@ impl Declared<'_> {
                 _ => ("shaft, mass or spring_damper", "no such element"),
             };
             let help = did_you_mean(nearest(name, names.iter().copied()), || "name one of the model".into());
-            out.push(
-                Diagnostic::error("name::unknown", format!("{}: there is no {what} `{}`", self.what, shortened(name)))
-                    .at(TableReader::place(self.table, key), label)
-                    .help(help),
-            );
+            let message = format!("{}: there is no {what} `{}`", self.what, shortened(name));
+            out.push(key_error("name::unknown", message, (self.table, key, label), help));
         }
         name.to_string()
     }
@@ -411,9 +411,9 @@ pub(super) fn with_recordings(
 /// The extra columns of the equations; `harmonics` are those measured, in their order.
 pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmonics: &[&Harmonic]) -> Vec<Extra> {
     let column = |extra: &ExtraTerm| {
-        let friction = || {
+        let friction = |law: ExtraFriction| {
             let place = equations.frictions.iter().position(|term| term.element == extra.element);
-            place.expect("every such term has a friction")
+            Extra::Friction { friction: place.expect("every such term has a friction"), law }
         };
         let input = |name: &str| {
             let place = equations.inputs.iter().position(|input| input.element == name);
@@ -421,18 +421,18 @@ pub(super) fn extra_columns(equations: &Equations, extras: &[ExtraTerm], harmoni
         };
         let harmonic = |own: &Harmonic| harmonics.iter().position(|one| *one == own).expect("a harmonic that is read");
         match &extra.law {
-            Law::Stribeck { .. } => Extra::Stribeck { friction: friction() },
-            Law::Load { torque } => Extra::Load { friction: friction(), input: input(torque) },
+            Law::Stribeck { .. } => friction(ExtraFriction::Stribeck),
+            Law::Load { torque } => friction(ExtraFriction::Load(input(torque))),
             // Before the recordings are separated it represents its friction only.
-            Law::FrictionAsymmetry | Law::Recordings => Extra::Sense { friction: friction() },
-            Law::DampingAsymmetry => Extra::SenseDamping { friction: friction() },
-            Law::Quadratic => Extra::Quadratic { friction: friction() },
-            Law::Drift => Extra::Drift { friction: friction() },
+            Law::FrictionAsymmetry | Law::Recordings => friction(ExtraFriction::Sense),
+            Law::DampingAsymmetry => friction(ExtraFriction::SenseDamping),
+            Law::Quadratic => friction(ExtraFriction::Quadratic),
+            Law::Drift => friction(ExtraFriction::Drift),
             Law::Recording { recording, last } => {
-                Extra::Recording { friction: friction(), recording: *recording, last: *last }
+                friction(ExtraFriction::Recording { recording: *recording, last: *last })
             }
-            Law::Cogging(own) => Extra::Cogging { friction: friction(), harmonic: harmonic(own) },
-            Law::Ripple(own) => Extra::Ripple { friction: friction(), harmonic: harmonic(own) },
+            Law::Cogging(own) => friction(ExtraFriction::Cogging(harmonic(own))),
+            Law::Ripple(own) => friction(ExtraFriction::Ripple(harmonic(own))),
             Law::Offset => Extra::Offset { input: input(&extra.element) },
             Law::Teeth { back } => {
                 let place = equations.gear_losses().position(|(unilateral, _)| unilateral.element == extra.element);

@@ -2,6 +2,7 @@
 
 use super::backlashes::Backlash;
 use super::compare::Whole;
+use super::extra::ExtraTerm;
 use super::plant::{Columns, Plant};
 use super::request::FitRequest;
 use kardan_identify::{Coefficient, Fit, Samples};
@@ -23,20 +24,24 @@ pub(super) struct Fitted<'a> {
 impl Fitted<'_> {
     /// Names of the columns of the fit, then of the Stribeck speeds.
     pub fn column_names(&self) -> Vec<String> {
-        let identifiable = self.columns.identifiable.iter().map(|(k, _)| self.columns.coefficients[*k].name.clone());
-        let extras = self.request.extras.iter().map(|extra| extra.name.clone());
+        let mut names = self.columns.names(self.request);
         let speeds = self.request.extras.iter().filter(|extra| extra.shape().is_some());
-        identifiable.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
+        names.extend(speeds.map(ExtraTerm::speed_name));
+        names
     }
 
-    /// The unit of a row of the balance by its name.
-    pub fn row_unit(&self, row: &str) -> &'static str {
-        self.plant.domain_of_coordinate(row).effort().unit()
+    /// Names and units of the rows of the balance, with their numbers.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, String, String)> {
+        let names = self.plant.row_names(self.samples.rows).into_iter().enumerate();
+        names.map(move |(row, name)| {
+            let unit = self.plant.domain_of_coordinate(&name).effort().unit();
+            (row, name, unit.into())
+        })
     }
 
-    /// Names of the rows of the balance.
-    pub fn row_names(&self) -> Vec<String> {
-        self.plant.row_names(self.samples.rows)
+    /// The residual of a row of a sample.
+    pub fn residual(&self, sample: usize, row: usize) -> f64 {
+        self.samples.y(sample)[row] - self.fit.prediction(self.samples, sample, row)
     }
 }
 
@@ -45,6 +50,6 @@ pub(super) fn stiffness(plant: &Plant, columns: &Columns, fit: &Fit, element: &s
     let springs = &plant.reduced.equations.springs;
     let Some(number) = springs.iter().position(|term| term.element == element) else { return (None, f64::NAN) };
     let of_spring = |one: &Coefficient| one.kind == Kind::Stiffness && one.terms.contains(&number);
-    let column = columns.identifiable.iter().position(|(k, _)| of_spring(&columns.coefficients[*k]));
+    let column = columns.identified().position(of_spring);
     (column, column.map_or_else(|| springs[number].value.stiffness.to_f64(), |column| fit.values[column]))
 }

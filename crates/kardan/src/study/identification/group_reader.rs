@@ -222,9 +222,7 @@ impl GroupReader {
             }
             parts.iter_mut().zip(&columns).for_each(|(part, column)| *part = &column[from..to]);
             let (section, own) = (self.section, &self.slots);
-            self.windows.add(&times[from..to], &parts, &mut |k, readings| {
-                store_window(windows, section, k, slots, own, readings);
-            });
+            self.windows.add(&times[from..to], &parts, &mut stored(windows, section, slots, own));
             from = to;
             if from < rows {
                 let t = times[from];
@@ -234,7 +232,7 @@ impl GroupReader {
                         let row = self.rows + from as u64 + 1;
                         remarks.push(format!("the clock jumps back by {:.3} s at row {row} ({t:.3} s)", self.last - t));
                     }
-                    self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
+                    self.windows.finish(&mut stored(windows, section, slots, own));
                     self.section += 1;
                     self.last = f64::NEG_INFINITY;
                 } else {
@@ -268,7 +266,7 @@ impl GroupReader {
         let remarks = &mut read.remarks;
         let mut clock_issues: Vec<String> = read.clock.take().into_iter().collect();
         let (section, own) = (self.section, &self.slots);
-        self.windows.finish(&mut |k, readings| store_window(windows, section, k, slots, own, readings));
+        self.windows.finish(&mut stored(windows, section, slots, own));
         if self.gaps > MOST_REMARKS {
             remarks.push(format!("{} gaps in total", self.gaps));
         }
@@ -301,14 +299,15 @@ impl GroupReader {
     }
 }
 
-fn store_window(
-    windows: &mut SlotWindows,
+/// What stores the readings of a window of a section in their slots.
+fn stored<'a>(
+    windows: &'a mut SlotWindows,
     section: usize,
-    number: i64,
     slots: usize,
-    own: &[usize],
-    readings: &[Reading],
-) {
-    let row = windows.entry((section, number)).or_insert_with(|| vec![Reading::MISSING; slots]);
-    own.iter().zip(readings).for_each(|(&slot, reading)| row[slot] = *reading);
+    own: &'a [usize],
+) -> impl FnMut(i64, &[Reading]) + 'a {
+    move |number, readings| {
+        let row = windows.entry((section, number)).or_insert_with(|| vec![Reading::MISSING; slots]);
+        own.iter().zip(readings).for_each(|(&slot, reading)| row[slot] = *reading);
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::channels::{Harmonic, Quantity};
 use super::extra::{ExtraTerm, Law, law_parameters};
+use kardan_identify::OpenLaws;
 use kardan_math::units::{Exact, Expression};
 use kardan_mechanics::assemble::{Equations, assemble};
 use kardan_mechanics::equations::{Formula, Meaning, Term};
@@ -111,7 +112,7 @@ pub(super) fn law_torques(
     reduced: &Reduced,
     extras: &[ExtraTerm],
     harmonics: &[(Harmonic, usize)],
-) -> Result<(LawTorques, Vec<f64>, Vec<usize>), Vec<Diagnostic>> {
+) -> Result<OpenLaws, Vec<Diagnostic>> {
     let (mut waves, mut numbers) = (Vec::new(), Vec::new());
     for (number, (harmonic, _)) in harmonics.iter().enumerate().filter(|_| !reduced.equations.laws.is_empty()) {
         let shaft = reduced.coordinate(&harmonic.shaft).expect("a harmonic is one of a shaft");
@@ -124,8 +125,9 @@ pub(super) fn law_torques(
         Law::Parameter { before, .. } => Some(before),
         _ => None,
     });
-    let torques = LawTorques::new(reduced, &formulas, &names, &waves);
-    torques.map(|torques| (torques, values.collect(), numbers)).map_err(|wrong| vec![not_linear(reduced, &wrong)])
+    let torques =
+        LawTorques::new(reduced, &formulas, &names, &waves).map_err(|wrong| vec![not_linear(reduced, &wrong)])?;
+    Ok(OpenLaws { torques, values: values.collect(), harmonics: numbers })
 }
 
 fn not_linear(reduced: &Reduced, wrong: &NotLinear) -> Diagnostic {

@@ -35,11 +35,11 @@ use compare::{Whole, compare};
 use cutting::teeth_to_try;
 use extra::with_harmonics;
 use fitted::Fitted;
-use fitting::{choose, cross_validated, fit_options};
+use fitting::{choose, cross_validated};
 use laws::with_harmonics_of_laws;
 use open_logs::OpenLogs;
 use plant::plant;
-use redundant::contradictions;
+use redundant::report_contradictions;
 use request::request;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
@@ -119,32 +119,31 @@ impl Project {
         if !diagnostics.is_empty() {
             return Err(diagnostics);
         }
-        let mut logs = OpenLogs::open(document, &model, files)?;
+        let logs = OpenLogs::open(document, &model, files)?;
         let mut slots = with_harmonics_of_laws(with_harmonics(logs.slots()?, &request.declared)?, &model);
         if settings.suggest {
             slots = with_all_harmonics(slots);
         }
         let notes = logs.notes();
         let tried = if settings.suggest { teeth_to_try(document) } else { Vec::new() };
-        let plant = plant(document, &set, &request, &slots, &model, &tried)
-            .map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
+        let plant =
+            plant(document, &set, &request, &slots, &tried).map_err(|diagnostics| with_remarks(diagnostics, &notes))?;
         let window = match request.window {
             Some(window) => window,
             None => logs.usual_window()?,
         };
         // After an early stop the part of the logs read so far is fitted nevertheless.
         let (recorded, early) = logs.read(&slots, window, progress)?;
-        let material = Material { recorded: &recorded, slots: &slots, window };
+        let material = Material::new(&recorded, &slots, window, &model);
         let mut notes = request.split_by_recording(&plant, &material);
         notes.extend(drop_unused_directions(&mut request, &plant, &material));
         notes.extend(plant.notes.iter().cloned());
         // An error of a log is a likely reason for insufficient data.
         let mut chosen = choose(&plant, &request, &material)
             .map_err(|diagnostics| with_remarks(diagnostics, &material.remarks()))?;
-        let contradictions = contradictions(&plant, &material);
-        chosen.warnings = contradictions.warnings;
-        chosen.notes.extend(notes.into_iter().chain(contradictions.notes));
-        let options = fit_options(&request, &chosen.columns, chosen.method);
+        chosen.notes.extend(notes);
+        report_contradictions(&plant, &material, &mut chosen);
+        let options = chosen.fit_options(&request);
         let fit = chosen.fit(&options)?;
         let whole = Whole { document, settings: &set, material, request: &request, plant: &plant, chosen: &chosen };
         Fitting { whole, options, fit, early }.validated(settings, progress)
@@ -178,7 +177,7 @@ impl Fitting<'_> {
         });
         let chosen = self.whole.chosen;
         let cross_validated =
-            (!ends()).then(|| cross_validated(&chosen.samples, chosen.method, &self.options).0).flatten();
+            (!ends()).then(|| cross_validated(chosen.samples(), chosen.method, &self.options).0).flatten();
         let mut out = self.summary(cross_validated.as_deref());
         store_partial(&|| Identification {
             incomplete_reason: missing("the comparison of models is missing"),
@@ -205,9 +204,7 @@ impl Fitting<'_> {
     /// Contacts of the backlashes with the identified values.
     fn backlashes(&self) -> Vec<Backlash> {
         let Whole { request, chosen, .. } = self.whole;
-        let identifiable =
-            chosen.columns.identifiable.iter().map(|(k, _)| chosen.columns.coefficients[*k].name.clone());
-        let names: Vec<String> = identifiable.chain(request.extras.iter().map(|extra| extra.name.clone())).collect();
+        let names = chosen.columns.names(request);
         chosen.built.backlashes.iter().map(|backlash| backlash.fitted(&self.fit, &names)).collect()
     }
 
@@ -220,7 +217,7 @@ impl Fitting<'_> {
             plant,
             request,
             columns: &chosen.columns,
-            samples: &chosen.samples,
+            samples: chosen.samples(),
             fit: &self.fit,
             cross_validated,
             backlashes: &backlashes,

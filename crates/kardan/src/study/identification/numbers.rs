@@ -14,6 +14,14 @@ pub(super) fn rms(count: usize, of: impl Fn(usize) -> f64) -> f64 {
     ((0..count).map(|k| powi(of(k), 2)).sum::<f64>() / count.max(1) as f64).sqrt()
 }
 
+/// The mean of numbers, and its standard error.
+pub(super) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let square = values.iter().map(|x| powi(x - mean, 2)).sum::<f64>();
+    (mean, (square / (n - 1.0).max(1.0) / n).sqrt())
+}
+
 /// At most six digits.
 pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.6}");

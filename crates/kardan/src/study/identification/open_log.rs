@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::channels::{Channel, MappedChannel, number, signals, wire_by_name};
+use super::channels::{Channel, Described, MappedChannel, channel_names, number, signals, wire_by_name};
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
-use crate::study::read::read_values::{quantity, read_word};
+use crate::study::read::read_values::{quantity, read_tables, read_word};
 use kardan_math::units::Dimension;
 use kardan_model::{Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_schema::schema::{Sign, Table, Value};
+use kardan_schema::schema::{Sign, Table};
 use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
 
 /// A log with its mapped channels.
@@ -26,8 +26,8 @@ pub(super) struct OpenLog {
 }
 
 /// An error of a log, as a diagnostic.
-pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
-    Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
+pub(super) fn log_error(name: &str, error: &LogError) -> Vec<Diagnostic> {
+    vec![Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))]
 }
 
 /// Opens a log and finds its channels.
@@ -37,39 +37,34 @@ pub(super) fn open_log(
     file: &LogFile,
     out: &mut Vec<Diagnostic>,
 ) -> Option<OpenLog> {
-    let (described, empty) = (table_of(document, &file.name), Table::default());
-    let table = described.map_or(&empty, |(_, table)| table);
+    let (number, empty) = (table_of(document, &file.name), Table::default());
+    let table = number.map_or(&empty, |number| &document.logs[number].1);
     let reader = TableReader::new(document, &[]);
     let options = csv_options(table, &reader, out);
     let log = match open(Arc::clone(&file.bytes), &options) {
         Ok(log) => log,
         Err(error) => {
-            out.push(log_error(&file.name, &error));
+            out.extend(log_error(&file.name, &error));
             return None;
         }
     };
     let before = out.len();
     let groups = log.groups().to_vec();
+    let described = Described { table, file: &file.name, groups: &groups, reader: &reader };
     let mut mapped = Vec::new();
-    if let (Some((number, _)), Some(Value::Tables(channels))) =
-        (described, table.values.get("channel").map(|entry| &entry.value))
-    {
-        for (k, table) in channels.iter().enumerate() {
-            let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
-            let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
-            mapped.extend(channel.wire(model, out));
-        }
+    for (k, table) in read_tables(table, "channel").iter().enumerate() {
+        let what = format!("channel {} of log `{}`", k + 1, number.map_or("", |number| &document.logs[number].0));
+        mapped.extend(Channel { log: described, table, what: &what }.wire(model, out));
     }
-    wire_by_name(model, &file.name, &groups, &mut mapped, out);
-    let clocks = clocks(table, &groups, &mapped, &file.name, &reader, out);
+    wire_by_name(described, model, &mut mapped, out);
+    let clocks = clocks(described, &mapped, out);
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if mapped.is_empty() && out.len() == before {
-        let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
         let message = format!("no channel of `{}` matches a signal of the model", file.name);
         let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
             "map them in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
-            quoted(names.take(24)),
+            quoted(channel_names(&groups).into_iter().take(24)),
             quoted(signals(model).iter().map(String::as_str)),
             if notes.is_empty() { "" } else { "; remarks about the log: " },
             notes.join("; ")

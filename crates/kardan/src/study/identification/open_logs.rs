@@ -5,27 +5,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::channels::Quantity;
-use super::open_log::{OpenLog, log_error, open_log};
+use super::open_log::{OpenLog, open_log};
 use super::reading::{Recording, read, usual_window};
 use super::recordings::recordings;
 use super::settings::LogFile;
 use crate::study::Progress;
 use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_tables::read::{Bytes, LogError, ReadSeek};
+use kardan_tables::read::{Bytes, ReadSeek};
 
-/// Bytes with a counter of those read.
-struct Counted {
-    inner: Arc<dyn Bytes>,
+/// Bytes, or their reader, with a counter of those read.
+struct Counted<T> {
+    inner: T,
     read: Arc<AtomicU64>,
 }
 
-struct Counting {
-    inner: Box<dyn ReadSeek>,
-    read: Arc<AtomicU64>,
-}
-
-impl Read for Counting {
+impl Read for Counted<Box<dyn ReadSeek>> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         let count = self.inner.read(buffer)?;
         self.read.fetch_add(count as u64, Ordering::Relaxed);
@@ -33,15 +28,15 @@ impl Read for Counting {
     }
 }
 
-impl Seek for Counting {
+impl Seek for Counted<Box<dyn ReadSeek>> {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
         self.inner.seek(to)
     }
 }
 
-impl Bytes for Counted {
+impl Bytes for Counted<Arc<dyn Bytes>> {
     fn open(&self) -> std::io::Result<Box<dyn ReadSeek>> {
-        Ok(Box::new(Counting { inner: self.inner.open()?, read: Arc::clone(&self.read) }))
+        Ok(Box::new(Counted { inner: self.inner.open()?, read: Arc::clone(&self.read) }))
     }
 }
 
@@ -53,10 +48,6 @@ pub(super) struct OpenLogs {
     counters: Vec<Arc<AtomicU64>>,
     /// All of them.
     bytes: u64,
-}
-
-fn failed((name, error): (String, LogError)) -> Vec<Diagnostic> {
-    vec![log_error(&name, &error)]
 }
 
 impl OpenLogs {
@@ -122,10 +113,10 @@ impl OpenLogs {
     }
 
     /// The width of windows with enough samples of every channel, s.
-    pub fn usual_window(&mut self) -> Result<f64, Vec<Diagnostic>> {
+    pub fn usual_window(&self) -> Result<f64, Vec<Diagnostic>> {
         let mut widest = 0.0_f64;
-        for logs in &mut self.experiments {
-            widest = widest.max(usual_window(logs).map_err(failed)?);
+        for logs in &self.experiments {
+            widest = widest.max(usual_window(logs)?);
         }
         Ok(widest)
     }
@@ -148,7 +139,7 @@ impl OpenLogs {
         };
         let (mut recorded, mut early) = (Vec::new(), None);
         for logs in experiments {
-            recorded.push(read(logs, slots, window, &enough).map_err(failed)?);
+            recorded.push(read(logs, slots, window, &enough)?);
             if progress.stop().is_some() {
                 early = Some(format!("kardan read {:.1} % of the logs", 100.0 * part()));
                 break;

@@ -12,7 +12,9 @@ use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::equations::{Domain, UnilateralConstraint};
 use kardan_mechanics::reduce::linearise;
-use kardan_results::{FIXED_REMARK, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
+use kardan_results::{
+    FIXED_REMARK, FileContent, FileLaw, FileTerm, FileValue, IdentifiedDamping, IdentifiedParameter, Interval,
+};
 
 /// Parameters in the order of the request, then those of the extra terms.
 pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
@@ -118,7 +120,7 @@ impl Fitted<'_> {
         column: usize,
     ) -> IdentifiedParameter {
         let unit = self.domain(&extra.element).motion()[1].unit();
-        let mut found = self.column(format!("{}.stribeck_speed", extra.element), unit, column, None);
+        let mut found = self.column(extra.speed_name(), unit, column, None);
         if fixed_speed.is_some() {
             found.remark = FIXED_REMARK.into();
             found.interval = None;
@@ -187,8 +189,7 @@ impl Fitted<'_> {
 
     /// The efficiency of a gear with this loss of the load at its cut.
     fn efficiency(&self, extra: &ExtraTerm, back: bool, column: usize) -> IdentifiedParameter {
-        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
-        let mut found = self.column(name, "1", column, None);
+        let mut found = self.column(extra.efficiency_name(back), "1", column, None);
         let Extra::Teeth { teeth: number, .. } = self.columns.extras[column - self.columns.identifiable.len()] else {
             return found;
         };
@@ -217,46 +218,47 @@ fn determined(one: &IdentifiedParameter) -> Option<f64> {
 }
 
 /// The results that a model file can contain, and the others with reasons. The file gets Stribeck friction as the breakaway torque.
-pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
+pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> FileContent {
     let Fitted { request, columns, .. } = fitted;
-    let (mut values, mut omissions) = (Vec::new(), Vec::new());
+    let mut out = FileContent::default();
     for one in parameters.iter().take(columns.coefficients.len()) {
         if one.value == Some(0.0) && one.standard_error.is_none() {
             // At its bound: all others were fitted with it at zero.
-            values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
+            out.values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
         } else {
-            put(one, &mut values, &mut omissions);
+            put(one, &mut out);
         }
     }
     for extra in &request.extras {
         let Some(own) = parameters.iter().find(|one| one.name == extra.name) else { continue };
         match &extra.law {
-            Law::Parameter { .. } => put(own, &mut values, &mut omissions),
+            Law::Parameter { .. } => put(own, &mut out),
             Law::Stribeck { shape: Shape::Gaussian, speed } => {
                 let found = breakaway(fitted, extra, own, *speed, parameters);
                 if found.is_none() {
                     let friction = format!("{}.friction", extra.element);
-                    omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
+                    out.omissions.push(format!("{}: it or {friction} is not determined well enough", extra.name));
                 }
-                values.extend(found.into_iter().flatten());
+                out.values.extend(found.into_iter().flatten());
             }
             Law::Stribeck { .. } => {
-                omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name));
+                out.omissions.push(format!("{}: a model file supports the gaussian shape only", extra.name));
             }
             // A law of a torque, or an efficiency.
             _ if is_in_file(extra) => {}
-            law => omissions.push(format!("{}: {}", extra.name, not_in_a_file(law))),
+            law => out.omissions.push(format!("{}: {}", extra.name, not_in_a_file(law))),
         }
     }
-    of_contacts_and_backlash(fitted, parameters, &mut values, &mut omissions);
-    (values, omissions)
+    put_contacts_and_backlash(fitted, parameters, &mut out);
+    put_terms(request, parameters, &mut out);
+    out
 }
 
 /// Adds a parameter that is identified individually to the values, or another one with its remark to the omissions.
-fn put(one: &IdentifiedParameter, values: &mut Vec<FileValue>, omissions: &mut Vec<String>) {
+fn put(one: &IdentifiedParameter, out: &mut FileContent) {
     match determined(one) {
-        Some(value) => values.push(FileValue { name: one.name.clone(), value, interval: one.interval }),
-        None => omissions.push(format!("{}: {}", one.name, one.remark)),
+        Some(value) => out.values.push(FileValue { name: one.name.clone(), value, interval: one.interval }),
+        None => out.omissions.push(format!("{}: {}", one.name, one.remark)),
     }
 }
 
@@ -268,7 +270,7 @@ fn breakaway(
     fixed_speed: Option<f64>,
     parameters: &[IdentifiedParameter],
 ) -> Option<[FileValue; 2]> {
-    let name = format!("{}.stribeck_speed", extra.element);
+    let name = extra.speed_name();
     let speed = parameters.iter().find(|one| one.name == name)?;
     let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
     let sliding = match fitted.request.unknowns.iter().position(|one| one.keys.iter().any(own_friction)) {
@@ -290,37 +292,33 @@ fn breakaway(
     ])
 }
 
-/// Gear losses and backlashes for a model file.
-fn of_contacts_and_backlash(
-    fitted: &Fitted<'_>,
-    parameters: &[IdentifiedParameter],
-    values: &mut Vec<FileValue>,
-    omissions: &mut Vec<String>,
-) {
+/// Adds gear losses and backlashes.
+fn put_contacts_and_backlash(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter], out: &mut FileContent) {
     for extra in &fitted.request.extras {
         let Law::Teeth { back } = extra.law else { continue };
-        let name = format!("{}.{}", extra.element, if back { "efficiency_back" } else { "efficiency" });
+        let name = extra.efficiency_name(back);
         let found = parameters.iter().find(|one| one.name == name);
         match found.and_then(determined).filter(|value| *value <= 1.0 && (back || *value > 0.0)) {
-            Some(value) => values.push(FileValue { name, value, interval: None }),
-            None => omissions.push(format!("{name}: it is not distinguishable from 1, or not determined")),
+            Some(value) => out.values.push(FileValue { name, value, interval: None }),
+            None => out.omissions.push(format!("{name}: it is not distinguishable from 1, or not determined")),
         }
     }
     // A file needs `efficiency` beside `efficiency_back`.
     for (unilateral, gear) in fitted.plant.reduced.equations.gear_losses() {
-        let named = |word: &str, values: &[FileValue]| {
+        let named = |word: &str| {
             let name = format!("{}.{word}", unilateral.element);
-            values.iter().any(|one| one.name == name)
+            out.values.iter().any(|one| one.name == name)
         };
-        if named("efficiency_back", values) && !named("efficiency", values) && gear.forth.to_f64() < 1e-8 {
-            values.push(FileValue { name: format!("{}.efficiency", unilateral.element), value: 1.0, interval: None });
+        if named("efficiency_back") && !named("efficiency") && gear.forth.to_f64() < 1e-8 {
+            let name = format!("{}.efficiency", unilateral.element);
+            out.values.push(FileValue { name, value: 1.0, interval: None });
         }
     }
     for backlash in fitted.backlashes {
         for word in ["backlash", "offset"] {
             let name = format!("{}.{word}", backlash.element);
             if let Some(one) = parameters.iter().find(|one| one.name == name) {
-                put(one, values, omissions);
+                put(one, out);
             }
         }
     }
@@ -337,9 +335,9 @@ fn law_of_file(extra: &ExtraTerm) -> Option<FileLaw> {
     }
 }
 
-/// The terms that a model file can contain as laws of torques; undetermined ones are omitted, with the reason.
-pub(super) fn terms_for_file(request: &FitRequest, parameters: &[IdentifiedParameter]) -> (Vec<FileTerm>, Vec<String>) {
-    let (mut terms, mut omissions): (Vec<FileTerm>, Vec<String>) = (Vec::new(), Vec::new());
+/// Adds terms as laws of torques; undetermined ones are omitted, with the reason.
+fn put_terms(request: &FitRequest, parameters: &[IdentifiedParameter], out: &mut FileContent) {
+    let FileContent { terms, omissions, .. } = out;
     for extra in &request.extras {
         let Some(law) = law_of_file(extra) else { continue };
         let found = parameters.iter().find(|one| one.name == extra.name && one.interval.is_some());
@@ -355,12 +353,12 @@ pub(super) fn terms_for_file(request: &FitRequest, parameters: &[IdentifiedParam
                 term: extra.term.clone(),
                 element: extra.element.clone(),
                 law,
+                unit: one.unit.clone(),
                 coefficients: vec![coefficient],
             }),
         }
     }
     terms.retain(|one| !matches!(one.law, FileLaw::Cogging(_)) || one.coefficients.len() == 2);
-    (terms, omissions)
 }
 
 /// Whether a law of a torque, or a key of an element, expresses a term.

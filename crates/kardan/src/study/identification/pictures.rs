@@ -1,8 +1,8 @@
 //! Points of the pictures: torques over time, frictions over speed.
 
+use super::extra::Law;
 use super::fitted::Fitted;
 use super::plant::in_coordinates;
-use kardan_identify::Extra;
 use kardan_math::num::dot;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_results::signal_name;
@@ -26,16 +26,12 @@ pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
             .map_or_else(|| fit.prediction(samples, k, row), |cross_validated| cross_validated[k * samples.rows + row]);
         TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
     };
-    fitted
-        .row_names()
-        .into_iter()
-        .enumerate()
-        .map(|(row, name)| Trace {
-            unit: fitted.row_unit(&name).into(),
-            row: name,
-            points: (0..samples.len()).step_by(step).map(|k| point(k, row)).collect(),
-        })
-        .collect()
+    let trace = |(row, name, unit): (usize, String, String)| Trace {
+        row: name,
+        unit,
+        points: (0..samples.len()).step_by(step).map(|k| point(k, row)).collect(),
+    };
+    fitted.rows().map(trace).collect()
 }
 
 /// For each requested friction: the measured torque along it less all other terms, over its speed.
@@ -78,14 +74,10 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
             && (one.parameter || signal_name::parameter(&one.name).is_some_and(|(owner, _)| owner == element))
     };
     let identifiable = columns.identifiable.iter().map(|(number, _)| of_element(*number));
-    let extras = request.extras.iter().zip(&columns.extras);
-    let of_speed = |extra: &Extra| {
-        matches!(
-            extra,
-            Extra::Stribeck { .. } | Extra::Sense { .. } | Extra::SenseDamping { .. } | Extra::Quadratic { .. }
-        )
+    let of_speed = |law: &Law| {
+        matches!(law, Law::Stribeck { .. } | Law::FrictionAsymmetry | Law::DampingAsymmetry | Law::Quadratic)
     };
-    let own = identifiable.chain(extras.map(|(one, extra)| one.element == element && of_speed(extra)));
+    let own = identifiable.chain(request.extras.iter().map(|one| one.element == element && of_speed(&one.law)));
     let mut own_fit = (*fit).clone();
     for (value, own) in own_fit.values.iter_mut().zip(own) {
         if !own {
@@ -96,7 +88,7 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     for k in (0..samples.len()).step_by(picture_step(samples.len())) {
         let speed = dot(direction, samples.motion(k, 1));
         let model = own_fit.prediction(samples, k, row) / share;
-        let residual = (samples.y(k)[row] - fit.prediction(samples, k, row)) / share;
+        let residual = fitted.residual(k, row) / share;
         points.push(FrictionPoint { speed, torque: model + residual });
         line.push(FrictionPoint { speed, torque: model });
     }

@@ -1,37 +1,38 @@
 //! The plant in measured coordinates, and the columns that its logs can identify.
 
 use super::backlashes::open_plays;
-use super::channels::{Harmonic, Quantity, quantity_of};
+use super::channels::{Harmonic, Quantity};
 use super::cutting::{Balance, check_teeth};
 use super::extra::{ExtraTerm, extra_columns};
 use super::laws::law_torques;
-use super::request::{FitRequest, Method};
+use super::request::FitRequest;
 use super::unknowns::{UnknownParameter, coefficients, with_terms};
 use crate::study::read::variant_diagnostics::is_error;
-use kardan_identify::{Coefficient, Extra, Regressor, undetermined};
+use kardan_identify::{Coefficient, Excitation, Extra, Regressor, undetermined};
 use kardan_math::num::{Matrix, Rational, echelon, rational_to_f64};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::{CoefficientKind as Kind, Equations, assemble};
-use kardan_mechanics::equations::{Domain, Meaning, Term, UnilateralConstraint};
+use kardan_mechanics::equations::{Domain, Meaning, UnilateralConstraint};
 use kardan_mechanics::reduce::{Kinematics, Reduced, linearise, reduce};
 use kardan_model::{Document, Model, Setting};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
+
+/// Positions of the angle and the speed of a coordinate among the slots.
+pub(super) type Sensors = (Option<usize>, Option<usize>);
 
 /// A plant whose motion was measured, ready for rows.
 #[derive(Clone)]
 pub(super) struct Plant {
     pub reduced: Reduced,
     pub model: Model,
-    /// Positions of the coordinates among the slots: angle, speed.
-    pub sensors: Vec<(Option<usize>, Option<usize>)>,
+    /// Of each coordinate.
+    pub sensors: Vec<Sensors>,
     /// Positions of the inputs among the slots.
     pub torques: Vec<Option<usize>>,
     /// Unmeasured inputs.
     pub unmeasured: Vec<usize>,
     /// Harmonics of angles in use, and their positions among the slots.
     pub harmonics: Vec<(Harmonic, usize)>,
-    /// Step of the sensor of each slot, rad.
-    pub steps: Vec<Option<f64>>,
     /// Elements with backlash, whose torque is eliminated.
     pub backlashes: Vec<String>,
     /// Notes about it.
@@ -47,13 +48,25 @@ pub(super) struct Columns {
     pub extras: Vec<Extra>,
 }
 
+impl Columns {
+    /// The coefficients that are columns.
+    pub fn identified(&self) -> impl Iterator<Item = &Coefficient> {
+        self.identifiable.iter().map(|(k, _)| &self.coefficients[*k])
+    }
+
+    /// Names of the columns.
+    pub fn names(&self, request: &FitRequest) -> Vec<String> {
+        let extras = request.extras.iter().map(|extra| extra.name.clone());
+        self.identified().map(|one| one.name.clone()).chain(extras).collect()
+    }
+}
+
 /// The model with terms for the whole request, in measured coordinates.
 pub(super) fn plant(
     document: &Document,
     set: &[Setting],
     request: &FitRequest,
     slots: &[Quantity],
-    plain: &Model,
     tried: &[ExtraTerm],
 ) -> Result<Plant, Vec<Diagnostic>> {
     let terms: Vec<ExtraTerm> = request.declared.iter().cloned().chain(tried.iter().cloned()).collect();
@@ -81,20 +94,12 @@ pub(super) fn plant(
     let unmeasured = (0..inputs.len())
         .filter(|&k| torques[k].is_none() && !request.inactive_inputs.contains(&inputs[k].element))
         .collect();
-    let step = |slot: &Quantity| {
-        plain.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
-            let (quantity, step) = quantity_of(&named.element, plain)?;
-            (quantity == *slot).then_some(step).flatten()
-        })
-    };
-    let steps = slots.iter().map(step).collect();
     let harmonic = |(k, slot): (usize, &Quantity)| match slot {
         Quantity::Harmonic(harmonic) => Some((harmonic.clone(), k)),
         _ => None,
     };
     let harmonics = slots.iter().enumerate().filter_map(harmonic).collect();
-    let mut plant =
-        Plant { reduced, model, sensors, torques, unmeasured, harmonics, steps, backlashes, notes: Vec::new() };
+    let mut plant = Plant { reduced, model, sensors, torques, unmeasured, harmonics, backlashes, notes: Vec::new() };
     plant.check_angles()?;
     law_torques(&plant.reduced, &request.extras, &plant.harmonics)?;
     plant.check_torques(request)?;
@@ -272,9 +277,9 @@ pub(super) fn in_coordinates(row: &[(usize, Rational)], basis: &Matrix<Rational>
 }
 
 /// The columns for a kind of excitation, without structurally dependent ones.
-pub(super) fn columns(plant: &Plant, request: &FitRequest, method: Method) -> Columns {
+pub(super) fn columns(plant: &Plant, request: &FitRequest, excitation: Excitation) -> Columns {
     let all = coefficients(&plant.reduced.equations, &request.unknowns);
-    let structural = undetermined(&plant.reduced, &all, &plant.unmeasured, method.excitation());
+    let structural = undetermined(&plant.reduced, &all, &plant.unmeasured, excitation);
     // Of each dependent combination the last parameter is the free one.
     let free: Vec<usize> = structural
         .iter()

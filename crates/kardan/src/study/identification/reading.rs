@@ -6,11 +6,13 @@ use std::sync::Arc;
 use super::channels::{Harmonic, MappedChannel, Quantity};
 use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
-use super::open_log::OpenLog;
+use super::open_log::{OpenLog, log_error};
+use super::recordings::base;
 use super::stream::stream;
 use kardan_identify::Windows;
 use kardan_results::{ChannelRead, LogRead, Span};
-use kardan_tables::read::{Block, Group, LogError};
+use kardan_schema::diagnostics::Diagnostic;
+use kardan_tables::read::{Block, Group};
 
 /// Blocks examined for the rates of the channels.
 const LOOKED_AT: usize = 16;
@@ -48,11 +50,11 @@ fn harmonics(slots: &[Quantity], channels: &[&MappedChannel]) -> Vec<(usize, (us
 }
 
 /// The width of the windows: 50 samples of the slowest channel, estimated from the first rows.
-pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogError)> {
+pub(super) fn usual_window(logs: &[OpenLog]) -> Result<f64, Vec<Diagnostic>> {
     let mut slowest = 0.0_f64;
     for open in logs {
         let selection = selection(open);
-        let fail = |error| (open.name.clone(), error);
+        let fail = |error| log_error(&open.name, &error);
         // A reader of its own: the one of the log stays at its start.
         let mut log = kardan_tables::read::open(Arc::clone(&open.file), &open.options).map_err(fail)?;
         log.choose(&selection).map_err(fail)?;
@@ -88,7 +90,7 @@ pub(super) fn read(
     slots: &[Quantity],
     width: f64,
     enough: &dyn Fn() -> bool,
-) -> Result<Recording, (String, LogError)> {
+) -> Result<Recording, Vec<Diagnostic>> {
     let mut out = Recording {
         windows: BTreeMap::new(),
         origin: f64::NAN,
@@ -105,8 +107,7 @@ pub(super) fn read(
 impl Recording {
     /// The names of its logs, without their folders.
     pub fn name(&self) -> String {
-        let names = self.logs.iter().map(|log| log.name.rsplit(['/', '\\']).next().unwrap_or(&log.name));
-        names.collect::<Vec<_>>().join(" with ")
+        self.logs.iter().map(|log| base(&log.name)).collect::<Vec<_>>().join(" with ")
     }
 
     /// Reads a log into the windows.
@@ -116,10 +117,10 @@ impl Recording {
         slots: &[Quantity],
         width: f64,
         enough: &dyn Fn() -> bool,
-    ) -> Result<(), (String, LogError)> {
+    ) -> Result<(), Vec<Diagnostic>> {
         let selection = selection(&open);
         let OpenLog { name, mut log, mapped, clocks, offset, .. } = open;
-        log.choose(&selection).map_err(|error| (name.clone(), error))?;
+        log.choose(&selection).map_err(|error| log_error(&name, &error))?;
         let mut read = LogRead { name: name.clone(), ..LogRead::default() };
         let mut readers: Vec<Option<GroupReader>> = clocks.iter().map(|_| None).collect();
         let mut failed = None;
@@ -155,7 +156,7 @@ impl Recording {
         read.remarks.extend(log.notes());
         if let Some(error) = failed {
             if read.rows == 0 {
-                return Err((name, error));
+                return Err(log_error(&name, &error));
             }
             damage.insert(0, format!("kardan uses {} rows of it", read.rows));
             read.remarks.push(format!("{error}; kardan uses the {} rows before it", read.rows));

@@ -4,7 +4,6 @@ use super::settings::LogFile;
 use crate::study::read::read_values::read_word;
 use kardan_model::Document;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_schema::schema::Table;
 
 /// Whether a file name fits a pattern with `*` and `?`.
 fn fits(pattern: &str, name: &str) -> bool {
@@ -27,13 +26,14 @@ fn fits(pattern: &str, name: &str) -> bool {
     reach[name.len()]
 }
 
-fn base(name: &str) -> &str {
+/// A name without its folders.
+pub(super) fn base(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
 }
 
-/// The table that describes a file: the first match.
-pub(super) fn table_of<'a>(document: &'a Document, name: &str) -> Option<(usize, &'a Table)> {
-    document.logs.iter().enumerate().map(|(k, (_, table))| (k, table)).find(|(_, table)| {
+/// The number of the table that describes a file: the first match.
+pub(super) fn table_of(document: &Document, name: &str) -> Option<usize> {
+    document.logs.iter().position(|(_, table)| {
         read_word(table, "file").is_none_or(|pattern| fits(pattern, base(name)) || fits(pattern, name))
     })
 }
@@ -48,7 +48,7 @@ pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec
     let mut out = Vec::new();
     for file in files {
         match table_of(document, &file.name) {
-            Some((k, _)) => of_table[k].push(file),
+            Some(k) => of_table[k].push(file),
             None => {
                 let patterns = document.logs.iter().filter_map(|(_, table)| read_word(table, "file"));
                 out.push(

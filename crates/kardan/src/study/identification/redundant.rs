@@ -1,9 +1,10 @@
 //! Redundant measurements: by the constraints the motion of some shafts determines that of others, and the logs may contradict this.
 
 use super::channels::Quantity;
-use super::numbers::short;
+use super::fitting::Chosen;
+use super::numbers::{rms, short};
 use super::plant::{Plant, in_coordinates};
-use super::rows::{Material, slot_noise};
+use super::rows::Material;
 use kardan_identify::{LeastSquares, Reading};
 use kardan_math::num::{Rational, dot};
 use kardan_mechanics::reduce::Kinematics;
@@ -53,16 +54,8 @@ struct Redundant {
     rate: bool,
 }
 
-/// Contradictions of the constraints as warnings, and notes.
-#[derive(Default)]
-pub(super) struct Contradictions {
-    pub warnings: Vec<String>,
-    pub notes: Vec<String>,
-}
-
-/// Compares all redundant measurements.
-pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradictions {
-    let mut out = Contradictions::default();
+/// Compares all redundant measurements, and reports contradictions of the constraints as warnings and notes.
+pub(super) fn report_contradictions(plant: &Plant, material: &Material<'_>, out: &mut Chosen) {
     let kinematics = Kinematics::new(&plant.reduced);
     let basis = plant.basis();
     for (slot, quantity) in material.slots.iter().enumerate() {
@@ -72,10 +65,9 @@ pub(super) fn contradictions(plant: &Plant, material: &Material<'_>) -> Contradi
         };
         let coefficients = in_coordinates(&[(number, Rational::ONE)], &basis);
         if let Some(found) = Redundant::new(plant, material, slot, (number, coefficients)) {
-            found.report(plant, &mut out);
+            found.report(plant, out);
         }
     }
-    out
 }
 
 impl Redundant {
@@ -101,7 +93,6 @@ impl Redundant {
             (_, speed) => (speed.unwrap_or(slot), false),
         };
         let sources: Vec<(usize, bool)> = with.iter().map(|&k| source(k)).collect();
-        let noise = slot_noise(plant, material);
         let of = |row: &[Reading], (slot, first): (usize, bool)| if first { row[slot].first } else { row[slot].value };
         let target = (slot, is_angle && rate);
         let mut out = Self {
@@ -126,7 +117,7 @@ impl Redundant {
         let variance = |row: &[Reading], (slot, first): (usize, bool)| {
             let gain =
                 if first { Reading::FIRST_GAIN / (material.window * material.window) } else { Reading::VALUE_GAIN };
-            noise[slot] * noise[slot] * gain / row[slot].samples.max(1) as f64
+            material.noise[slot] * material.noise[slot] * gain / row[slot].samples.max(1) as f64
         };
         let (mut square, mut count) = (0.0, 0.0);
         for recording in material.recorded {
@@ -164,9 +155,9 @@ impl Redundant {
     }
 
     /// Reports its contradiction, if any.
-    fn report(&self, plant: &Plant, out: &mut Contradictions) {
+    fn report(&self, plant: &Plant, out: &mut Chosen) {
         let apart = self.apart();
-        let before = rms(&apart);
+        let before = rms(apart.len(), |k| apart[k]);
         if before <= LOUD * self.noise {
             return;
         }
@@ -213,7 +204,7 @@ impl Redundant {
     }
 
     /// Reports backlash or twist, if the deviation stays within bounds.
-    fn report_backlash(&self, plant: &Plant, apart: &[f64], out: &mut Contradictions) {
+    fn report_backlash(&self, plant: &Plant, apart: &[f64], out: &mut Chosen) {
         let mut sorted = apart.to_vec();
         sorted.sort_by(f64::total_cmp);
         let tail = (TAIL * sorted.len() as f64) as usize;
@@ -265,10 +256,6 @@ fn center(rows: &mut [f64], width: usize) {
         let mean = rows.iter().skip(k).step_by(width).sum::<f64>() / count;
         rows.iter_mut().skip(k).step_by(width).for_each(|x| *x -= mean);
     }
-}
-
-fn rms(of: &[f64]) -> f64 {
-    (dot(of, of) / of.len().max(1) as f64).sqrt()
 }
 
 /// The fraction of the square of y that x explains.

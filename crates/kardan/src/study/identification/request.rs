@@ -4,41 +4,14 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::study::read::read_values::{quantity, read_names, read_scalar, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_map, read_names, read_scalar, read_tables, read_word};
 use kardan_identify::{Excitation, Loss, Steadiness};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_mechanics::equations::{Domain, Term};
 use kardan_model::{Document, Model, Setting, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
-use kardan_schema::schema::{Sign, Table, Value};
-
-/// Which samples of a log are fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Method {
-    Steady,
-    Dynamic,
-}
-
-impl Method {
-    pub fn of(word: &str) -> Self {
-        if word == "steady" { Self::Steady } else { Self::Dynamic }
-    }
-
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Steady => "steady",
-            Self::Dynamic => "dynamic",
-        }
-    }
-
-    pub fn excitation(self) -> Excitation {
-        match self {
-            Self::Steady => Excitation::Steady,
-            Self::Dynamic => Excitation::Free,
-        }
-    }
-}
+use kardan_schema::schema::{Sign, Table};
 
 /// A model to compare.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,8 +34,8 @@ pub(super) struct FitRequest {
     /// All terms that the file declares; candidates may have others.
     pub declared: Vec<ExtraTerm>,
     pub candidates: Vec<CandidateSpec>,
-    /// `None`: chosen from the logs.
-    pub method: Option<Method>,
+    /// Whether steady segments or all windows are fitted; `None`: chosen from the logs.
+    pub method: Option<Excitation>,
     pub window: Option<f64>,
     /// With the domain of the speed.
     pub rest_speed: Option<(f64, Domain)>,
@@ -86,14 +59,15 @@ pub(super) fn request(
 ) -> FitRequest {
     let table = &document.identification;
     let word = |option: &Option<String>, key| option.clone().or_else(|| read_word(table, key).map(str::to_string));
-    let method = word(&options.method, "method").map(|word| Method::of(&word));
+    let method = word(&options.method, "method");
+    let method = method.map(|word| if word == "steady" { Excitation::Steady } else { Excitation::Free });
     let mut names: Vec<String> = match options.parameters.as_slice() {
         [] => name_list(table, "parameters"),
         options => options.iter().map(|name| name.trim().to_string()).collect(),
     };
     let all = names.is_empty();
     if all {
-        names = all_parameters(document, model, method == Some(Method::Dynamic));
+        names = all_parameters(document, model, method == Some(Excitation::Free));
     }
     let declared = declared_terms(document, model, out);
     // Parameters of extra terms are named among the others, or all are requested.
@@ -106,21 +80,20 @@ pub(super) fn request(
     let extras: Vec<ExtraTerm> = extras.into_iter().chain(laws).collect();
     let unknowns = unique_unknowns(document, settings, &names, out);
     if unknowns.is_empty() && extras.is_empty() && out.is_empty() {
-        out.push(match backlashes.first() {
-            Some(gear) => Diagnostic::error(
-                "identify::no-parameters",
+        let (message, help) = match backlashes.first() {
+            Some(gear) => (
                 format!("`{gear}.backlash` alone gives no torque balance to fit"),
-            )
-            .help("the contact side follows from that balance: add a damping or a friction of the model"),
-            None => {
-                let message = "no parameters to identify: the model has no damping and no friction";
-                let help = "name the parameters with `--parameters shaft.damping,shaft.friction`";
-                Diagnostic::error("identify::no-parameters", message).help(help)
-            }
-        });
+                "the contact side follows from that balance: add a damping or a friction of the model",
+            ),
+            None => (
+                "no parameters to identify: the model has no damping and no friction".into(),
+                "name the parameters with `--parameters shaft.damping,shaft.friction`",
+            ),
+        };
+        out.push(Diagnostic::error("identify::no-parameters", message).help(help));
     }
     let confidence = confidence(document, options, out);
-    if names.iter().any(|name| name.is_empty()) {
+    if names.iter().any(String::is_empty) {
         let unnamed = Diagnostic::error("identify::parameters", "one of the requested parameters has no name");
         out.push(unnamed.help("separate them with single commas: `--parameters wg.damping,wg.friction`"));
     }
@@ -222,29 +195,22 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
 fn confidence(document: &Document, options: &IdentifySettings, out: &mut Vec<Diagnostic>) -> f64 {
     let confidence = options.confidence.or(number(document, "confidence", Dimension::NONE, out)).unwrap_or(0.95);
     if !(confidence > 0.0 && confidence < 1.0) {
-        out.push(
-            Diagnostic::error("identify::confidence", format!("a confidence of {confidence} is not between 0 and 1"))
-                .at(TableReader::place(&document.identification, "confidence"), "this confidence")
-                .help("write 0.95 for 95 %"),
-        );
+        let message = format!("a confidence of {confidence} is not between 0 and 1");
+        let at = (&document.identification, "confidence", "this confidence");
+        out.push(key_error("identify::confidence", message, at, "write 0.95 for 95 %"));
     }
     confidence
 }
 
 fn published(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Vec<(String, f64)> {
-    let Some(Value::Map(entries)) = document.identification.values.get("published").map(|entry| &entry.value) else {
-        return Vec::new();
-    };
     let reader = TableReader::new(document, settings);
     let value = |scalar, out: &mut _| Some(reader.scalar(scalar, None, "`published`", out)?.0.to_f64());
-    entries.iter().filter_map(|(name, scalar)| Some((name.value.clone(), value(scalar, out)?))).collect()
+    let entries = read_map(&document.identification, "published").iter();
+    entries.filter_map(|(name, scalar)| Some((name.value.clone(), value(scalar, out)?))).collect()
 }
 
 /// The models to compare; those that name no parameters have all.
 fn candidates(table: &Table, names: &[String]) -> Vec<CandidateSpec> {
-    let Some(Value::Tables(tables)) = table.values.get("candidate").map(|entry| &entry.value) else {
-        return Vec::new();
-    };
     let candidate = |own: &Table| {
         let parameters = name_list(own, "parameters");
         Some(CandidateSpec {
@@ -253,7 +219,7 @@ fn candidates(table: &Table, names: &[String]) -> Vec<CandidateSpec> {
             extras: name_list(own, "extras"),
         })
     };
-    tables.iter().filter_map(candidate).collect()
+    read_tables(table, "candidate").iter().filter_map(candidate).collect()
 }
 
 fn name_list(table: &Table, key: &str) -> Vec<String> {
@@ -296,14 +262,9 @@ impl FitRequest {
         };
         for name in self.nonnegative.iter().filter(|name| !is_sought(name)) {
             let names = self.unknowns.iter().map(|one| one.name.as_str());
-            out.push(
-                Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not identified", shortened(name)))
-                    .at(
-                        TableReader::place(&document.identification, "nonnegative"),
-                        "not a parameter of this identification",
-                    )
-                    .help(format!("there are {}", quoted(names))),
-            );
+            let message = format!("`nonnegative`: `{}` is not identified", shortened(name));
+            let at = (&document.identification, "nonnegative", "not a parameter of this identification");
+            out.push(key_error("name::unknown", message, at, format!("there are {}", quoted(names))));
         }
         self.nonnegative = self.nonnegative.iter().filter(|name| sought(name)).cloned().collect();
     }

@@ -3,35 +3,64 @@
 use kardan_rt::functions::powi;
 
 use super::backlashes::Backlash;
-use super::channels::Quantity;
-use super::cutting::teeth;
+use super::channels::{Quantity, quantity_of};
+use super::cutting::{is_cut, teeth};
 use super::extra::with_recordings;
 use super::laws::law_torques;
-use super::plant::{Columns, Plant, in_coordinates, silence};
+use super::plant::{Columns, Plant, Sensors, in_coordinates, silence};
 use super::reading::Recording;
 use super::request::FitRequest;
 use kardan_identify::{
-    Coefficient, Errors, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Variances,
-    Where, steady_segments,
+    Coefficient, Errors, Extra, Motion, Reading, Regressor, RegressorOptions, Samples, Steadiness, Teeth, Where,
+    steady_segments,
 };
-use kardan_math::num::{Matrix, Rational, dot, echelon, rational_to_f64};
-use kardan_mechanics::equations::{Domain, UnilateralConstraint};
+use kardan_math::num::{Matrix, Rational, dot, echelon};
+use kardan_mechanics::equations::{Domain, Term, UnilateralConstraint};
 use kardan_mechanics::reduce::{Reduced, linearise};
+use kardan_model::Model;
 use kardan_results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
 const FLOOR: f64 = 1e-7;
 
 /// The data read.
-#[derive(Clone, Copy)]
 pub(super) struct Material<'a> {
     pub recorded: &'a [Recording],
     pub slots: &'a [Quantity],
     /// s
     pub window: f64,
+    /// Uncertainty of a reading of each slot from the sensor step and rounding.
+    resolution: Vec<f64>,
+    /// Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
+    pub noise: Vec<f64>,
 }
 
-impl Material<'_> {
+impl<'a> Material<'a> {
+    pub fn new(recorded: &'a [Recording], slots: &'a [Quantity], window: f64, model: &Model) -> Self {
+        let step = |slot: &Quantity| {
+            model.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
+                let (quantity, step) = quantity_of(&named.element, model)?;
+                (quantity == *slot).then_some(step).flatten()
+            })
+        };
+        let mut out = Self { recorded, slots, window, resolution: Vec::new(), noise: Vec::new() };
+        for (k, slot) in slots.iter().enumerate() {
+            let readings = out.windows().map(|row| row[k].value.abs());
+            let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
+            let resolution = (step(slot).unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest);
+            let measured = recorded.iter().map(|one| one.noise[k].0).fold(0.0, f64::max);
+            let stated = recorded.iter().any(|one| one.noise[k].1);
+            out.noise.push(if stated { measured } else { measured.max(resolution) });
+            out.resolution.push(resolution);
+        }
+        out
+    }
+
+    /// The readings of all slots, window by window.
+    fn windows(&self) -> impl Iterator<Item = &Vec<Reading>> {
+        self.recorded.iter().flat_map(|one| one.windows.values())
+    }
+
     /// Remarks about the logs.
     pub fn remarks(&self) -> Vec<String> {
         let logs = self.recorded.iter().flat_map(|one| &one.logs);
@@ -74,17 +103,18 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
         silence(&mut reduced.equations, &columns.coefficients[free]);
     }
     let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.inputs.len());
-    let coefficients: Vec<Coefficient> =
-        columns.identifiable.iter().map(|(k, _)| columns.coefficients[*k].clone()).collect();
-    let noise = slot_noise(plant, material);
+    let coefficients: Vec<Coefficient> = columns.identified().cloned().collect();
     let mut motion = Moving::new(plant);
     let mut teeth = teeth(&plant.balance(&reduced, &columns.coefficients, request));
-    let basis = plant.basis();
-    let rest = speeds_of_rest(plant, request, &reduced, &noise, &mut motion, material);
-    let (rest, of_teeth) = rest.split_at(reduced.equations.frictions.len());
-    teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = *speed);
-    let (mut backlashes, cuts): (Vec<Backlash>, Vec<_>) = cut_backlashes(plant, columns, request).into_iter().unzip();
-    backlashes.iter_mut().zip(&cuts).for_each(|(backlash, cut)| backlash.grain = grain(plant, cut, &basis, material));
+    let (basis, equations) = (plant.basis(), &reduced.equations);
+    let frictions = equations.frictions.iter().map(|term| (&term.row, equations.domain_of(term)));
+    let gears = equations.gear_losses().map(|(gear, _)| (&gear.row, equations.domain_of_unilateral(gear)));
+    let directions = frictions.chain(gears).map(|(row, domain)| (in_coordinates(row, &basis), domain));
+    let mut rest_speeds = rest_speeds(plant, request, &directions.collect::<Vec<_>>(), material);
+    let of_teeth = rest_speeds.split_off(equations.frictions.len());
+    teeth.iter_mut().zip(of_teeth).for_each(|(one, speed)| one.rest_speed = speed);
+    let (mut backlashes, cuts): (Vec<Backlash>, Vec<_>) =
+        cut_backlashes(plant, columns, request, material).into_iter().unzip();
     let laws =
         law_torques(&reduced, &request.extras, &plant.harmonics).expect("the plant was checked for more of them");
     let options = RegressorOptions {
@@ -94,7 +124,7 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
         backlashes: cuts,
         lenient: request.lenient,
         window: material.window,
-        rest_speeds: rest.to_vec(),
+        rest_speeds,
         errors: has_silent_rows(plant, &reduced, material),
     };
     let mut regressor = Regressor::new(&reduced, &coefficients, &plant.unmeasured, 0.0).with(options);
@@ -102,20 +132,19 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     if let Some(columns) = regressor.error_columns() {
         samples.errors = Some(Errors { columns: columns.to_vec(), ..Errors::default() });
     }
-    let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     let mut parts = vec![0.0; regressor.columns()];
     let mut carried: Vec<Carried> = Vec::new();
     let mut built = Built {
         samples,
         count: WindowCount::default(),
-        noise: noise_of,
+        noise: [POSITION, SPEED, ACCELERATION].map(|_| vec![0.0; r]),
         backlashes: Vec::new(),
         windows_of_samples: Vec::new(),
     };
     for (log, recording) in material.recorded.iter().enumerate() {
         for ((section, number), row) in &recording.windows {
             built.count.all += 1;
-            if !motion.take(plant, row, &noise, material.window) {
+            if !motion.take(plant, row, material) {
                 built.count.incomplete += 1;
                 continue;
             }
@@ -147,28 +176,6 @@ pub(super) fn rows(plant: &Plant, request: &FitRequest, columns: &Columns, mater
     built
 }
 
-/// The speeds below which frictions, then gears, count as sticking: stated for their domain, else estimated from the logs.
-fn speeds_of_rest(
-    plant: &Plant,
-    request: &FitRequest,
-    reduced: &Reduced,
-    noise: &[f64],
-    motion: &mut Moving,
-    material: &Material<'_>,
-) -> Vec<f64> {
-    let basis = plant.basis();
-    let equations = &reduced.equations;
-    let frictions = equations.frictions.iter().map(|term| (&term.row, equations.domain_of(term)));
-    let gears = equations.gear_losses().map(|(gear, _)| (&gear.row, equations.domain_of_unilateral(gear)));
-    let (directions, domains): (Vec<Vec<f64>>, Vec<Domain>) =
-        frictions.chain(gears).map(|(row, domain)| (in_coordinates(row, &basis), domain)).unzip();
-    let mut rest = rest_speeds(plant, &directions, noise, motion, material);
-    if let Some((speed, domain)) = request.rest_speed {
-        rest.iter_mut().zip(&domains).filter(|(_, own)| **own == domain).for_each(|(rest, _)| *rest = speed);
-    }
-    rest
-}
-
 /// Gear loads in a window: its log, section and middle, and the torque of each where known.
 type Carried = (usize, usize, f64, Vec<Option<f64>>);
 
@@ -193,7 +200,7 @@ fn turning(carried: &[Carried], teeth: usize) -> Vec<bool> {
 /// Whether there are motions without a measured torque that is not always zero.
 fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) -> bool {
     let acts = |slot: usize| {
-        let mut readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value);
+        let mut readings = material.windows().map(|row| row[slot].value);
         readings.any(|x| x.is_finite() && x != 0.0)
     };
     let inputs = 0..plant.torques.len();
@@ -204,24 +211,13 @@ fn has_silent_rows(plant: &Plant, reduced: &Reduced, material: &Material<'_>) ->
     echelon(&columns, &(0..acting.len()).collect::<Vec<_>>()).pivots.len() < reduced.degrees_of_freedom()
 }
 
-/// Uncertainty of an angle along a direction from sensor steps and the digits of the log, rad.
-fn grain(plant: &Plant, cut: &Teeth, basis: &Matrix<Rational>, material: &Material<'_>) -> f64 {
-    let component = |j: usize| cut.row.iter().map(|(shaft, a)| a * rational_to_f64(&basis[(*shaft, j)])).sum::<f64>();
-    let of = |(j, (angle, _)): (usize, &(Option<usize>, Option<usize>))| {
-        angle.map_or(0.0, |slot| component(j) * smallest(plant, material, slot))
-    };
-    plant.sensors.iter().enumerate().map(of).map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Uncertainty of a reading from the sensor step and rounding.
-fn smallest(plant: &Plant, material: &Material<'_>, slot: usize) -> f64 {
-    let readings = material.recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
-    let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
-    (plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
-}
-
 /// The backlash of an element and its cut, if both angles are measured and the measurements determine the torque.
-fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec<(Backlash, Teeth)> {
+fn cut_backlashes(
+    plant: &Plant,
+    columns: &Columns,
+    request: &FitRequest,
+    material: &Material<'_>,
+) -> Vec<(Backlash, Teeth)> {
     let free = |name: &String| {
         let number = columns.coefficients.iter().position(|one| one.name == *name);
         number.is_some_and(|number| columns.identifiable.iter().all(|(k, with)| *k != number || !with.is_empty()))
@@ -233,6 +229,16 @@ fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec
             unilateral.element == element && matches!(unilateral.value, UnilateralConstraint::Stop { .. })
         })
     };
+    // The steps and digits of the angles of the coordinates along a direction.
+    let basis = plant.basis();
+    let grain = |row: &[(usize, Rational)]| {
+        let parts = in_coordinates(row, &basis).into_iter().zip(&plant.sensors);
+        let part = |(a, (angle, _)): (f64, &Sensors)| angle.map_or(0.0, |slot| a * material.resolution[slot]);
+        parts.map(part).map(|x| x * x).sum::<f64>().sqrt()
+    };
+    let enters = |element: &str, cut: &Teeth| {
+        equations.frictions.iter().any(|term| term.element == element && is_cut(term, cut))
+    };
     let measured = plant.sensors.iter().all(|(angle, _)| angle.is_some());
     let own = plant.backlashes.iter().filter(|element| measured && rigid(element)).filter_map(|element| {
         let number = equations.inputs.iter().position(|input| input.element == *element)?;
@@ -240,19 +246,13 @@ fn cut_backlashes(plant: &Plant, columns: &Columns, request: &FitRequest) -> Vec
         let (cut, mut untold) = balance.cut_of_backlash(number)?;
         untold.retain(free);
         // Only the fit determines their size at a speed.
-        let curved =
-            request.extras.iter().filter(|extra| extra.shape().is_some() && enters(plant, &extra.element, &cut));
+        let curved = request.extras.iter().filter(|extra| extra.shape().is_some() && enters(&extra.element, &cut));
         untold.extend(curved.map(|extra| extra.name.clone()));
-        let straight = equations.domain_of(&equations.inputs[number]) == Domain::Translation;
-        Some((Backlash { element: element.clone(), straight, untold, ..Backlash::default() }, cut))
+        let input = &equations.inputs[number];
+        let (straight, grain) = (equations.domain_of(input) == Domain::Translation, grain(&input.row));
+        Some((Backlash { element: element.clone(), straight, untold, grain, ..Backlash::default() }, cut))
     });
     own.collect()
-}
-
-/// Whether the friction of an element enters the cut torque.
-fn enters(plant: &Plant, element: &str, cut: &Teeth) -> bool {
-    let mut own = plant.reduced.equations.frictions.iter().filter(|term| term.element == element);
-    own.any(|term| term.row_f64().iter().map(|(shaft, x)| x * cut.cut[*shaft]).sum::<f64>() != 0.0)
 }
 
 impl Built {
@@ -282,27 +282,9 @@ impl Built {
 
     /// The row of a window, unless a friction sticks in it or its numbers are too large.
     fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor, lenient: bool) {
-        let Moving { position, speed, acceleration, torques, .. } = motion;
-        let room = self.samples.push(place, [position, speed, acceleration], torques);
-        let variances = Variances {
-            torques: &motion.torque_variance,
-            position: &motion.position_variance,
-            speed: &motion.speed_variance,
-            acceleration: &motion.acceleration_variance,
-        };
-        let at = Motion { position, speed, acceleration };
-        let certain = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
-        if let Some((slopes, spread)) = room.errors {
-            regressor.errors(slopes);
-            let parts = [
-                &motion.torque_variance,
-                &motion.acceleration_variance,
-                &motion.speed_variance,
-                &motion.position_variance,
-                &motion.cross,
-            ];
-            spread.iter_mut().zip(parts.into_iter().flatten()).for_each(|(spread, variance)| *spread = *variance);
-        }
+        let Moving { position, speed, acceleration, torques, variances, .. } = motion;
+        let room = self.samples.push(place, [position, speed, acceleration]);
+        let certain = regressor.fill_sample(Motion { position, speed, acceleration }, torques, variances, room);
         let last = self.samples.len() - 1;
         let numbers = |x: &f64| x.is_finite() || (lenient && x.is_nan());
         let finite = self.samples.x(last).iter().all(numbers) && self.samples.y(last).iter().all(|x| x.is_finite());
@@ -311,46 +293,37 @@ impl Built {
             self.count.sticking += 1;
             return;
         }
-        let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];
-        for (most, variances) in self.noise.iter_mut().zip(parts) {
-            most.iter_mut().zip(variances).for_each(|(most, v)| *most = v.sqrt().max(*most));
+        for (most, part) in self.noise.iter_mut().zip([POSITION, SPEED, ACCELERATION]) {
+            most.iter_mut().zip(motion.variances_of(part)).for_each(|(most, v)| *most = v.sqrt().max(*most));
         }
     }
 }
 
-/// Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
-pub(super) fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
-    let recorded = material.recorded;
-    let noise = |slot: usize| {
-        let measured = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
-        if recorded.iter().any(|one| one.noise[slot].1) {
-            return measured; // It was stated.
-        }
-        measured.max(smallest(plant, material, slot))
-    };
-    (0..material.slots.len()).map(noise).collect()
-}
-
-/// The speed below which friction along each direction counts as sticking: a fraction of its largest, and above the noise level.
+/// The speeds along directions below which a friction or a gear counts as sticking: stated for the domain, else a fraction of the
+/// largest, and above the noise level.
 fn rest_speeds(
     plant: &Plant,
-    directions: &[Vec<f64>],
-    noise: &[f64],
-    motion: &mut Moving,
+    request: &FitRequest,
+    directions: &[(Vec<f64>, Domain)],
     material: &Material<'_>,
 ) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; directions.len()];
-    let mut hidden = vec![0.0_f64; directions.len()];
-    for row in material.recorded.iter().flat_map(|one| one.windows.values()) {
-        if motion.take(plant, row, noise, material.window) {
-            for (k, g) in directions.iter().enumerate() {
-                largest[k] = largest[k].max(dot(g, &motion.speed).abs());
-                let spread: f64 = g.iter().zip(&motion.speed_variance).map(|(g, v)| g * g * v).sum();
-                hidden[k] = hidden[k].max(spread.sqrt());
+    let mut motion = Moving::new(plant);
+    // The largest speed along each, and that of the noise.
+    let mut found = vec![[0.0_f64; 2]; directions.len()];
+    for row in material.windows() {
+        if motion.take(plant, row, material) {
+            for ([largest, hidden], (g, _)) in found.iter_mut().zip(directions) {
+                *largest = largest.max(dot(g, &motion.speed).abs());
+                let spread: f64 = g.iter().zip(motion.variances_of(SPEED)).map(|(g, v)| g * g * v).sum();
+                *hidden = hidden.max(spread.sqrt());
             }
         }
     }
-    largest.iter().zip(&hidden).map(|(largest, hidden)| (0.01 * largest).max(3.0 * hidden)).collect()
+    let rest_speed = |([largest, hidden], (_, domain)): ([f64; 2], &(_, Domain))| match request.rest_speed {
+        Some((stated, of)) if of == *domain => stated,
+        _ => (0.01 * largest).max(3.0 * hidden),
+    };
+    found.into_iter().zip(directions).map(rest_speed).collect()
 }
 
 impl FitRequest {
@@ -369,14 +342,13 @@ fn senses(plant: &Plant, request: &FitRequest, material: &Material<'_>, element:
     let nowhere = vec![[false; 2]; material.recorded.len()];
     let Some(number) = frictions.iter().position(|term| term.element == element) else { return nowhere };
     let g = in_coordinates(&frictions[number].row, &plant.basis());
-    let (noise, mut motion) = (slot_noise(plant, material), Moving::new(plant));
+    let mut motion = Moving::new(plant);
     let domain = plant.reduced.equations.domain_of(&frictions[number]);
-    let stated = request.rest_speed.filter(|(_, own)| *own == domain).map(|(speed, _)| speed);
-    let rest = stated.unwrap_or_else(|| rest_speeds(plant, std::slice::from_ref(&g), &noise, &mut motion, material)[0]);
+    let rest = rest_speeds(plant, request, &[(g.clone(), domain)], material)[0];
     let mut ways = |recording: &Recording| {
         let mut out = [false; 2];
         for row in recording.windows.values() {
-            if motion.take(plant, row, &noise, material.window) {
+            if motion.take(plant, row, material) {
                 let speed = dot(&g, &motion.speed);
                 out[usize::from(speed < 0.0)] |= speed.abs() > rest;
             }
@@ -386,18 +358,19 @@ fn senses(plant: &Plant, request: &FitRequest, material: &Material<'_>, element:
     material.recorded.iter().map(&mut ways).collect()
 }
 
-/// The motion and the torques in a window, with their variances.
+/// Parts of a motion, in the order of the variances of [`Errors`]; the covariances of accelerations and positions come last.
+const ACCELERATION: usize = 0;
+const SPEED: usize = 1;
+const POSITION: usize = 2;
+const CROSS: usize = 3;
+
+/// The motion and the torques in a window, with their variances in the order of [`Errors`].
 struct Moving {
     position: Vec<f64>,
     speed: Vec<f64>,
     acceleration: Vec<f64>,
     torques: Vec<f64>,
-    position_variance: Vec<f64>,
-    speed_variance: Vec<f64>,
-    acceleration_variance: Vec<f64>,
-    torque_variance: Vec<f64>,
-    /// Covariances of accelerations and positions.
-    cross: Vec<f64>,
+    variances: Vec<f64>,
     harmonics: Vec<f64>,
 }
 
@@ -410,47 +383,52 @@ impl Moving {
             speed: zero(),
             acceleration: zero(),
             torques: vec![0.0; m],
-            position_variance: zero(),
-            speed_variance: zero(),
-            acceleration_variance: zero(),
-            torque_variance: vec![0.0; m],
-            cross: zero(),
+            variances: vec![0.0; m + 4 * r],
             harmonics: vec![0.0; plant.harmonics.len()],
         }
     }
 
+    /// The variances of a part of the motion.
+    fn variances_of(&self, part: usize) -> &[f64] {
+        let r = self.speed.len();
+        &self.variances[self.torques.len() + part * r..][..r]
+    }
+
     /// Loads the readings of a window; false if one is missing.
-    fn take(&mut self, plant: &Plant, row: &[Reading], noise: &[f64], window: f64) -> bool {
+    fn take(&mut self, plant: &Plant, row: &[Reading], material: &Material<'_>) -> bool {
         let mut whole = true;
         let mut reading = |slot: usize| {
             let found = row[slot];
             whole &= found.value.is_finite();
-            (found, noise[slot] * noise[slot] / found.samples.max(1) as f64)
+            (found, material.noise[slot] * material.noise[slot] / found.samples.max(1) as f64)
         };
+        let (r, window) = (self.speed.len(), material.window);
+        let (of_torques, of_motion) = self.variances.split_at_mut(self.torques.len());
         for (k, (angle, speed)) in plant.sensors.iter().enumerate() {
+            let mut set = |part: usize, variance: f64| of_motion[part * r + k] = variance;
             if let Some(slot) = angle {
                 let (found, variance) = reading(*slot);
-                self.position[k] = found.value;
-                self.position_variance[k] = variance * Reading::VALUE_GAIN;
-                (self.speed[k], self.acceleration[k]) = (found.first, found.second);
-                self.speed_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
-                self.acceleration_variance[k] = variance * Reading::SECOND_GAIN / powi(window, 4);
+                (self.position[k], self.speed[k], self.acceleration[k]) = (found.value, found.first, found.second);
+                let of_speed = variance * Reading::FIRST_GAIN / powi(window, 2);
+                set(POSITION, variance * Reading::VALUE_GAIN);
+                set(SPEED, of_speed);
+                set(ACCELERATION, variance * Reading::SECOND_GAIN / powi(window, 4));
                 // ∫k k'' = −∫k'²
-                self.cross[k] = -self.speed_variance[k];
+                set(CROSS, -of_speed);
             }
             if let Some(slot) = speed {
                 let (found, variance) = reading(*slot);
                 (self.speed[k], self.acceleration[k]) = (found.value, found.first);
-                self.speed_variance[k] = variance * Reading::VALUE_GAIN;
-                self.acceleration_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
-                self.cross[k] = 0.0;
+                set(SPEED, variance * Reading::VALUE_GAIN);
+                set(ACCELERATION, variance * Reading::FIRST_GAIN / powi(window, 2));
+                set(CROSS, 0.0);
             }
         }
         for (k, slot) in plant.torques.iter().enumerate() {
             if let Some(slot) = slot {
                 let (found, variance) = reading(*slot);
                 self.torques[k] = found.value;
-                self.torque_variance[k] = variance * Reading::VALUE_GAIN;
+                of_torques[k] = variance * Reading::VALUE_GAIN;
             }
         }
         for (value, (_, slot)) in self.harmonics.iter_mut().zip(&plant.harmonics) {

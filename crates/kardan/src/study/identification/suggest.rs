@@ -6,20 +6,20 @@ use super::compare::{Whole, fold_squares};
 use super::cutting::identifiable_teeth;
 use super::extra::{ExtraTerm, Law};
 use super::fitted::{Fitted, stiffness};
-use super::fitting::{cross_validated, fit_options};
-use super::numbers::rms;
+use super::fitting::{Chosen, cross_validated};
+use super::numbers::{mean_and_error, rms};
 use super::parameters::is_in_file;
 use super::plant::{columns, in_coordinates};
-use super::request::{FitRequest, Method};
+use super::request::FitRequest;
 use super::summary::{UNLIKELY, summary, test_name};
 use crate::study::Progress;
-use kardan_identify::{Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics};
-use kardan_math::num::Rational;
+use kardan_identify::{
+    Excitation, Fit, FitOptions, Samples, Shape, TestKind, cross_validate, fit, residual_statistics,
+};
 use kardan_mechanics::assemble::CoefficientKind as Kind;
-use kardan_mechanics::assemble::DirectionalTerm;
-use kardan_mechanics::equations::{Domain, InputKind};
+use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::Kinematics;
-use kardan_results::{Suggestion, Suggestions, ValidationLogs};
+use kardan_results::{FileContent, Suggestion, Suggestions, ValidationLogs};
 
 /// Significance level of a term against zero, for all terms of a round together.
 const LEVEL: f64 = 0.01;
@@ -114,19 +114,9 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
         }
     }
     let inputs = equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
-    let measured: Vec<&str> = inputs.map(|(input, _)| input.element.as_str()).collect();
-    out.extend(measured.iter().map(|input| vec![ExtraTerm::new(input, Law::Offset)]));
-    let basis = plant.basis();
-    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
-    for friction in &equations.frictions {
-        let own = acts(&friction.row);
-        let apart = |input: &&DirectionalTerm<InputKind>| {
-            acts(&input.row).iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0)
-        };
-        for input in equations.inputs.iter().filter(|input| measured.contains(&input.element.as_str())).filter(apart) {
-            let load = Law::Load { torque: input.element.clone() };
-            out.push(vec![ExtraTerm::new(&friction.element, load)]);
-        }
+    out.extend(inputs.map(|(input, _)| vec![ExtraTerm::new(&input.element, Law::Offset)]));
+    for (friction, input, _) in loads(whole).into_iter().filter(|(.., apart)| *apart) {
+        out.push(vec![ExtraTerm::new(friction, Law::Load { torque: input.into() })]);
     }
     out.extend(identifiable_teeth(&plant.balance(&plant.reduced, &whole.chosen.columns.coefficients, request)));
     out.extend(backlashes(whole));
@@ -134,28 +124,34 @@ fn pool(whole: &Whole<'_>, orders: &[f64]) -> Vec<Vec<ExtraTerm>> {
     out
 }
 
+/// The elements with friction, each with each measured input, and whether no row of the balance contains both.
+fn loads<'a>(whole: &Whole<'a>) -> Vec<(&'a str, &'a str, bool)> {
+    let (plant, basis) = (whole.plant, whole.plant.basis());
+    let mut out = Vec::new();
+    for friction in &plant.reduced.equations.frictions {
+        let own = in_coordinates(&friction.row, &basis);
+        let inputs = plant.reduced.equations.inputs.iter().zip(&plant.torques).filter(|(_, slot)| slot.is_some());
+        for (input, _) in inputs {
+            let acts = in_coordinates(&input.row, &basis);
+            let apart = acts.iter().zip(&own).all(|(a, b)| *a == 0.0 || *b == 0.0);
+            out.push((friction.element.as_str(), input.element.as_str(), apart));
+        }
+    }
+    out
+}
+
 /// Untried losses proportional to a torque: the row of their friction contains that torque, which would explain itself.
 fn not_tried(whole: &Whole<'_>) -> Vec<String> {
-    let equations = &whole.plant.reduced.equations;
-    let basis = whole.plant.basis();
-    let acts = |row: &[(usize, Rational)]| in_coordinates(row, &basis);
     let mut out: Vec<String> = Vec::new();
-    for friction in &equations.frictions {
-        let own = acts(&friction.row);
-        let declared = |input: &str| {
-            let load = Law::Load { torque: input.into() };
-            whole.request.extras.iter().any(|extra| extra.element == friction.element && extra.law == load)
-        };
-        let inputs = equations.inputs.iter().zip(&whole.plant.torques).filter(|(_, slot)| slot.is_some());
-        for (input, _) in inputs.filter(|(input, _)| !declared(&input.element)) {
-            if acts(&input.row).iter().zip(&own).any(|(a, b)| *a != 0.0 && *b != 0.0) {
-                let note = format!(
-                    "a loss of {} proportional to the torque of {} (`kind = \"load\"`), as that torque would explain itself; \
-                     declare it where the logs drive and brake",
-                    friction.element, input.element
-                );
-                out.extend((!out.contains(&note)).then_some(note));
-            }
+    for (friction, input, _) in loads(whole).into_iter().filter(|(.., apart)| !apart) {
+        let load = Law::Load { torque: input.into() };
+        let is_declared = whole.request.extras.iter().any(|extra| extra.element == friction && extra.law == load);
+        let note = format!(
+            "a loss of {friction} proportional to the torque of {input} (`kind = \"load\"`), as that torque would explain itself; \
+             declare it where the logs drive and brake"
+        );
+        if !is_declared && !out.contains(&note) {
+            out.push(note);
         }
     }
     out
@@ -187,10 +183,11 @@ fn clear_of(whole: &Whole<'_>, spring: &str, largest: f64) -> Option<f64> {
 fn half_width(whole: &Whole<'_>, spring: &str, clear: f64) -> Option<f64> {
     let mut own = whole.request.clone();
     own.extras.push(ExtraTerm::new(spring, Law::Backlash { clear }));
-    let (all, samples) = whole.samples(whole.plant, &own, false);
-    let chosen: Vec<usize> = (0..samples.len()).collect();
-    let found = fit(&samples, &chosen, &fit_options(&own, &all, whole.chosen.method))?;
-    let (_, stiffness) = stiffness(whole.plant, &all, &found, spring);
+    let chosen = Chosen::new(whole.chosen.method, whole.plant, &own, &whole.material, None);
+    let samples = chosen.samples();
+    let all: Vec<usize> = (0..samples.len()).collect();
+    let found = fit(samples, &all, &chosen.fit_options(&own))?;
+    let (_, stiffness) = stiffness(whole.plant, &chosen.columns, &found, spring);
     Some(found.values[samples.columns - 1] / stiffness).filter(|half| half.is_finite())
 }
 
@@ -265,11 +262,9 @@ impl Validated {
 
     /// The fraction of the mean square error that another model removes, and its standard error over the folds.
     fn gain(&self, other: &Self) -> (f64, f64) {
-        let differences = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b);
-        let n = self.squares.len() as f64;
-        let mean = differences.clone().sum::<f64>() / n;
-        let square = differences.map(|x| (x - mean) * (x - mean)).sum::<f64>();
-        (mean / self.mean(), (square / (n - 1.0).max(1.0) / n).sqrt() / self.mean())
+        let differences: Vec<f64> = self.squares.iter().zip(&other.squares).map(|(a, b)| a - b).collect();
+        let (mean, error) = mean_and_error(&differences);
+        (mean / self.mean(), error / self.mean())
     }
 }
 
@@ -278,12 +273,12 @@ impl<'a> Search<'a> {
         let chosen = whole.chosen;
         let (mut orders, mut terms) = (&ORDERS[..], pool(whole, &ORDERS));
         let columns_of_all: usize = terms.iter().map(Vec::len).sum();
-        if columns_of_all * chosen.built.samples.len() * chosen.samples.rows > NUMBERS {
+        if columns_of_all * chosen.built.samples.len() * chosen.samples().rows > NUMBERS {
             orders = &ORDERS[..QUICK_ORDERS];
             let beyond = |extra: &ExtraTerm| extra.harmonic().is_some_and(|own| !orders.contains(&own.order));
             terms.retain(|columns| !beyond(&columns[0]));
         }
-        let (mut own, base) = (FitRequest { lenient: true, ..whole.request.clone() }, chosen.samples.columns);
+        let (mut own, base) = (FitRequest { lenient: true, ..whole.request.clone() }, chosen.samples().columns);
         let mut pooled = Vec::new();
         for extras in terms {
             let mut single = FitRequest { extras, ..whole.request.clone() };
@@ -295,7 +290,7 @@ impl<'a> Search<'a> {
                 pooled.push(Pooled { extras: single.extras, columns, informative: Vec::new() });
             }
         }
-        let (_, mut samples) = whole.samples(whole.plant, &own, true);
+        let mut samples = whole.aligned(whole.plant, &own).into_samples();
         let (size, p) = (samples.rows * samples.columns, samples.columns);
         for one in &mut pooled {
             let is_informative =
@@ -318,13 +313,8 @@ impl<'a> Search<'a> {
         Self { whole, options, samples, pool: pooled, base, orders }
     }
 
-    /// The model with some of the terms, on the samples with information about them.
-    fn tried(&self, terms: &[usize]) -> Option<Tried> {
-        self.tried_on(terms, terms)
-    }
-
-    /// The model with some of the terms, on the samples with information about others.
-    fn tried_on(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
+    /// The model with some of the terms, on the samples with information about these or others.
+    fn tried(&self, terms: &[usize], informative: &[usize]) -> Option<Tried> {
         let added: Vec<usize> = terms.iter().flat_map(|&k| self.pool[k].columns.iter().copied()).collect();
         let extras = self.whole.request.extras.len() + added.len();
         let columns: Vec<usize> = (0..self.base).chain(added).collect();
@@ -349,40 +339,34 @@ impl<'a> Search<'a> {
         Some(Validated { predicted, squares })
     }
 
-    /// A parameter that becomes impossibly negative with a term, and is not negative without it.
-    fn impossible(&self, now: &Tried, tried: &Tried) -> Option<String> {
+    /// Why a term is impossible: with it a parameter becomes negative that is not negative without it; a loss or a width would be
+    /// negative; or half the width of a backlash, identified with all terms, is not below the twist that should exceed it.
+    fn refusal(&self, k: usize, now: &Tried, tried: &Tried) -> Option<String> {
         let (columns, confidence) = (&self.whole.chosen.columns, self.whole.request.confidence);
-        columns.identifiable.iter().enumerate().find_map(|(column, (number, with))| {
+        let mut coefficients = columns.identifiable.iter().enumerate();
+        let parameter = coefficients.find_map(|(column, (number, with))| {
             let one = &columns.coefficients[*number];
             let bounded = with.is_empty() && one.kind != Kind::Damping;
             (bounded && tried.is_negative(column, confidence) && !now.is_negative(column, confidence))
-                .then(|| one.name.clone())
-        })
-    }
-
-    /// A loss, or a width, that would be negative.
-    fn gains_power(&self, k: usize, tried: &Tried) -> Option<String> {
-        let extras = &self.pool[k].extras;
-        if !matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. }) {
-            return None;
+                .then_some(&one.name)
+        });
+        let (extras, end) = (&self.pool[k].extras, tried.samples.columns);
+        let is_loss = matches!(extras[0].law, Law::Teeth { .. } | Law::Load { .. } | Law::Backlash { .. });
+        let mut own = extras.iter().enumerate().filter(|_| is_loss);
+        let loss = own.find(|(number, _)| tried.is_negative(end - extras.len() + number, confidence));
+        if let Some(name) = parameter.or(loss.map(|(_, extra)| &extra.name)) {
+            return Some(format!("with it {name} would be negative, which is impossible"));
         }
-        let first = tried.samples.columns - extras.len();
-        let below = |number: &usize| tried.is_negative(first + number, self.whole.request.confidence);
-        (0..extras.len()).find(below).map(|number| extras[number].name.clone())
-    }
-
-    /// A backlash whose half width, identified with all terms, is not below the twist that should exceed it.
-    fn unclear(&self, k: usize, tried: &Tried) -> bool {
-        let (extra, columns) = (&self.pool[k].extras[0], &self.whole.chosen.columns);
-        let Law::Backlash { clear } = extra.law else { return false };
-        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extra.element);
-        !(tried.fit.values[tried.samples.columns - 1] / stiffness < clear)
+        let Law::Backlash { clear } = extras[0].law else { return None };
+        let (_, stiffness) = stiffness(self.whole.plant, columns, &tried.fit, &extras[0].element);
+        let is_clear = tried.fit.values[end - 1] / stiffness < clear;
+        (!is_clear)
+            .then(|| "half the identified width is not less than the twist that was assumed to mean contact".into())
     }
 
     /// Tests that reject a model.
     fn failing(tried: &Tried) -> Vec<TestKind> {
-        let all: Vec<usize> = (0..tried.samples.len()).collect();
-        let tests = residual_statistics(&tried.samples, &all, &tried.fit).into_iter();
+        let tests = residual_statistics(&tried.samples, &tried.fit).into_iter();
         tests.filter(|test| test.probability < UNLIKELY).map(|test| test.what).collect()
     }
 
@@ -396,30 +380,24 @@ impl<'a> Search<'a> {
         accepted: &[usize],
     ) -> (Suggestion, Option<f64>) {
         let with: Vec<usize> = accepted.iter().chain([&k]).copied().collect();
-        let (tried, count) = (self.tried(&with), self.pool[k].columns.len());
+        let (tried, count) = (self.tried(&with, &with), self.pool[k].columns.len());
         let end = tried.as_ref().map_or(0, |tried| tried.samples.columns);
         let own: Vec<usize> = (end.saturating_sub(count)..end).collect();
         let probability = tried.as_ref().and_then(|tried| tried.fit.joint_tail(&own));
         let informative = tried.as_ref().filter(|_| probability.is_some_and(|p| p < level));
-        let impossible =
-            informative.and_then(|tried| self.impossible(now, tried).or_else(|| self.gains_power(k, tried)));
+        let refusal = informative.and_then(|tried| self.refusal(k, now, tried));
         let gain = informative.and_then(|tried| {
             if self.pool[k].informative.is_empty() {
                 return Some(before.gain(&self.validated(tried)?));
             }
-            let same = self.validated(&self.tried_on(accepted, &with)?)?;
+            let same = self.validated(&self.tried(accepted, &with)?)?;
             Some(same.gain(&self.validated(tried)?))
         });
-        let unclear = informative.is_some_and(|tried| self.unclear(k, tried));
-        let helps =
-            impossible.is_none() && !unclear && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
-        let verdict = match (probability, &impossible, helps) {
+        let helps = refusal.is_none() && gain.is_some_and(|(gain, error)| gain > WORTH && gain > SURE * error);
+        let verdict = match (probability, refusal, helps) {
             (None, ..) => "in these logs it always occurs together with terms of the model".into(),
             (Some(p), ..) if p >= level => "not distinguishable from zero".into(),
-            (_, Some(name), _) => format!("with it {name} would be negative, which is impossible"),
-            _ if unclear => {
-                "half the identified width is not less than the twist that was assumed to mean contact".into()
-            }
+            (_, Some(why), _) => why,
             (.., false) => "does not predict unused data better".into(),
             _ => String::new(),
         };
@@ -477,9 +455,9 @@ impl<'a> Search<'a> {
         Some(best.1)
     }
 
-    /// The domain of a term.
-    fn domain(&self, extra: &ExtraTerm) -> Domain {
-        self.whole.plant.reduced.equations.domain_of_element(&extra.element)
+    /// How a model file declares a term.
+    fn file_entry(&self, extra: &ExtraTerm) -> String {
+        extra.file_entry(self.whole.plant.reduced.equations.domain_of_element(&extra.element))
     }
 
     fn row_names(&self) -> Vec<String> {
@@ -490,7 +468,7 @@ impl<'a> Search<'a> {
     /// a log that was not fitted.
     fn validation_logs(&self, plain: &Tried, terms: &[usize]) -> Vec<ValidationLogs> {
         let logs = self.whole.material.recorded.len();
-        if logs < LOGS || self.whole.chosen.method == Method::Steady {
+        if logs < LOGS || self.whole.chosen.method == Excitation::Steady {
             return Vec::new();
         }
         let of_logs = |extra: &ExtraTerm| matches!(extra.law, Law::Recording { .. });
@@ -499,14 +477,14 @@ impl<'a> Search<'a> {
         }
         let lasting: Vec<usize> = terms.iter().copied().filter(|&k| !of_logs(&self.pool[k].extras[0])).collect();
         let folds: Vec<usize> = plain.samples.places.iter().map(|place| place.log).collect();
-        let all: Vec<usize> = (0..folds.len()).collect();
         let errors = |tried: &Tried| -> Option<Vec<f64>> {
             let (samples, r) = (&tried.samples, tried.samples.rows);
-            let predicted = cross_validate(samples, &all, &folds, &tried.options)?;
+            let predicted = cross_validate(samples, &folds, &tried.options)?;
             let error = |k: usize, row: usize| samples.y(k)[row] - predicted[k * r + row];
-            Some((0..r).map(|row| rms(all.len(), |k| error(k, row))).collect())
+            Some((0..r).map(|row| rms(folds.len(), |k| error(k, row))).collect())
         };
-        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting).as_ref().and_then(errors)) else {
+        let (Some(before), Some(after)) = (errors(plain), self.tried(&lasting, &lasting).as_ref().and_then(errors))
+        else {
             return Vec::new();
         };
         let names = self.row_names();
@@ -527,7 +505,7 @@ impl<'a> Search<'a> {
         }
         added.fold(out, |text, extra| {
             let between = if text.is_empty() { "" } else { "\n" };
-            text + between + &extra.file_entry(self.domain(extra))
+            text + between + &self.file_entry(extra)
         })
     }
 }
@@ -548,12 +526,12 @@ pub(super) fn suggest(
     };
     let mut terms: Vec<usize> = Vec::new();
     while terms.len() < MOST && progress.stop().is_none() {
-        let now = search.tried(&terms)?;
+        let now = search.tried(&terms, &terms)?;
         let Some(next) = search.round(&now, &terms, &mut out, progress) else { break };
         terms.push(next);
     }
     progress.advance(1, "suggestions", 1.0);
-    let last = search.tried(&terms)?;
+    let last = search.tried(&terms, &terms)?;
     let validated = search.validated(&last);
     let mut own = whole.request.clone();
     own.extras.extend(terms.iter().flat_map(|&k| search.pool[k].extras.iter().cloned()));
@@ -570,10 +548,10 @@ pub(super) fn suggest(
     });
     out.selected_terms = terms.iter().map(|&k| search.pool[k].term().to_string()).collect();
     out.text = search.text(&terms);
-    out.log_cross_validation = search.validation_logs(&search.tried_on(&[], &terms)?, &terms);
+    out.log_cross_validation = search.validation_logs(&search.tried(&[], &terms)?, &terms);
     let declared = terms.iter().map(|&k| &search.pool[k].extras[0]).filter(|extra| !is_in_file(extra));
-    out.entries_for_file = declared.map(|extra| (extra.term.clone(), extra.file_entry(search.domain(extra)))).collect();
-    (out.for_file, out.terms_for_file, out.not_for_file) = (found.for_file, found.terms_for_file, found.not_for_file);
+    let entries = declared.map(|extra| (extra.term.clone(), search.file_entry(extra))).collect();
+    out.for_file = FileContent { entries, ..found.for_file };
     (out.parameters, out.tests, out.validation, out.scale) =
         (found.parameters, found.tests, found.validation, found.scale);
     Some(out)

@@ -5,10 +5,10 @@ use kardan_rt::functions::powi;
 use super::extra::Law;
 use super::fitted::Fitted;
 use super::numbers::{rms, short};
-use super::parameters::{damping, for_file, parameters, terms_for_file};
+use super::parameters::{damping, for_file, parameters};
 use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
-use kardan_identify::{Loss, TestKind, residual_statistics};
+use kardan_identify::{Excitation, Loss, TestKind, residual_statistics};
 use kardan_math::num::{Rational, dot, rational_to_f64};
 use kardan_mechanics::assemble::CoefficientKind as Kind;
 use kardan_results::signal_name;
@@ -36,11 +36,16 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
     };
     let coordinates = plant.reduced.coordinate_names();
     let parameters = parameters(fitted);
+    let for_file = for_file(fitted, &parameters);
     let mut out = Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
         mechanism: plant.model.mechanism.clone(),
-        method: whole.chosen.method.word().into(),
+        method: match whole.chosen.method {
+            Excitation::Steady => "steady",
+            Excitation::Free => "dynamic",
+        }
+        .into(),
         window: whole.material.window,
         measured: names(&|k| plant.torques[k].is_some()),
         eliminated: names(&|k| plant.unmeasured.contains(&k)),
@@ -69,12 +74,9 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         traces: traces(fitted),
         coordinates,
         parameters,
+        for_file,
         ..Identification::default()
     };
-    (out.for_file, out.not_for_file) = for_file(fitted, &out.parameters);
-    let (terms, omissions) = terms_for_file(fitted.request, &out.parameters);
-    out.terms_for_file = terms;
-    out.not_for_file.extend(omissions);
     out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(
@@ -170,9 +172,8 @@ fn meaning(test: TestKind, loss: Loss) -> &'static str {
 }
 
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
-    let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
-    let (rows, speeds) = (fitted.row_names(), fitted.plant.speed_names());
-    residual_statistics(fitted.samples, &chosen, fitted.fit)
+    let (rows, speeds) = (fitted.plant.row_names(fitted.samples.rows), fitted.plant.speed_names());
+    residual_statistics(fitted.samples, fitted.fit)
         .into_iter()
         .map(|test| ResidualTest {
             hypothesis: test_name(test.what, &rows, &speeds),
@@ -187,20 +188,16 @@ fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
 }
 
 fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
-    let Fitted { samples, fit, cross_validated, .. } = fitted;
+    let Fitted { samples, cross_validated, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
-    fitted
-        .row_names()
-        .into_iter()
-        .enumerate()
-        .map(|(row, name)| Validation {
-            unit: fitted.row_unit(&name).into(),
-            row: name,
-            torque: rms(n, |k| samples.y(k)[row]),
-            in_sample: rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row)),
-            cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
-        })
-        .collect()
+    let of_row = |(row, name, unit): (usize, String, String)| Validation {
+        row: name,
+        unit,
+        torque: rms(n, |k| samples.y(k)[row]),
+        in_sample: rms(n, |k| fitted.residual(k, row)),
+        cross_validated: cross_validated.map(|predicted| rms(n, |k| samples.y(k)[row] - predicted[k * r + row])),
+    };
+    fitted.rows().map(of_row).collect()
 }
 
 /// Rows without a measured torque whose balance does not close, and those with vanishing coefficients: no torque determines their
@@ -209,7 +206,7 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let Fitted { samples, fit, columns, .. } = fitted;
     let Some(errors) = &samples.errors else { return Vec::new() };
     let (n, p, rows, m) = (samples.len(), samples.columns, samples.rows, samples.inputs);
-    let size = errors.slopes_of(rows, m, samples.degrees_of_freedom);
+    let (size, _) = samples.error_sizes();
     let driven = |row: usize| {
         let width = m + 3 * samples.degrees_of_freedom;
         (0..n).any(|k| errors.slopes[k * size + row * width..][..m].iter().any(|x| *x != 0.0))
@@ -217,14 +214,14 @@ fn open_balances(fitted: &Fitted<'_>) -> Vec<String> {
     let part = |row: usize, column: usize| rms(n, |k| samples.x(k)[row * p + column]);
     let noise = |row: usize| rms(n, |k| samples.covariance(k)[row * (rows + 1)].max(0.0).sqrt());
     let mut out = Vec::new();
-    for (row, name) in fitted.row_names().iter().enumerate().filter(|(row, _)| !driven(*row)) {
+    for (row, name, _) in fitted.rows().filter(|(row, ..)| !driven(*row)) {
         let measured = rms(n, |k| samples.y(k)[row]);
         let sizes = |values: &dyn Fn(usize) -> f64| {
             (0..columns.identifiable.len()).map(|k| part(row, k) * values(k).abs()).fold(measured, f64::max)
         };
         let largest = sizes(&|k| fit.values[k]);
         let before = sizes(&|k| columns.coefficients[columns.identifiable[k].0].value);
-        let residual = rms(n, |k| samples.y(k)[row] - fit.prediction(samples, k, row));
+        let residual = rms(n, |k| fitted.residual(k, row));
         if largest < NOTHING * before {
             out.push(format!(
                 "the coefficients of {name}, on which no measured torque acts, vanish: a term of it is missing, or its motion is \
@@ -248,8 +245,7 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
     let basis = plant.basis();
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
     let mut out = Vec::new();
-    for (k, _) in &columns.identifiable {
-        let one = &columns.coefficients[*k];
+    for one in columns.identified() {
         let Some(&term) = one.terms.first() else { continue };
         let (part, what) = match one.kind {
             Kind::Inertia => (2, "acceleration"),

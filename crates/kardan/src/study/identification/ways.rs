@@ -2,8 +2,9 @@
 
 use super::extra::{ExtraTerm, Law};
 use super::plant::{Plant, columns};
-use super::request::{FitRequest, Method};
+use super::request::FitRequest;
 use super::rows::{Material, rows};
+use kardan_identify::Excitation;
 
 /// Omits gear-loss terms of directions that no log contains, with a note.
 pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, material: &Material<'_>) -> Vec<String> {
@@ -11,7 +12,7 @@ pub(super) fn drop_unused_directions(request: &mut FitRequest, plant: &Plant, ma
     if !request.extras.iter().any(of_teeth) {
         return Vec::new();
     }
-    let samples = rows(plant, request, &columns(plant, request, Method::Dynamic), material).samples;
+    let samples = rows(plant, request, &columns(plant, request, Excitation::Free), material).samples;
     let (p, w) = (samples.columns, samples.columns - samples.extras);
     let silent = |k: usize| samples.x.chunks_exact(p).all(|row| row[w + k] == 0.0);
     let mut notes = Vec::new();

@@ -1,15 +1,17 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::read::read_values::{read_names, read_scalar, read_word};
+use crate::study::read::read_values::{read_names, read_scalar, read_tables, read_word};
 use crate::study::read::variant_diagnostics::is_error;
+use kardan_elements::manoeuvre::quoted;
 use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
-use kardan_results::{FileLaw, FileTerm, FileValue, Identification};
+use kardan_results::{FileContent, FileLaw, FileTerm, FileValue, Identification};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::file::syntax;
-use kardan_schema::schema::{Scalar, Table, Value};
+use kardan_schema::schema::{Scalar, Table};
 
 use super::entry_removal::remove_entry;
+use super::extra::kind_of_parameter;
 use super::request::request;
 use super::settings::IdentifySettings;
 
@@ -20,10 +22,8 @@ use super::settings::IdentifySettings;
 /// Errors of the file, or those that the identified values would cause.
 pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
     let suggested = found.suggestions.as_ref().filter(|suggestions| !suggestions.selected_terms.is_empty());
-    let (values, terms, entries, not) = match suggested {
-        Some(own) => (&own.for_file, &own.terms_for_file, own.entries_for_file.as_slice(), &own.not_for_file),
-        None => (&found.for_file, &found.terms_for_file, [].as_slice(), &found.not_for_file),
-    };
+    let FileContent { values, terms, entries, omissions: not } =
+        suggested.map_or(&found.for_file, |suggestions| &suggestions.for_file);
     let mut text = source.to_string();
     let mut new: Vec<FileValue> = values.clone();
     let mut unremoved_entries: Vec<String> = Vec::new();
@@ -94,11 +94,6 @@ struct TermEdit {
     torque: String,
 }
 
-/// A name as an expression has it.
-fn in_expression(name: &str) -> String {
-    if name.contains('-') { format!("'{name}'") } else { name.to_string() }
-}
-
 impl TermEdit {
     /// `None` if the element has no direction that a `torque` can have.
     fn new(document: &Document, term: &FileTerm) -> Option<Self> {
@@ -112,10 +107,9 @@ impl TermEdit {
         let straight = |name: &str| {
             document.elements.iter().any(|candidate| candidate.name == name && candidate.kind.keyword == "mass")
         };
-        let is_straight = ends.iter().any(|name| straight(name));
         let own: Vec<&str> = ends.iter().copied().filter(|name| *name != "ground").collect();
         let motion = |of: &[signal_name::Quantity; 2]| {
-            let one = |name: &&str| in_expression(&of[usize::from(straight(name))].of(name));
+            let one = |name: &&str| quoted(&of[usize::from(straight(name))].of(name));
             match own.as_slice() {
                 [one_end] => one(one_end),
                 [a, b] => format!("({} - {})", one(a), one(b)),
@@ -135,14 +129,6 @@ impl TermEdit {
         };
         let values: Vec<FileValue> =
             term.coefficients.iter().map(|one| FileValue { name: free(&one.name), ..one.clone() }).collect();
-        let unit = match (&term.law, is_straight) {
-            (FileLaw::DampingAsymmetry, false) => "N m s/rad",
-            (FileLaw::DampingAsymmetry, true) => "N s/m",
-            (FileLaw::Quadratic, false) => "N m s^2/rad^2",
-            (FileLaw::Quadratic, true) => "N s^2/m^2",
-            (_, false) => "N m",
-            (_, true) => "N",
-        };
         let [a, b] = [0, 1].map(|k| values.get(k).map_or("", |one| one.name.as_str()));
         let law = match &term.law {
             FileLaw::FrictionAsymmetry => format!("-{a}"),
@@ -157,7 +143,8 @@ impl TermEdit {
             [a, b] => format!("shaft = \"{a}\"\nreaction = \"{b}\"\n"),
             _ => return None,
         };
-        let parameters = values.iter().map(|one| format!("{} = \"{:?} {unit}\"\n", one.name, one.value)).collect();
+        let parameters =
+            values.iter().map(|one| format!("{} = \"{:?} {}\"\n", one.name, one.value, term.unit)).collect();
         let name = free(&format!("{} law", term.term));
         Some(Self { parameters, torque: format!("[torque.{name}]\n{on}law = \"{law}\"\n"), values })
     }
@@ -204,26 +191,18 @@ fn parameters(text: &str) -> Option<usize> {
 
 /// Where the header of the entry of a term begins.
 fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
-    let Some(Value::Tables(tables)) = document.identification.values.get("extra").map(|entry| &entry.value) else {
-        return None;
-    };
     let has_order = |table: &Table| {
         let FileLaw::Cogging(order) = term.law else { return true };
         let scalar = read_scalar(table, "order").map(|scalar| scalar.value);
         matches!(scalar, Some(Scalar::Literal(value, _)) if value.to_f64() == order)
     };
-    let kind = match term.law {
-        FileLaw::FrictionAsymmetry => "friction_asymmetry",
-        FileLaw::DampingAsymmetry => "damping_asymmetry",
-        FileLaw::Quadratic => "quadratic",
-        FileLaw::Cogging(_) => "cogging",
-    };
+    let (kind, _) = kind_of_parameter(term.term.strip_prefix(&term.element)?.strip_prefix('.')?)?;
     let own = |table: &&Table| {
         read_word(table, "kind") == Some(kind)
             && read_word(table, "friction") == Some(&term.element)
             && has_order(table)
     };
-    tables.iter().find(own).map(|table| table.place.span().start)
+    read_tables(&document.identification, "extra").iter().find(own).map(|table| table.place.span().start)
 }
 
 /// The text with some requested names replaced by others, where the file lists them; new ones come last.
@@ -236,9 +215,9 @@ fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -
     if replaces {
         retained.extend(new.iter().filter(|name| !retained.contains(name)).cloned().collect::<Vec<_>>());
     }
-    let quoted: Vec<String> = retained.iter().map(|name| format!("\"{name}\"")).collect();
+    let listed: Vec<String> = retained.iter().map(|name| format!("\"{name}\"")).collect();
     let mut out = text.to_string();
-    out.replace_range(entry.place.span(), &format!("[{}]", quoted.join(", ")));
+    out.replace_range(entry.place.span(), &format!("[{}]", listed.join(", ")));
     out
 }
 

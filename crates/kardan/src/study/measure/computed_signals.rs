@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::study::read::read_values::{read_names, read_tables, read_word};
 use crate::study::read::signal_table::{SignalContext, signal_kind};
 use kardan_elements::manoeuvre::Cones;
-use kardan_expr::expr::{Graph, Named};
+use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_expr::plan::{Plan, compile};
 use kardan_math::names::quoted;
 use kardan_math::units::{Dimension, Exact, Expression, UnitError};
@@ -43,21 +43,24 @@ pub(in crate::study) fn kind_of(dimension: Dimension) -> (Physical, Dimension) {
     (physical.unwrap_or_else(|| Physical::of_unit(&dimension.si())), dimension)
 }
 
-/// Names of signals and parameters with their meanings; `t` is the time.
-fn lowered(
+/// An expression of names that vary, by their dimensions, and of constants.
+pub(super) fn lowered(
     graph: &mut Graph,
     law: &Expression,
-    signals: &[(String, Physical)],
-    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
-) -> Result<(kardan_expr::expr::Expr, Dimension), UnitError> {
-    let mut names = |graph: &mut Graph, name: &str| {
-        let signal = signals.iter().find(|(candidate, _)| candidate == name).map(|(_, physical)| physical.dimension());
-        match signal.or_else(|| (name == TIME).then_some(Dimension::TIME)) {
-            Some(dimension) => Some(Named::Varying(graph.symbol(name, dimension), dimension)),
-            None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
-        }
+    varying: &dyn Fn(&str) -> Option<Dimension>,
+    constant: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
+) -> Result<(Expr, Dimension), UnitError> {
+    let mut names = |graph: &mut Graph, name: &str| match varying(name) {
+        Some(dimension) => Some(Named::Varying(graph.symbol(name, dimension), dimension)),
+        None => constant(name).map(|(value, dimension)| Named::Constant(value, dimension)),
     };
     graph.lowered(law, &mut names)
+}
+
+/// The dimension of a signal; `t` is the time.
+fn signal_dimension(signals: &[(String, Physical)], name: &str) -> Option<Dimension> {
+    let signal = signals.iter().find(|(candidate, _)| candidate == name).map(|(_, physical)| physical.dimension());
+    signal.or_else(|| (name == TIME).then_some(Dimension::TIME))
 }
 
 /// A signal by its name, or an expression of signals, parameters and the time; errors are reported.
@@ -88,7 +91,8 @@ pub(in crate::study) fn resolve_signal(
     };
     let reader = TableReader::new(context.document, &[]);
     let value = |name: &str| reader.exact_value(name);
-    let is_signal = |name: &&str| *name == TIME || context.signals.iter().any(|(candidate, _)| candidate == name);
+    let varying = |name: &str| signal_dimension(&context.signals, name);
+    let is_signal = |name: &&str| varying(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_signal(name) && value(name).is_none()) {
         if !context.may_have(name) && !context.document.suppressed.has_key(name) {
             out.push(unknown(name, &law, context, (what, place)));
@@ -101,7 +105,7 @@ pub(in crate::study) fn resolve_signal(
         out.push(Diagnostic::error("signal::missing", message).at(place.clone(), "no signal in it").help(help));
         return None;
     }
-    match lowered(&mut Graph::default(), &law, &context.signals, &value) {
+    match lowered(&mut Graph::default(), &law, &varying, &value) {
         Ok((_, dimension)) => {
             let (physical, dimension) = kind_of(dimension);
             Some(ResolvedSignal { name: text.to_string(), physical, dimension })
@@ -197,14 +201,13 @@ impl Computed {
             tables.flat_map(names_in).chain(reached).filter(|text| !is_declared(text)).collect();
         let reader = TableReader::new(document, settings);
         let value = |name: &str| reader.exact_value(name);
+        let varying = |name: &str| signal_dimension(signals, name);
         let (mut graph, mut columns, mut expressions, mut symbols) =
             (Graph::default(), Vec::new(), Vec::new(), Vec::new());
         for text in texts {
             let Ok(law) = Expression::parse_law(&text) else { continue };
-            let Ok((expr, dimension)) = lowered(&mut graph, &law, signals, &value) else { continue };
-            for name in law.names().into_iter().filter(|name| *name == TIME || is_declared(name)) {
-                let dimension = signals.iter().find(|(candidate, _)| candidate == name);
-                let dimension = dimension.map_or(Dimension::TIME, |(_, physical)| physical.dimension());
+            let Ok((expr, dimension)) = lowered(&mut graph, &law, &varying, &value) else { continue };
+            for (name, dimension) in law.names().into_iter().filter_map(|name| Some((name, varying(name)?))) {
                 let symbol = graph.symbol(name, dimension);
                 symbols.extend(graph.symbol_of(symbol).filter(|symbol| !symbols.contains(symbol)));
             }

@@ -1,11 +1,11 @@
 //! Numbers of a run: measured from signals, or computed from other figures.
 
-use crate::study::measure::computed_signals::{Computed, Track, kind_of};
+use crate::study::measure::computed_signals::{Computed, Track, lowered};
 use crate::study::measure::requirement_verdict::{Ran, Requirement, judge};
-use kardan_expr::expr::{Expr, Graph, Named};
+use kardan_expr::expr::Graph;
 use kardan_expr::plan::compile;
 use kardan_math::names::HasName;
-use kardan_math::units::{Dimension, Exact, Expression, UnitError};
+use kardan_math::units::{Dimension, Exact, Expression};
 use kardan_results::{DisplayUnit, FigureResult, Series};
 
 /// A number of each run.
@@ -50,29 +50,6 @@ impl Figure {
     }
 }
 
-/// Figures by name with their values, and parameters in an expression.
-fn lowered(
-    graph: &mut Graph,
-    law: &Expression,
-    figures: &[Figure],
-    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
-) -> Result<(Expr, Dimension), UnitError> {
-    let mut names = |graph: &mut Graph, name: &str| match figures.iter().find(|figure| figure.name == name) {
-        Some(figure) => Some(Named::Varying(graph.symbol(name, figure.dimension), figure.dimension)),
-        None => value(name).map(|(value, dimension)| Named::Constant(value, dimension)),
-    };
-    graph.lowered(law, &mut names)
-}
-
-/// The dimension of an expression of figures and parameters.
-pub(in crate::study) fn figure_dimension(
-    law: &Expression,
-    before: &[Figure],
-    value: &dyn Fn(&str) -> Option<(Exact, Dimension)>,
-) -> Result<Dimension, UnitError> {
-    Ok(kind_of(lowered(&mut Graph::default(), law, before, value)?.1).1)
-}
-
 /// The value of an expression, if all figures in it have one.
 fn computed(
     text: &str,
@@ -85,8 +62,9 @@ fn computed(
         let own = parameters.iter().find(|(candidate, ..)| candidate == name);
         own.map(|(_, value, dimension)| (value.clone(), *dimension))
     };
+    let varying = |name: &str| figures.iter().find(|figure| figure.name == name).map(|figure| figure.dimension);
     let mut graph = Graph::default();
-    let (expr, _) = lowered(&mut graph, &law, figures, &constant).map_err(|_| WRONG)?;
+    let (expr, _) = lowered(&mut graph, &law, &varying, &constant).map_err(|_| WRONG)?;
     let named = figures.iter().filter(|figure| law.names().contains(&figure.name.as_str()));
     let (mut symbols, mut values) = (Vec::new(), Vec::new());
     for figure in named {

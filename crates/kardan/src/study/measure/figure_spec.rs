@@ -2,10 +2,11 @@
 //! which may be on figures.
 
 use crate::study::Requirement;
-use crate::study::measure::computed_signals::wrong_expression;
-use crate::study::measure::figure::{Figure, FigureOf, figure_dimension};
-use crate::study::read::read_values::{is_given, quantity, read_word};
+use crate::study::measure::computed_signals::{kind_of, lowered, wrong_expression};
+use crate::study::measure::figure::{Figure, FigureOf};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
+use kardan_expr::expr::Graph;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Expression, UnitError, split_unit};
 use kardan_model::tables::Measure;
@@ -15,7 +16,7 @@ use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Table;
 
-use super::requirement_spec::{Measuring, TIME, unit_of};
+use super::requirement_spec::{MeasureTable, Measuring, REQUIREMENT, TIME, unit_of};
 use super::selected_variants::selected_variants;
 
 /// Figures and requirements, each in the order of the file.
@@ -39,8 +40,9 @@ pub(in crate::study) fn figures_and_requirements(
         let found = figure(&reading, number, &figures, out);
         figures.extend(found);
     }
-    let requirements = context.document.requirements.iter().filter_map(|table| reading.bounded(table, &figures, out));
-    let requirements = requirements.collect();
+    let table = |table| MeasureTable { measuring: &reading, table, what: REQUIREMENT };
+    let tables = context.document.requirements.iter().map(table);
+    let requirements = tables.filter_map(|table| table.bounded(&figures, out)).collect();
     (figures.into_vec(), requirements)
 }
 
@@ -55,24 +57,24 @@ fn figure(
     let table = rest.first()?;
     let name = read_word(table, "name")?.to_string();
     let what = format!("figure `{name}`");
-    let place = TableReader::place(table, "name");
     if let Some(reason) = name_conflict(&name, before, reading.context) {
         let message = format!("there is {reason} `{name}` already");
         let help = "give each figure a name of its own: expressions of figures name parameters too";
-        out.push(Diagnostic::error("name::duplicate", message).at(place.clone(), "again here").help(help));
+        out.push(key_error("name::duplicate", message, (table, "name", "again here"), help));
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
+    let own = MeasureTable { measuring: reading, table, what: &what };
     if !is_given(table, "value") {
-        let (measure, dimension) = reading.measure(table, &variants, &what, out)?;
-        let display = read_display_unit(table, dimension, &what, out);
+        let (measure, dimension) = own.measure(&variants, out)?;
+        let display = read_display_unit(&own, dimension, out);
         let unit = measure.unit.clone();
         return Some(Figure { name, of: FigureOf::Measure(Box::new(measure)), dimension, unit, display, variants });
     }
-    reading.reject_other_keys(table, "value", &what, out);
+    own.reject_other_keys("value", out);
     let text = read_word(table, "value")?.to_string();
     let place = TableReader::place(table, "value");
     let dimension = dimension_of(&text, (before, earlier), reading, (&what, &place), out)?;
-    let display = read_display_unit(table, dimension, &what, out);
+    let display = read_display_unit(&own, dimension, out);
     Some(Figure {
         name,
         of: FigureOf::Value(text),
@@ -124,29 +126,28 @@ fn dimension_of(
         out.push(Diagnostic::error("name::unknown", message).at(at, "no such figure").help(help));
         return None;
     }
-    let dimension = figure_dimension(&law, before, &|name| reader.exact_value(name));
-    dimension.map_err(|error| out.push(diagnostic(error))).ok()
+    let varying = |name: &str| before.get(name).map(|figure| figure.dimension);
+    let found = lowered(&mut Graph::default(), &law, &varying, &|name| reader.exact_value(name));
+    found.map(|(_, dimension)| kind_of(dimension).1).map_err(|error| out.push(diagnostic(error))).ok()
 }
 
 /// The display unit of a figure.
 fn read_display_unit(
-    table: &Table,
+    &MeasureTable { table, what, .. }: &MeasureTable<'_, '_>,
     dimension: Dimension,
-    what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<DisplayUnit> {
-    let text = read_word(table, "display_unit")?.trim();
-    let place = TableReader::place(table, "display_unit");
-    let Some((unit, size, found)) = split_unit(&format!("1 {text}")).map(|(_, size, found)| (text, size, found)) else {
-        let message = format!("{what}: `{}` is no unit", shortened(text));
+    let unit = read_word(table, "display_unit")?.trim();
+    let Some((size, found)) = split_unit(&format!("1 {unit}")).map(|(_, size, found)| (size, found)) else {
+        let message = format!("{what}: `{}` is no unit", shortened(unit));
         let help = "write a unit such as `deg`, `deg/s` or `mN m`";
-        out.push(Diagnostic::error("unit::unknown", message).at(place, "no unit").help(help));
+        out.push(key_error("unit::unknown", message, (table, "display_unit", "no unit"), help));
         return None;
     };
     if !dimension.is_like(&found) {
-        let message = format!("{what}: `{}` is {}, and it is {}", shortened(text), found.noun(), dimension.noun());
+        let message = format!("{what}: `{}` is {}, and it is {}", shortened(unit), found.noun(), dimension.noun());
         let help = format!("write a unit such as {}", dimension.example());
-        out.push(Diagnostic::error("unit::dimension", message).at(place, "another quantity").help(help));
+        out.push(key_error("unit::dimension", message, (table, "display_unit", "another quantity"), help));
         return None;
     }
     let size = size.to_f64();

@@ -45,16 +45,13 @@ pub(in crate::study) fn measured(
         Measured { value, grid: (value - coarse).abs() }
     };
     let extreme = |sign: f64| {
-        let (value, grid) = highest(window, |x| sign * x);
-        Measured { value: sign * value, grid }
+        let found = highest(window, |x| sign * x);
+        Measured { value: sign * found.value, ..found }
     };
     Ok(match measure {
         Measure::Max => extreme(1.0),
         Measure::Min => extreme(-1.0),
-        Measure::MaxAbs => {
-            let (value, grid) = highest(window, f64::abs);
-            Measured { value, grid }
-        }
+        Measure::MaxAbs => highest(window, f64::abs),
         Measure::Final => Measured { value: values[values.len() - 1], grid: 0.0 },
         Measure::Rms => both(&|rows| root_mean_square(rows, 0.0)),
         Measure::Ripple => both(&|rows| root_mean_square(rows, rows.mean(|x| x))),
@@ -65,8 +62,8 @@ pub(in crate::study) fn measured(
         Measure::SettlingTime => return settling_time(window, target, band),
         Measure::Mean => both(&|rows| rows.mean(|x| x)),
         Measure::PeakToPeak => {
-            let ((most, above), (least, below)) = (highest(window, |x| x), highest(window, |x| -x));
-            Measured { value: most + least, grid: above + below }
+            let (most, least) = (highest(window, |x| x), highest(window, |x| -x));
+            Measured { value: most.value + least.value, grid: most.grid + least.grid }
         }
         Measure::TimeOfMax => time_of(window, 1.0),
         Measure::TimeOfMin => time_of(window, -1.0),
@@ -76,8 +73,8 @@ pub(in crate::study) fn measured(
 
 /// The time of the largest value of a signal, from the start of the window, and the distance of the rows there.
 fn time_of(window: Window<'_>, sign: f64) -> Measured {
-    let Window { times, values } = window;
-    let best = (1..values.len()).fold(0, |best, k| if sign * values[k] > sign * values[best] { k } else { best });
+    let times = window.times;
+    let best = place_of_highest(window, |x| sign * x);
     let gap = |k: usize| times.get(k + 1).map_or(0.0, |next| next - times[k]);
     Measured { value: times[best] - times[0], grid: gap(best).max(best.checked_sub(1).map_or(0.0, gap)) }
 }
@@ -116,15 +113,16 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// The row with the largest value of a function; the first of several.
+fn place_of_highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> usize {
+    let values = window.values;
+    (1..values.len()).fold(0, |best, k| if of(values[k]) > of(values[best]) { k } else { best })
+}
+
 /// The largest value of a function of the rows, and the height of the parabola through it and its neighbours above it.
-fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
+fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> Measured {
     let Window { times, values } = window;
-    let mut best = 0;
-    for k in 1..values.len() {
-        if of(values[k]) > of(values[best]) {
-            best = k;
-        }
-    }
+    let best = place_of_highest(window, &of);
     let value = of(values[best]);
     let inner = best.checked_sub(1).filter(|_| best + 1 < values.len());
     let rise = inner.map_or(0.0, |before| {
@@ -133,7 +131,7 @@ fn highest(window: Window<'_>, of: impl Fn(f64) -> f64) -> (f64, f64) {
         let (slope, curvature) = ((from * right + until * left) / (left + right), (until - from) / (left + right));
         if curvature < 0.0 { -slope * slope / (4.0 * curvature) } else { 0.0 }
     });
-    (value, if rise.is_finite() { rise } else { 0.0 })
+    Measured { value, grid: if rise.is_finite() { rise } else { 0.0 } }
 }
 
 /// The root of the mean over time of `(x − centre)²`.
@@ -159,8 +157,8 @@ fn overshoot(window: Window<'_>, target: Option<f64>) -> Result<Measured, &'stat
     if way == 0.0 {
         return Err("it begins its window at its target, so overshoot is not defined");
     }
-    let (most, grid) = highest(window, |x| (x - target) / way);
-    Ok(Measured { value: most.max(0.0), grid })
+    let most = highest(window, |x| (x - target) / way);
+    Ok(Measured { value: most.value.max(0.0), ..most })
 }
 
 /// The target and the half width of the band around it.

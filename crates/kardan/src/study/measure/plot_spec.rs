@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::study::measure::computed_signals::{reference, resolve_signal};
 use crate::study::measure::spectrum::LEAST_ROWS;
-use crate::study::read::read_values::{quantity, read_names, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_names, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::split_unit;
 use kardan_model::TableReader;
@@ -20,27 +20,20 @@ use super::selected_variants::selected_variants;
 fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnostic>) -> Option<PlotUnit> {
     let text = read_word(table, "display_unit")?.trim();
     let quantity_text = format!("1 {text}");
-    let diagnostic = |code: &'static str, message: String, help: String| {
-        Diagnostic::error(code, message)
-            .at(TableReader::place(table, "display_unit"), "no unit of a drawn signal")
-            .help(help)
-    };
+    let at = (table, "display_unit", "no unit of a drawn signal");
     let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
     let drawn = units.join(", ");
     let Some((unit, size, dimension)) = split_unit(&quantity_text) else {
         let message = format!("{what}: `{}` is no unit", shortened(text));
-        out.push(diagnostic("unit::unknown", message, "write a unit such as `deg`, `rpm` or `mN m`".into()));
+        out.push(key_error("unit::unknown", message, at, "write a unit such as `deg`, `rpm` or `mN m`"));
         return None;
     };
     let Some(&physical) = kinds.iter().find(|kind| kind.dimension() == dimension) else {
         // Signals that were not found have been reported.
         if !kinds.is_empty() {
             let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());
-            out.push(diagnostic(
-                "unit::dimension",
-                message,
-                format!("the signals drawn are in {drawn}: write a unit of one of these"),
-            ));
+            let help = format!("the signals drawn are in {drawn}: write a unit of one of these");
+            out.push(key_error("unit::dimension", message, at, help));
         }
         return None;
     };
@@ -58,11 +51,8 @@ fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<
     let last = until.unwrap_or(f64::INFINITY);
     if begin >= last {
         let message = format!("{what}: no time is left to draw: it begins at {begin} s and ends at {last} s");
-        out.push(
-            Diagnostic::error("plot::window", message)
-                .at(TableReader::place(table, "from"), "no time is left")
-                .help("let `from` come before `until`"),
-        );
+        let help = "let `from` come before `until`";
+        out.push(key_error("plot::window", message, (table, "from", "no time is left"), help));
     } else if begin >= end {
         let message = format!("{what}: no time is left to draw: it begins at {begin} s and the run ends at {end} s");
         out.push(
@@ -109,18 +99,13 @@ pub(in crate::study) fn plots(
         let curves = drawn.len() + references.len();
         if labels.len() > curves && !table.unread.contains(&"signals") && !table.unread.contains(&"references") {
             let message = format!("{what}: {} labels for {curves} signals and references", labels.len());
-            out.push(
-                Diagnostic::error("list::length", message)
-                    .at(TableReader::place(table, "labels"), "too many")
-                    .help("write one for each of `signals`, then one for each of `references`"),
-            );
+            let help = "write one for each of `signals`, then one for each of `references`";
+            out.push(key_error("list::length", message, (table, "labels", "too many"), help));
         }
         if drawn.is_empty() && table.values.contains_key("signals") {
-            out.push(
-                Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
-                    .at(TableReader::place(table, "signals"), "no signal")
-                    .help("list one or more signals: `signals = [\"rk.phi\"]`"),
-            );
+            let message = format!("{what}: there is nothing to draw");
+            let help = "list one or more signals: `signals = [\"rk.phi\"]`";
+            out.push(key_error("list::length", message, (table, "signals", "no signal"), help));
         }
         let over = read_word(table, "over").and_then(|text| {
             let found = resolve_signal(text, &TableReader::place(table, "over"), context, &what, out)?;
@@ -162,12 +147,8 @@ fn check_spectrum(
 ) {
     if table.values.contains_key("over") {
         let message = format!("{what}: a spectrum has the frequency on its horizontal axis, not a signal");
-        let place = TableReader::place(table, "over");
-        out.push(
-            Diagnostic::error("plot::spectrum", message)
-                .at(place, "not the frequency")
-                .help("remove `over`, or draw values: `kind = \"values\"`"),
-        );
+        let help = "remove `over`, or draw values: `kind = \"values\"`";
+        out.push(key_error("plot::spectrum", message, (table, "over", "not the frequency"), help));
     }
     let reader = &TableReader::new(context.document, &[]);
     let scenario = &context.document.scenario;
@@ -180,10 +161,7 @@ fn check_spectrum(
         let message = format!(
             "{what}: a spectrum takes more than {LEAST_ROWS} rows, and {rows} steps of {step} s lie in the time that is drawn"
         );
-        out.push(
-            Diagnostic::error("plot::spectrum", message)
-                .at(TableReader::place(table, "kind"), "too few rows")
-                .help("draw a longer time, or shorten `output_step` of `[scenario]`"),
-        );
+        let help = "draw a longer time, or shorten `output_step` of `[scenario]`";
+        out.push(key_error("plot::spectrum", message, (table, "kind", "too few rows"), help));
     }
 }

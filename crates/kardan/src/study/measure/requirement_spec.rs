@@ -6,7 +6,7 @@ use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, quantity, read_scalar, read_word};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_scalar, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
@@ -22,7 +22,7 @@ use super::selected_variants::selected_variants;
 /// A nonnegative time.
 pub(super) const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
 /// The name of the table of a requirement in messages.
-const REQUIREMENT: &str = "`[[requirement]]`";
+pub(super) const REQUIREMENT: &str = "`[[requirement]]`";
 
 /// The context for reading the tables of requirements and figures.
 pub(in crate::study) struct Measuring<'a> {
@@ -33,59 +33,52 @@ pub(in crate::study) struct Measuring<'a> {
     pub(in crate::study) ends: &'a [(String, f64)],
 }
 
-impl Measuring<'_> {
+/// A table of a requirement or a figure.
+pub(in crate::study) struct MeasureTable<'a, 'm> {
+    pub(in crate::study) measuring: &'a Measuring<'m>,
+    pub(in crate::study) table: &'a Table,
+    /// Its name in messages.
+    pub(in crate::study) what: &'a str,
+}
+
+impl MeasureTable<'_, '_> {
     /// A requirement.
-    pub(super) fn bounded(
-        &self,
-        table: &Table,
-        figures: &NamedList<Figure>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<Requirement> {
-        let (context, document) = (self.context, self.context.document);
-        let variants = selected_variants(table, self.variants, context, REQUIREMENT, out);
+    pub(super) fn bounded(&self, figures: &NamedList<Figure>, out: &mut Vec<Diagnostic>) -> Option<Requirement> {
+        let (context, table) = (self.measuring.context, self.table);
+        let variants = selected_variants(table, self.measuring.variants, context, REQUIREMENT, out);
         check_bounds(table, out);
         let judged = match is_given(table, "figure") {
-            true => self.figure(table, figures, out),
-            false => self.measure(table, &variants, REQUIREMENT, out),
+            true => self.figure(figures, out),
+            false => self.measure(&variants, out),
         };
-        let bounds = judged
-            .as_ref()
-            .map(|(_, dimension)| ["below", "above"].map(|key| self.like(table, key, *dimension, REQUIREMENT, out)));
-        check_varied(table, document, &["below", "above"], REQUIREMENT, out);
+        let bounds =
+            judged.as_ref().map(|(_, dimension)| ["below", "above"].map(|key| self.like(key, *dimension, out)));
+        self.check_varied(&["below", "above"], out);
         if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
             let message = format!("{REQUIREMENT}: no value is above {above} and below {below}");
-            out.push(
-                Diagnostic::error("requirement::bounds", message)
-                    .at(TableReader::place(table, "below"), "not above `above`")
-                    .help("let `above` be less than `below`, or write two requirements"),
-            );
+            let help = "let `above` be less than `below`, or write two requirements";
+            out.push(key_error("requirement::bounds", message, (table, "below", "not above `above`"), help));
         }
         let ((measure, dimension), [below, above]) = (judged?, bounds?);
         let same_unit = measure.figure.is_some() || dimension == measure.dimension;
-        let display = same_unit.then(|| self.unit_of_bounds(table, dimension)).flatten().or(measure.display.clone());
+        let display = same_unit.then(|| self.unit_of_bounds(dimension)).flatten().or(measure.display.clone());
         Some(Requirement { below, above, display, variants, ..measure })
     }
 
     /// The figure of a requirement on a figure.
-    fn figure(
-        &self,
-        table: &Table,
-        figures: &NamedList<Figure>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Requirement, Dimension)> {
-        self.reject_other_keys(table, "figure", REQUIREMENT, out);
-        let name = read_word(table, "figure")?;
+    fn figure(&self, figures: &NamedList<Figure>, out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+        self.reject_other_keys("figure", out);
+        let name = read_word(self.table, "figure")?;
         let Some(found) = figures.get(name) else {
-            if self.context.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
+            if self.measuring.context.document.figures.iter().any(|table| read_word(table, "name") == Some(name)) {
                 return None;
             }
             let names = figures.iter().map(|figure| figure.name.as_str());
             let help = unknown_name_or(name, names, "the model has no `[[figure]]`");
             let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
-            let place = TableReader::place(table, "figure");
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such figure").help(help));
+            out.push(key_error("name::unknown", message, (self.table, "figure", "no such figure"), help));
             return None;
         };
         let judged = Requirement {
@@ -99,27 +92,21 @@ impl Measuring<'_> {
     }
 
     /// Reports keys without meaning next to a sufficient key.
-    pub(super) fn reject_other_keys(&self, table: &Table, key: &'static str, what: &str, out: &mut Vec<Diagnostic>) {
+    pub(super) fn reject_other_keys(&self, key: &str, out: &mut Vec<Diagnostic>) {
+        let Self { table, what, .. } = *self;
         let measuring = ["signal", "measure", "over", "at", "frequency", "target", "band", "from", "until"];
         for surplus_key in measuring.into_iter().filter(|key| table.values.contains_key(key)) {
             let message = format!("{what}: `{surplus_key}` has no meaning with `{key}`");
-            let place = TableReader::place(table, surplus_key);
             let help = format!("remove it, or write `signal` and `measure` in place of `{key}`");
-            out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+            out.push(key_error("requirement::key", message, (table, surplus_key, "not used"), help));
         }
     }
 
     /// The measured signal, and its dimension.
-    pub(super) fn measure(
-        &self,
-        table: &Table,
-        variants: &[String],
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Requirement, Dimension)> {
-        let (context, document) = (self.context, self.context.document);
+    pub(super) fn measure(&self, variants: &[String], out: &mut Vec<Diagnostic>) -> Option<(Requirement, Dimension)> {
+        let Self { measuring: Measuring { context, .. }, table, what } = *self;
         check_named(table, what, out);
-        check_varied(table, document, &["target", "band", "at", "frequency", "from", "until"], what, out);
+        self.check_varied(&["target", "band", "at", "frequency", "from", "until"], out);
         let signal_of = |key: &str, out: &mut Vec<Diagnostic>| {
             let place = TableReader::place(table, key);
             read_word(table, key).and_then(|name| resolve_signal(name, &place, context, what, out))
@@ -127,21 +114,20 @@ impl Measuring<'_> {
         let signal = read_word(table, "signal");
         let place = TableReader::place(table, "signal");
         let (found, over) = (signal_of("signal", out), signal_of("over", out));
-        let (from, until) = (self.number(table, "from", TIME, what, out), self.number(table, "until", TIME, what, out));
-        let at = self.number(table, "at", TIME, what, out);
-        let frequency = self.number(table, "frequency", (Dimension::FREQUENCY, Sign::Positive), what, out);
+        let [from, until, at] = ["from", "until", "at"].map(|key| self.number(key, TIME, out));
+        let frequency = self.number("frequency", (Dimension::FREQUENCY, Sign::Positive), out);
         let measure = read_word(table, "measure").and_then(Measure::of);
         if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
-            check_limited(name, &place, document, what, out);
+            check_limited(name, &place, context.document, what, out);
         }
         check_measure_keys(table, measure, what, out);
         let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
             check_power(found, measure, &place, what, out);
             measured_dimension(measure, found.dimension, over.as_ref().map(|over| over.dimension))
         });
-        let target = found.as_ref().and_then(|found| self.like(table, "target", found.dimension, what, out));
-        let band = found.as_ref().and_then(|found| self.band(table, found.dimension, what, out));
-        self.check_window(table, (from.unwrap_or_default(), until, at), (variants, what), out);
+        let target = found.as_ref().and_then(|found| self.like("target", found.dimension, out));
+        let band = found.as_ref().and_then(|found| self.band(found.dimension, out));
+        self.check_window((from.unwrap_or_default(), until, at), variants, out);
         let (signal, measure, found, dimension) = (signal?.into(), measure?, found?, dimension?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
         let own = dimension == found.dimension;
@@ -154,20 +140,13 @@ impl Measuring<'_> {
     }
 
     /// A value of a dimension; if the dimension has no name, angles are not counted.
-    pub(in crate::study) fn like(
-        &self,
-        table: &Table,
-        key: &str,
-        expected: Dimension,
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<f64> {
+    pub(in crate::study) fn like(&self, key: &str, expected: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
         if expected.word().is_some() {
-            return self.number(table, key, (expected, Sign::Any), what, out);
+            return self.number(key, (expected, Sign::Any), out);
         }
-        let scalar = read_scalar(table, key)?;
-        let label = format!("`{key}` of {what}");
-        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+        let scalar = read_scalar(self.table, key)?;
+        let label = format!("`{key}` of {}", self.what);
+        let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
             out.push(Diagnostic::wrong_dimension(&label, [expected, found], scalar.place));
             return None;
@@ -176,10 +155,10 @@ impl Measuring<'_> {
     }
 
     /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
-    fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
-        let scalar = read_scalar(table, "band")?;
-        let label = format!("`band` of {what}");
-        let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
+    fn band(&self, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<Band> {
+        let scalar = read_scalar(self.table, "band")?;
+        let label = format!("`band` of {}", self.what);
+        let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if value.signum() <= 0 {
             let message = format!("{label} must be more than zero");
             out.push(Diagnostic::error("number::sign", message).at(scalar.place, "not above zero").help(BAND_HELP));
@@ -198,53 +177,58 @@ impl Measuring<'_> {
     }
 
     /// The unit of the bounds in the file, `None` if it is the SI unit.
-    pub(in crate::study) fn unit_of_bounds(&self, table: &Table, dimension: Dimension) -> Option<DisplayUnit> {
-        let text = ["below", "above"].into_iter().find_map(|key| table.source_text.get(key))?;
-        let named = || self.context.document.declared(text);
+    pub(in crate::study) fn unit_of_bounds(&self, dimension: Dimension) -> Option<DisplayUnit> {
+        let text = ["below", "above"].into_iter().find_map(|key| self.table.source_text.get(key))?;
+        let named = || self.measuring.context.document.declared(text);
         let text = named().map_or(text, |parameter| &parameter.text);
         let (unit, size, found) = split_unit(text)?;
         let size = size.to_f64();
         (dimension.is_like(&found) && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
     }
 
-    fn number(
-        &self,
-        table: &Table,
-        key: &str,
-        expected: (Dimension, Sign),
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<f64> {
-        quantity(self.reader, table, key, expected, what, out).map(|x| x.to_f64())
+    fn number(&self, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
+        quantity(self.measuring.reader, self.table, key, expected, self.what, out).map(|x| x.to_f64())
     }
 
     /// Reports a window that is empty in one of its runs.
     fn check_window(
         &self,
-        table: &Table,
         (begin, until, at): (f64, Option<f64>, Option<f64>),
-        (variants, what): (&[String], &str),
+        variants: &[String],
         out: &mut Vec<Diagnostic>,
     ) {
-        let own = self.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
+        let Self { measuring, table, what } = *self;
+        let own = measuring.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
         let last = own.map(|(_, end)| *end).reduce(f64::max).unwrap_or(f64::INFINITY);
         let end = until.unwrap_or(f64::INFINITY).min(last);
         if let Some(at) = at.filter(|at| *at > last) {
             let message = format!("{what}: `at` is {at} s, and the run ends at {last} s");
-            out.push(
-                Diagnostic::error("requirement::window", message)
-                    .at(TableReader::place(table, "at"), "after the end")
-                    .help("let `at` come before the end of the run (`duration`)"),
-            );
+            let help = "let `at` come before the end of the run (`duration`)";
+            out.push(key_error("requirement::window", message, (table, "at", "after the end"), help));
         }
         if begin > end {
             let (key, bound_end) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
             let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {bound_end} s");
-            out.push(
-                Diagnostic::error("requirement::window", message)
-                    .at(TableReader::place(table, key), "no time is left")
-                    .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
-            );
+            let help = "let `from` come before `until`, and both before the end of the run (`duration`)";
+            out.push(key_error("requirement::window", message, (table, key, "no time is left"), help));
+        }
+    }
+
+    /// Reports values that differ between the variants.
+    fn check_varied(&self, keys: &[&str], out: &mut Vec<Diagnostic>) {
+        for key in keys {
+            let Some(Placed { value, place }) = read_scalar(self.table, key) else { continue };
+            let names: Vec<String> = match value {
+                SchemaScalar::Parameter(name) => vec![name],
+                SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
+                _ => Vec::new(),
+            };
+            if let Some(name) = names.into_iter().find(|name| self.measuring.context.document.is_varied(name)) {
+                let message = format!("`{key}` of {}: `{name}` differs between the variants", self.what);
+                let help = "write a number, and one requirement for each variant: `variants = [...]`";
+                let varied = Diagnostic::error("requirement::set-by-variant", message).at(place, "a varied parameter");
+                out.push(varied.help(help));
+            }
         }
     }
 }
@@ -303,48 +287,41 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
     }
 }
 
-/// Additional keys of measures of one signal over another one.
-fn needs(measure: Measure) -> &'static [(&'static str, &'static str)] {
-    const OVER: (&str, &str) = ("over", "name the other signal, `over = \"car.a_y\"`");
-    const FREQUENCY: (&str, &str) = ("frequency", "write that of the wave, `frequency = \"0.2 Hz\"`");
-    match measure {
-        Measure::RiseTime | Measure::SettlingTime => &[("band", BAND_HELP)],
-        Measure::At => &[("at", "write the time, `at = \"1.5 s\"`")],
-        Measure::Gradient | Measure::Slope | Measure::Hysteresis => &[OVER],
-        Measure::Gain | Measure::Lag | Measure::PhaseLag => &[OVER, FREQUENCY],
-        _ => &[],
-    }
-}
+/// Further keys, the measures that have them, and help for a missing one, unless it may be omitted.
+const KEYS: [(&str, &[Measure], Option<&str>); 5] = {
+    use Measure::{At, Gain, Gradient, Hysteresis, Iae, Lag, Overshoot, PhaseLag, RiseTime, SettlingTime, Slope};
+    const OVER: &str = "name the other signal, `over = \"car.a_y\"`";
+    [
+        ("target", &[Overshoot, RiseTime, SettlingTime, Iae], None),
+        ("band", &[RiseTime, SettlingTime], Some(BAND_HELP)),
+        ("over", &[Gradient, Slope, Hysteresis, Gain, Lag, PhaseLag], Some(OVER)),
+        ("at", &[At], Some("write the time, `at = \"1.5 s\"`")),
+        ("frequency", &[Gain, Lag, PhaseLag], Some("write that of the wave, `frequency = \"0.2 Hz\"`")),
+    ]
+};
 
 /// Reports missing keys of a measure, and keys without meaning for it.
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
-    for (key, help) in needs(measure).iter().filter(|(key, _)| !is_given(table, key)) {
+    for (key, _, help) in KEYS.iter().filter(|(key, of, _)| of.contains(&measure) && !is_given(table, key)) {
+        let Some(help) = help else { continue };
         let message = format!("{what}: `{word}` needs the key `{key}`");
-        let place = TableReader::place(table, "measure");
-        out.push(
-            Diagnostic::error("key::missing", message).at(place, format!("`{key}` is missing")).help(help.to_string()),
-        );
+        let label = format!("`{key}` is missing");
+        out.push(key_error("key::missing", message, (table, "measure", &label), *help));
     }
-    let takes = |key: &str| match key {
-        "target" => matches!(measure, Measure::Overshoot | Measure::RiseTime | Measure::SettlingTime | Measure::Iae),
-        "from" | "until" => measure != Measure::At,
-        _ => needs(measure).iter().any(|(needed, _)| *needed == key),
-    };
-    let all = ["target", "band", "over", "at", "frequency", "from", "until"];
-    for key in all.into_iter().filter(|key| is_given(table, key) && !takes(key)) {
+    let mut refuse = |key: &str, help: String| {
         let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
-        let help = match key {
-            "target" => "remove it, or measure `overshoot`, `rise_time`, `settling_time` or `iae`",
-            "band" => "remove it, or measure `rise_time` or `settling_time`",
-            "at" => "remove it, or measure `at`",
-            "over" => "remove it, or measure `gradient`, `slope`, `hysteresis`, `gain`, `lag` or `phase_lag`",
-            "frequency" => "remove it, or measure `gain`, `lag` or `phase_lag`",
-            _ => "remove it: the value at a time has no window",
-        };
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("requirement::key", message).at(place, "not used").help(help));
+        out.push(key_error("requirement::key", message, (table, key, "not used"), help));
+    };
+    for (key, of, _) in KEYS.iter().filter(|(key, of, _)| is_given(table, key) && !of.contains(&measure)) {
+        let words: Vec<String> = of.iter().map(|measure| format!("`{}`", measure.word())).collect();
+        let [earlier @ .., last] = &words[..] else { continue };
+        let others = if earlier.is_empty() { String::new() } else { format!("{} or ", earlier.join(", ")) };
+        refuse(key, format!("remove it, or measure {others}{last}"));
+    }
+    for key in ["from", "until"].into_iter().filter(|key| is_given(table, key) && measure == Measure::At) {
+        refuse(key, "remove it: the value at a time has no window".into());
     }
 }
 
@@ -369,28 +346,6 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
                 .at(table.place.clone(), "neither `below` nor `above`")
                 .help("add `below = \"...\"`, `above = \"...\"` or both"),
         );
-    }
-}
-
-/// Reports values that differ between the variants.
-fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
-    for key in keys {
-        let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
-        let names: Vec<String> = match value {
-            SchemaScalar::Parameter(name) => vec![name],
-            SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
-            _ => Vec::new(),
-        };
-        if let Some(name) = names.into_iter().find(|name| document.is_varied(name)) {
-            out.push(
-                Diagnostic::error(
-                    "requirement::set-by-variant",
-                    format!("`{key}` of {what}: `{name}` differs between the variants"),
-                )
-                .at(place, "a varied parameter")
-                .help("write a number, and one requirement for each variant: `variants = [...]`"),
-            );
-        }
     }
 }
 

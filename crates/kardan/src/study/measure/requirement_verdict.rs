@@ -73,11 +73,19 @@ pub(in crate::study) struct Judged {
     pub(in crate::study) note: Option<String>,
 }
 
-/// Motors, events and end of a run.
+/// Motors, events and end of a run; empty before any.
+#[derive(Default)]
 pub(in crate::study) struct Ran<'a> {
     pub(in crate::study) motor_loads: &'a [MotorLoad],
     pub(in crate::study) events: &'a [Event],
     pub(in crate::study) completed: bool,
+}
+
+impl Ran<'_> {
+    /// The load of the motor whose torque a signal is.
+    fn motor_load(&self, signal: &str) -> Option<&MotorLoad> {
+        self.motor_loads.iter().find(|motor_load| motor_of(signal) == Some(motor_load.motor.as_str()))
+    }
 }
 
 /// The measure of a requirement in a run.
@@ -107,11 +115,8 @@ fn measure_of<'s>(
         _ if values.is_empty() => Err("no row lies in its window"),
         Measure::At => value_at(&series.time, column(signal), requirement.at.unwrap_or(f64::NAN)),
         Measure::TimeAtLimit => {
-            let motor_load =
-                ran.motor_loads.iter().find(|motor_load| motor_of(signal) == Some(motor_load.motor.as_str()));
-            motor_load
-                .map(|motor_load| exact(motor_load.seconds_at_limit(*from, *until)))
-                .ok_or("the motor has no limit")
+            let motor_load = ran.motor_load(signal).ok_or("the motor has no limit")?;
+            Ok(exact(motor_load.seconds_at_limit(*from, *until)))
         }
         Measure::Events => {
             let element = SignalName::new(signal).element;
@@ -180,8 +185,7 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
         (Measure::At, Some(at), _) => format!("{signal} at {at} s"),
         (Measure::Events, ..) if signal == "t" => "events".to_string(),
         (Measure::TimeAtLimit, ..) => {
-            let own = ran.motor_loads.iter().find(|motor_load| motor_of(signal) == Some(motor_load.motor.as_str()));
-            let what = own.map_or("torque", MotorLoad::effort);
+            let what = ran.motor_load(signal).map_or("torque", MotorLoad::effort);
             format!("time of {} at its {what} limit", motor_of(signal).unwrap_or(signal))
         }
         (_, _, Some(frequency)) => format!("{} {signal}{over} at {frequency} Hz", measure.word()),
@@ -200,13 +204,12 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
 impl Requirement {
     /// The bounds, as text, before any run.
     pub(in crate::study) fn describe(&self) -> String {
-        let ran = Ran { motor_loads: &[], events: &[], completed: false };
-        judge(self, &Series::default(), &ran, &[]).result.text
+        judge(self, &Series::default(), &Ran::default(), &[]).result.text
     }
 
     /// The measure, as text, before any run.
     pub(in crate::study) fn describe_measure(&self) -> String {
-        described(self, &Series::default(), &Ran { motor_loads: &[], events: &[], completed: false })
+        described(self, &Series::default(), &Ran::default())
     }
 }
 

@@ -54,6 +54,16 @@ pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
     table.values.contains_key(key) || table.unread.contains(&key)
 }
 
+/// An error at the value of a key of a table.
+pub(in crate::study) fn key_error(
+    code: &'static str,
+    message: String,
+    (table, key, label): (&Table, &str, &str),
+    help: impl Into<String>,
+) -> Diagnostic {
+    Diagnostic::error(code, message).at(TableReader::place(table, key), label).help(help)
+}
+
 /// A quantity of a table in SI, checked against a dimension and, through parameters, against a sign.
 pub(in crate::study) fn quantity(
     reader: &TableReader<'_>,

@@ -2,7 +2,7 @@
 
 use crate::study::NamedFault;
 use crate::study::measure::computed_signals::resolve_signal;
-use crate::study::measure::requirement_spec::Measuring;
+use crate::study::measure::requirement_spec::{MeasureTable, Measuring};
 use crate::study::measure::selected_variants::selected_variants;
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::read_values::{is_given, quantity, read_map, read_names, read_scalar, read_tables, read_word};
@@ -259,10 +259,11 @@ fn effect<'a>(
     let signal = read_word(table, "signal")?;
     let found = resolve_signal(signal, &TableReader::place(table, "signal"), context, &what, out)?;
     let measure = read_word(table, "measure").and_then(Measure::of)?;
-    let measuring = Measuring { context, reader, variants, ends };
+    let measuring = &Measuring { context, reader, variants, ends };
+    let own = MeasureTable { measuring, table, what: &what };
     let bounds = ["below", "above"].map(|key| {
         check_varied(context.document, table, (key, &what), out);
-        measuring.like(table, key, found.dimension, &what, out)
+        own.like(key, found.dimension, out)
     });
     if let [Some(below), Some(above)] = bounds
         && above >= below
@@ -278,7 +279,7 @@ fn effect<'a>(
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
     let difference = read_word(table, "baseline") != Some("zero");
-    let display = measuring.unit_of_bounds(table, found.dimension);
+    let display = own.unit_of_bounds(found.dimension);
     let window_text = if window.is_finite() { format!(" within {window} s") } else { String::new() };
     let against = if difference { ", against no fault" } else { "" };
     let text = format!("{} {signal}{window_text}{against}", measure.word());

@@ -17,8 +17,8 @@ fn sections_begin_and_end_at_zero_speed() {
 #[test]
 fn a_trajectory_integrates_its_speed() {
     let trajectory = Trajectory::new(1, 0.1, (0..=10).map(f64::from).collect());
-    let (position, speed, acceleration) = trajectory.at(10);
+    let Motion { position, speed, acceleration } = trajectory.at(10);
     assert!((position[0] - 5.0).abs() < 1e-12 && speed[0] == 10.0 && acceleration[0] == 0.0);
-    assert!((trajectory.at(3).2[0] - 10.0).abs() < 1e-12 && trajectory.at(99).0 == position);
-    assert!((trajectory.at(5).0[0] - 1.25).abs() < 1e-12);
+    assert!((trajectory.at(3).acceleration[0] - 10.0).abs() < 1e-12 && trajectory.at(99).position == position);
+    assert!((trajectory.at(5).position[0] - 1.25).abs() < 1e-12);
 }

@@ -16,6 +16,7 @@ fn an_entry_that_cannot_be_removed_stays() {
         term: "s.friction_asymmetry".into(),
         element: "s".into(),
         law: FileLaw::FrictionAsymmetry,
+        unit: "N m".into(),
         coefficients: vec![coefficient],
     };
     let put = |text: &str| {
