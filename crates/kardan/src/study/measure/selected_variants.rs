@@ -6,6 +6,11 @@ use crate::study::read::signal_table::SignalContext;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Placed, Table};
 
+/// Whether a list of variants contains one; an empty list stands for all of them.
+pub(in crate::study) fn selects(variants: &[String], name: &str) -> bool {
+    variants.is_empty() || variants.iter().any(|variant| variant == name)
+}
+
 pub(in crate::study) fn selected_variants(
     table: &Table,
     names: &[String],

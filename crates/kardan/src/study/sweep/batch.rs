@@ -17,8 +17,8 @@ use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::Reduced;
 use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
-use kardan_results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
-pub use kardan_simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
+use kardan_results::{Effort, IntegrationMethod, Run, Series, SweepRow};
+pub use kardan_simulate::{Ensemble, LaneRun, Recorded, Scenario, Setup, Tolerance};
 
 /// Quantiles of the varied parameters for the analysis of their effects: the base, and others to compare.
 const BASE: f64 = 0.5;
@@ -209,19 +209,9 @@ impl<'p> Batch<'p> {
     /// The result of a run.
     fn record(&self, prepared: &Prepared, row: &mut SweepRow, series: &mut Series) {
         let own = series.signals.len();
-        let result = RunResult {
-            series: std::mem::take(series),
-            energy: Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 },
-            events: Vec::new(),
-            outcome: Outcome::Completed,
-            notes: Vec::new(),
-            warnings: Vec::new(),
-            encoder_readings: Vec::new(),
-            sampled: false,
-            motor_loads: Vec::new(),
-            effort: Effort { method: IntegrationMethod::Taylor, ..Effort::default() },
-        };
-        let run: Run = judged(self.variant, prepared, result);
+        let effort = Effort { method: IntegrationMethod::Taylor, ..Effort::default() };
+        let run = Run { series: std::mem::take(series), effort, ..Run::default() };
+        let run = judged(self.variant, prepared, run);
         fill(row, prepared, &run);
         *series = run.series;
         series.signals.truncate(own);
