@@ -48,6 +48,11 @@ impl Prepared {
         self.variants.iter().map(|variant| &**variant)
     }
 
+    /// Everything that is measured in a run: its requirements, and the measures of its figures.
+    pub(in crate::study) fn measured(&self) -> impl Iterator<Item = &Requirement> {
+        self.requirements.iter().chain(self.figures.iter().filter_map(Figure::measure))
+    }
+
     /// The variant of that name; without a name the first.
     pub(in crate::study) fn variant(&self, name: Option<&str>) -> Result<&PreparedVariant, Vec<Diagnostic>> {
         let Some(name) = name else {

@@ -49,6 +49,14 @@ impl Figure {
             FigureOf::Value(text) => text.clone(),
         }
     }
+
+    /// What it measures; none of an expression.
+    pub(in crate::study) fn measure(&self) -> Option<&Requirement> {
+        match &self.of {
+            FigureOf::Measure(measure) => Some(measure),
+            FigureOf::Value(_) => None,
+        }
+    }
 }
 
 /// Figures by name with their values, and parameters in an expression.

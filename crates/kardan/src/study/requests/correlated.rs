@@ -2,7 +2,7 @@
 
 use std::str;
 
-use super::distribution::{Distribution, score};
+use super::distribution::Distribution;
 use super::varied::{Varied, add, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
 use crate::study::read::read_values::{read_names, read_tables, read_word};
@@ -36,45 +36,6 @@ impl CorrelatedGroup {
             scores[*member] = (0..=i).map(|j| self.factor[(i, j)] * independent[j]).sum();
         }
     }
-}
-
-/// For each axis the number of its factor: axes that vary together share one.
-pub(in crate::study) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize> {
-    let mut out: Vec<usize> = Vec::new();
-    let mut next = 0;
-    for axis in 0..axes {
-        let first =
-            correlated.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
-        let shared = first.filter(|first| **first < axis).map(|first| out[*first]);
-        out.push(shared.unwrap_or(next));
-        next += usize::from(shared.is_none());
-    }
-    out
-}
-
-/// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
-pub(in crate::study) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], places: &[f64]) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
-    if !correlated.is_empty() {
-        let mut scores: Vec<f64> = places.iter().map(|place| score(*place)).collect();
-        correlated.iter().for_each(|group| group.mix(&mut scores));
-        for member in correlated.iter().flat_map(|group| &group.members) {
-            values[*member] = spread[*member].distribution.of_score(scores[*member]);
-        }
-    }
-    values
-}
-
-/// The same at scores: independent normal numbers.
-pub(in crate::study) fn values_of_scores(
-    spread: &[Varied],
-    correlated: &[CorrelatedGroup],
-    scores: &[f64],
-) -> Vec<f64> {
-    let mut scores = scores.to_vec();
-    correlated.iter().for_each(|group| group.mix(&mut scores));
-    spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
 }
 
 /// A matrix with the moments of its rows, SI.

@@ -1,7 +1,8 @@
 //! The request of `[sweep]` of a model file, with its errors.
 
-use super::correlated::{CorrelatedGroup, correlated};
+use super::correlated::correlated;
 use super::distribution::Distribution;
+use super::sample_space::SampleSpace;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
@@ -30,14 +31,10 @@ pub struct SweepSpec {
     pub samples: u64,
     /// The seed of the samples.
     pub seed: u64,
-    /// The sampling method.
-    pub(in crate::study) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
-    /// The varied parameters.
-    pub(in crate::study) varied: Vec<Varied>,
-    /// Those that vary together.
-    pub(in crate::study) correlated: Vec<CorrelatedGroup>,
+    /// What varies, and how samples are chosen.
+    pub(in crate::study) space: SampleSpace,
 }
 
 /// Reads it; without a table `[sweep]` all tolerances of the file vary.
@@ -70,10 +67,8 @@ pub(in crate::study) fn sweep_spec(
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
-        sampling,
         variants: selected_variants(table, variants, context, SWEEP, out),
-        varied,
-        correlated,
+        space: SampleSpace { varied, correlated, sampling },
     }
 }
 

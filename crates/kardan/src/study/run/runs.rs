@@ -18,7 +18,7 @@ use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
 use crate::study::measure::selected_variants::selects;
 use crate::study::measure::spectrum::spectra;
 use crate::study::progress::run_with_progress;
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::without_errors;
 use crate::study::run::accuracy;
 use crate::study::run::model_summary::summarise;
 use crate::study::{
@@ -90,9 +90,7 @@ impl Project {
         let chosen: Vec<&PreparedVariant> = prepared.all().filter(is_chosen).collect();
         // Errors of the requested faults are reported once, though several variants have them.
         diagnostics.extend(chosen.iter().find_map(|variant| variant.failing(&settings.faults).err()));
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics);
-        }
+        without_errors(&diagnostics)?;
         let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
         let ran = || run_all(prepared, &chosen, settings, &warnings, progress);
         let beside = || {
@@ -436,17 +434,16 @@ pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, m
 
 /// Replaces results of a single run by those of a sweep, which differ in the last digits.
 fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
-    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
-    let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
-    let requirements = requirements.filter(|(one, _)| own(&one.variants)).map(|(_, found)| found);
-    let figures = prepared.figures.iter().zip(&row.figures).filter(|(one, _)| own(&one.variants));
-    let figures: Vec<f64> = figures.map(|(_, found)| *found).collect();
-    let requirements: Vec<(f64, f64)> = requirements.map(|(measured, passed)| (*measured, *passed)).collect();
     let number = |x: f64| Some(x).filter(|x| !x.is_nan());
-    for (found, (measured, passed)) in run.requirements.iter_mut().zip(requirements) {
-        (found.measured, found.passed) = (number(measured), passed == 1.0);
+    let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
+    let requirements = requirements.filter(|(one, _)| selects(&one.variants, &run.name));
+    for (found, (_, (measured, passed))) in run.requirements.iter_mut().zip(requirements) {
+        (found.measured, found.passed) = (number(*measured), *passed == 1.0);
     }
-    run.figures.iter_mut().zip(figures).for_each(|(found, value)| found.value = number(value));
+    let figures = prepared.figures.iter().zip(&row.figures).filter(|(one, _)| selects(&one.variants, &run.name));
+    for (found, (_, value)) in run.figures.iter_mut().zip(figures) {
+        found.value = number(*value);
+    }
     run.notes.push(
         "Figures and verdicts are those of the sweep, which computes its runs in SIMD lanes; curves are those of the \
          single run, which differs in the last digits."

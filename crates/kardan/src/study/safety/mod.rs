@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use judged::{Traces, judge};
 
 use crate::study::progress::Counted;
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, SafetySpec, Settings};
 use kardan_math::units::format_quantity;
@@ -61,9 +61,7 @@ impl Project {
     /// All errors (warnings do not count), and a file without faults.
     pub fn safety(&self, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        without_errors(diagnostics)?;
         let spec = tried(prepared).map_err(|diagnostic| vec![diagnostic])?;
         let variants = chosen(prepared, spec).map_err(|diagnostic| vec![diagnostic])?;
         let lists = self.lists(spec);

@@ -2,16 +2,13 @@
 
 use super::batch::Batch;
 use super::integrated;
-use super::recorded_signals::recorded_signals;
 use super::rows::{blank, sampled, seed_of, settings_with};
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::requests::varied::Varied;
-use crate::study::run::runs::tolerance;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 use kardan_model::{Setting, VariantSettings};
 use kardan_results::{ParameterValue, RowAgain, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_simulate::Method;
 
 /// Most rows of one repetition.
 const MOST_ROWS: usize = 100;
@@ -38,9 +35,7 @@ impl Project {
     /// that cannot be prepared.
     pub fn rows_again(&self, identity: &str, rows: &[RowAgain], settings: &Settings) -> Result<Self, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        without_errors(diagnostics)?;
         let refused = |message: String, help: &str| Err(vec![Diagnostic::error("sweep::rerun", message).help(help)]);
         let (origin, integrated) = (self.origin(), integrated(settings));
         if !identity.starts_with(&format!("{origin},")) {
@@ -55,9 +50,9 @@ impl Project {
             let message = format!("{} rows selected to run again: the allowed number is 1 to {MOST_ROWS}", rows.len());
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
-        let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
+        let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.space.varied)).unwrap_or_default();
         let searched = [", --worst ", ", --rare "].iter().any(|search| identity.contains(search));
-        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.sampling.draws()) && !searched;
+        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.space.sampling.draws()) && !searched;
         let all_settings = self.document().variant_settings();
         let mut variants = Vec::new();
         for row in rows {
@@ -116,9 +111,8 @@ impl Project {
     ) -> Option<SweepRow> {
         let prepared = self.prepared();
         let number = prepared.all().position(|candidate| candidate.name == variant.name)?;
-        let (recorded, one_lane) = (recorded_signals(prepared), Some(1));
-        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, &Silent));
-        let lanes = Batch::new(self, (variant, own), spread, (tolerance, &recorded, (one_lane, draws))).ok()?;
+        let one_lane = (Some(1), draws);
+        let lanes = Batch::new(self, (variant, own), spread, (settings, &Silent), one_lane).ok()?;
         let mut row = blank(prepared, (sample, number), values);
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)

@@ -5,12 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::recorded_signals::recorded_signals;
 use super::rows::{fill, sampled, seed_of};
-use crate::study::measure::figure::FigureOf;
-use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::requests::varied::Varied;
-use crate::study::run::runs::judged;
-use crate::study::{Prepared, PreparedVariant, Project};
+use crate::study::run::runs::{judged, tolerance};
+use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind;
@@ -18,7 +17,7 @@ use kardan_mechanics::reduce::Reduced;
 use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
 use kardan_results::{Effort, IntegrationMethod, Run, Series, SweepRow};
-pub use kardan_simulate::{Ensemble, LaneRun, Recorded, Scenario, Setup, Tolerance};
+use kardan_simulate::{Ensemble, LaneRun, Method, Scenario, Setup, Tolerance};
 
 /// Quantiles of the varied parameters for the analysis of their effects: the base, and others to compare.
 const BASE: f64 = 0.5;
@@ -106,8 +105,7 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. Without a tolerance
-    /// the user requested a method.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values.
     ///
     /// # Errors
     /// The further difference that prevents lanes; empty if the user requested a method.
@@ -115,16 +113,15 @@ impl<'p> Batch<'p> {
         project: &Project,
         (variant, own): (&'p PreparedVariant, &VariantSettings),
         spread: &[Varied],
-        (tolerance, recorded, (count, draws)): (Option<Tolerance>, &Recorded, (Option<usize>, bool)),
+        (settings, progress): (&Settings, &dyn Progress),
+        (count, draws): (Option<usize>, bool),
     ) -> Result<Self, String> {
-        let (prepared, tolerance) = (project.prepared(), tolerance.ok_or_else(String::new)?);
-        let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
-            FigureOf::Measure(measure) => Some(&**measure),
-            FigureOf::Value(_) => None,
-        });
+        if settings.method != Method::Automatic {
+            return Err(String::new());
+        }
+        let prepared = project.prepared();
         // Lanes report no events.
-        let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
-        if prepared.requirements.iter().chain(measures).any(of_events) {
+        if prepared.measured().any(|one| matches!(one.measure, Measure::Events | Measure::TimeAtLimit)) {
             return Err("figures or requirements count events".into());
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
@@ -153,7 +150,8 @@ impl<'p> Batch<'p> {
             *coefficient = coefficient.clone().named(name.clone());
             reduced.equations.run_parameters.push(name);
         }
-        let scenario = Scenario { recorded: Some(recorded.clone()), ..first.scenario.clone() };
+        let scenario = Scenario { recorded: Some(recorded_signals(prepared)), ..first.scenario.clone() };
+        let tolerance = tolerance(prepared, settings, progress);
         let (varying, from) = varying.into_iter().unzip();
         let out =
             Self { variant, reduced, scenario, varying, from, tolerance, count, draws, ready: Mutex::new(Vec::new()) };

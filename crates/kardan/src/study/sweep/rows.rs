@@ -1,5 +1,6 @@
 //! Rows of a sweep: the settings of a sample, the results of a run, the difference of two rows.
 
+use crate::study::measure::selected_variants::selects;
 use crate::study::prepare::variants::prepare_sample;
 use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant};
@@ -83,13 +84,12 @@ pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     if let Some(cause) = run.outcome.cause() {
         row.reason = cause.into();
     }
-    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
-    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| selects(&one.variants, &run.name));
     for ((k, _), found) in requirements.zip(&run.requirements) {
         row.measured[k] = found.measured.unwrap_or(f64::NAN);
         row.passed[k] = if found.passed { 1.0 } else { 0.0 };
     }
-    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| selects(&one.variants, &run.name));
     for ((k, _), found) in figures.zip(&run.figures) {
         row.figures[k] = found.value.unwrap_or(f64::NAN);
     }

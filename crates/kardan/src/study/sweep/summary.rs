@@ -2,12 +2,11 @@
 
 use super::goal::{InterimAnalyses, SweepGoal};
 use super::plan::{Shard, SweepPlan};
-use super::points::moved;
 use super::reasons::reasons;
 use super::region::{self, failing_rules};
 use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
 use super::stopping_rule::StoppingRule;
-use crate::study::requests::correlated::factors;
+use crate::study::measure::selected_variants::selects;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_mechanics::equations::Sensor;
@@ -50,8 +49,8 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
         return out;
     }
     let own = |names: &[String]| {
-        let own = |name: &&String| names.is_empty() || names.contains(name);
-        plan.head.variants.iter().filter(own).cloned().collect::<Vec<_>>()
+        let own = plan.head.variants.iter().filter(|name| selects(names, name));
+        own.cloned().collect::<Vec<_>>()
     };
     for (k, requirement) in prepared.requirements.iter().enumerate() {
         for variant in own(&requirement.variants) {
@@ -90,7 +89,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
 
 /// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run in parallel.
 fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
-    let (axes, has_intervals) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
+    let (axes, has_intervals) = (plan.space.varied.len(), found.requirements.iter().any(|one| one.interval.is_some()));
     (has_intervals && axes > MOST_OF_HALTON && plan.points() == SamplingMethod::Halton.word()).then(|| {
         format!(
             "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly; for more than about {MOST_OF_HALTON} \
@@ -109,7 +108,7 @@ fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> 
 /// Names of the independent factors; parameters that vary together are one.
 fn moving(plan: &SweepPlan) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
-    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.correlated)) {
+    for (varied, factor) in plan.head.varied.iter().zip(plan.space.factors()) {
         match out.get_mut(factor) {
             Some(together) => *together += &format!(" with {}", varied.name),
             None => out.push(varied.name.clone()),
@@ -120,8 +119,8 @@ fn moving(plan: &SweepPlan) -> Vec<String> {
 
 /// The origin of its samples.
 fn sampled(plan: &SweepPlan) -> Sampled<'_> {
-    let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.correlated)));
-    match (&plan.goal, plan.sampling) {
+    let group = plan.space.group();
+    match (&plan.goal, plan.space.sampling) {
         (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) | (_, SamplingMethod::Levels(_)) => Sampled::NotDrawn,
         (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
         (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
@@ -132,7 +131,7 @@ fn sampled(plan: &SweepPlan) -> Sampled<'_> {
 /// The notes on the results.
 fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    match (&plan.goal, plan.sampling) {
+    match (&plan.goal, plan.space.sampling) {
         (SweepGoal::Worst(_), _) => notes.push(
             "The search found the worst case without proof: worse cases may exist. The search stays between the ends of the distributions, and within three \
              deviations where they have none."
@@ -171,7 +170,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
             ));
         }
     }
-    if !plan.correlated.is_empty() {
+    if !plan.space.correlated.is_empty() {
         notes.push(
             "Correlations are those of the normal numbers that kardan maps to the distributions by quantiles; for normal distributions they are those of the values."
                 .into(),
