@@ -29,14 +29,6 @@ pub struct SafetySettings {
     pub changes: Vec<String>,
 }
 
-/// Runs every fault of a file; see [`Project::safety`].
-///
-/// # Errors
-/// All errors of the file (warnings do not count), and a file without faults.
-pub fn safety(source: &str, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
-    Project::open(source).safety(settings, progress)
-}
-
 impl Project {
     /// Runs every fault of `[safety]` in every variant and at every value, each beside the run without it, and judges the detection and
     /// the effects. Each row is one run of [`Project::run`] with [`Settings::faults`].

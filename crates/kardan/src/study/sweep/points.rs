@@ -3,7 +3,7 @@
 use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::requests::varied::Varied;
-use kardan_math::num::Random;
+use kardan_math::num::{Random, is_prime};
 
 /// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
 pub(super) const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -102,8 +102,7 @@ pub(super) fn axes(sampling: SamplingMethod, (seed, points): (u64, u64), space: 
 }
 
 fn next_prime(after: u64) -> u64 {
-    let is_prime = |n: &u64| (2..*n).take_while(|k| k * k <= *n).all(|k| !n.is_multiple_of(k));
-    (after + 1..).find(is_prime).unwrap_or(after)
+    (after + 1..).find(|n| is_prime(*n)).unwrap_or(after)
 }
 
 impl Axis {
