@@ -11,7 +11,7 @@ use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;
 use kardan_mechanics::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
-use kardan_model::Model;
+use kardan_model::{Model, VariantSettings};
 use kardan_results::{Plot, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_simulate::{Scenario, Tolerance};
@@ -99,8 +99,8 @@ pub struct PreparedVariant {
     pub scenario: Scenario,
     /// Its possible faults, by name.
     pub faults: Vec<NamedFault>,
-    /// Whether some of these always occur in this variant.
-    pub(in crate::study) has_faults: bool,
+    /// What makes this variant: values of parameters, controllers, and the faults that always occur in it.
+    pub(in crate::study) own: VariantSettings,
     /// Signals computed from those of its run.
     pub computed: Computed,
     /// The options of the analysis.

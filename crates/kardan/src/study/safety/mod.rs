@@ -180,11 +180,11 @@ fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
 /// The variants of the runs.
 fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnostic> {
     let all = prepared.all().filter(|variant| match spec.variants.is_empty() {
-        true => !variant.has_faults,
+        true => variant.own.faults.is_empty(),
         false => spec.variants.contains(&variant.name),
     });
     let all: Vec<&PreparedVariant> = all.collect();
-    if let Some(own) = all.iter().find(|variant| variant.has_faults) {
+    if let Some(own) = all.iter().find(|variant| !variant.own.faults.is_empty()) {
         let message = format!("the variant `{}` has faults of its own, so no run of it is without a fault", own.name);
         return Err(Diagnostic::error("safety::variant", message).help("name a variant without `faults`"));
     }
@@ -198,7 +198,7 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
 
 /// Note on faults that occur in all runs.
 fn always(prepared: &Prepared) -> Option<String> {
-    let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
+    let some = prepared.all().any(|variant| variant.own.faults.is_empty() && !variant.scenario.faults.is_empty());
     some.then(|| "The faults of `[[scenario.fault]]` occur in all runs, also in the runs counted as fault-free.".into())
 }
 

@@ -14,7 +14,6 @@ use kardan_math::num::rational_from_f64;
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::Reduced;
-use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
 use kardan_results::{Effort, IntegrationMethod, Run, Series, SweepRow};
 use kardan_simulate::{Ensemble, LaneRun, Method, Scenario, Setup, Tolerance};
@@ -111,7 +110,7 @@ impl<'p> Batch<'p> {
     /// The further difference that prevents lanes; empty if the user requested a method.
     pub fn new(
         project: &Project,
-        (variant, own): (&'p PreparedVariant, &VariantSettings),
+        variant: &'p PreparedVariant,
         spread: &[Varied],
         (settings, progress): (&Settings, &dyn Progress),
         (count, draws): (Option<usize>, bool),
@@ -126,7 +125,7 @@ impl<'p> Batch<'p> {
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let found = sampled(project.document(), (variant, own), spread, (values, None)).ok();
+            let found = sampled(project.document(), variant, spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;

@@ -47,7 +47,6 @@ use crate::study::requests::varied::{SWEEP, Varied};
 use crate::study::run::runs::{check_variants, run_variant};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent, SweepSpec};
 use kardan_math::num::Random;
-use kardan_model::VariantSettings;
 use kardan_results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_simulate::{Recorded, Tolerance};
@@ -176,9 +175,8 @@ impl Project {
             let message = "a shard is a part of samples known in advance: a search has no shards, nor has a sweep with a stopping rule";
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
-        let all_settings = self.document().variant_settings();
-        let named = |name: &String| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name);
-        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan.head.variants.iter().filter_map(named).collect();
+        let named = |name: &String| prepared.all().find(|variant| variant.name == *name);
+        let chosen: Vec<&PreparedVariant> = plan.head.variants.iter().filter_map(named).collect();
         let requested = plan.samples_of(plan.own_blocks()).count();
         let counted = Counted::new(progress, rows.len(), requested.saturating_mul(chosen.len())).of_whole_runs();
         let previous = std::mem::take(rows).in_order();
@@ -243,7 +241,7 @@ impl Project {
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         cases: impl Iterator<Item = (u64, &'v Vec<f64>)>,
-        (chosen, batch): (&[(&PreparedVariant, &VariantSettings)], &[Option<Batch<'_>>]),
+        (chosen, batch): (&[&PreparedVariant], &[Option<Batch<'_>>]),
         counted: &Counted<'_>,
     ) -> Vec<SweepRow> {
         let of_sample = |(sample, values): (u64, &'v Vec<f64>)| {
@@ -286,13 +284,13 @@ impl Project {
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         row: &mut SweepRow,
-        (variant, own): (&PreparedVariant, &VariantSettings),
+        variant: &PreparedVariant,
         progress: &dyn Progress,
     ) {
         let number = row.variant;
         let run = || {
             let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
-            let found = sampled(self.document(), (variant, own), &plan.space.varied, (&row.values, seed));
+            let found = sampled(self.document(), variant, &plan.space.varied, (&row.values, seed));
             let mut ready = found.map_err(|diagnostics| refusal(&diagnostics))?;
             ready.scenario.recorded = Some(recorded.clone());
             Ok(run_variant(number, &ready, (prepared, settings), progress))
@@ -312,13 +310,9 @@ impl Project {
 }
 
 /// Reports the variants that run one by one, with the reason.
-fn note_scalar_runs(
-    chosen: &[(&PreparedVariant, &VariantSettings)],
-    found: &[Result<Batch<'_>, String>],
-    progress: &dyn Progress,
-) {
+fn note_scalar_runs(chosen: &[&PreparedVariant], found: &[Result<Batch<'_>, String>], progress: &dyn Progress) {
     let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
-    for ((variant, _), why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
+    for (variant, why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
         let name = format!("`{}`", variant.name);
         match reasons.iter_mut().find(|(reason, _)| reason == why) {
             _ if why.is_empty() => {}
