@@ -28,16 +28,6 @@ pub(in crate::study) struct CorrelatedGroup {
     pub factor: Matrix<f64>,
 }
 
-impl CorrelatedGroup {
-    /// Replaces independent scores by correlated ones.
-    pub fn mix(&self, scores: &mut [f64]) {
-        let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
-        for (i, member) in self.members.iter().enumerate() {
-            scores[*member] = (0..=i).map(|j| self.factor[(i, j)] * independent[j]).sum();
-        }
-    }
-}
-
 /// A matrix with the moments of its rows, SI.
 struct CorrelationSpec {
     names: Vec<String>,

@@ -46,7 +46,7 @@ impl SampleSpace {
         let on_axes = self.varied.iter().zip(places);
         let mut values: Vec<f64> = on_axes.map(|(varied, place)| varied.distribution.quantile(*place)).collect();
         if !self.correlated.is_empty() {
-            let scores = self.mixed(places.iter().map(|place| score(*place)).collect());
+            let scores = self.mixed(&places.iter().map(|place| score(*place)).collect::<Vec<_>>());
             for member in self.correlated.iter().flat_map(|group| &group.members) {
                 values[*member] = self.varied[*member].distribution.of_score(scores[*member]);
             }
@@ -56,13 +56,18 @@ impl SampleSpace {
 
     /// The same at scores: independent normal numbers.
     pub fn values_of_scores(&self, scores: &[f64]) -> Vec<f64> {
-        let scores = self.mixed(scores.to_vec());
+        let scores = self.mixed(scores);
         self.varied.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
     }
 
     /// Correlated scores from independent ones.
-    fn mixed(&self, mut scores: Vec<f64>) -> Vec<f64> {
-        self.correlated.iter().for_each(|group| group.mix(&mut scores));
+    fn mixed(&self, independent: &[f64]) -> Vec<f64> {
+        let mut scores = independent.to_vec();
+        for CorrelatedGroup { members, factor } in &self.correlated {
+            for (i, member) in members.iter().enumerate() {
+                scores[*member] = (0..=i).map(|j| factor[(i, j)] * independent[members[j]]).sum();
+            }
+        }
         scores
     }
 }

@@ -152,7 +152,7 @@ fn run_all(
 ) -> (Arc<Study>, Vec<Vec<EncoderReading>>) {
     let runs = chosen.par_iter().enumerate();
     let noting = !settings.runs_only;
-    let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress, noting));
+    let runs = runs.map(|(k, variant)| run_variant(k, variant, (prepared, settings), progress, noting));
     let (runs, encoder_readings): (Vec<Run>, Vec<Vec<EncoderReading>>) = runs.unzip();
     let plots = chosen_plots(prepared, &settings.variants);
     let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
@@ -375,17 +375,8 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     plots
 }
 
+/// Runs and judges a variant; with the counts that its sensors read, if they are to be noted.
 pub(in crate::study) fn run_variant(
-    number: usize,
-    variant: &PreparedVariant,
-    (prepared, settings): (&Prepared, &Settings),
-    progress: &dyn Progress,
-) -> Run {
-    run_noted(number, variant, (prepared, settings), progress, false).0
-}
-
-/// The same with the counts that its sensors read, if they are to be noted.
-fn run_noted(
     number: usize,
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),

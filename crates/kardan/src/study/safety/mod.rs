@@ -13,7 +13,7 @@ use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, SafetySpec, Settings};
 use kardan_math::units::format_quantity;
-use kardan_results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use kardan_results::{EffectMeasured, MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::RawValue;
 
@@ -66,11 +66,7 @@ impl Project {
             return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
         }
         let grid = combined(&lists);
-        let monitors = spec.monitors.iter().map(|name| MonitorOutcome {
-            name: name.clone(),
-            raised_by: Vec::new(),
-            false_alarms: Vec::new(),
-        });
+        let monitors = spec.monitors.iter().map(|name| MonitorOutcome { name: name.clone(), ..Default::default() });
         let mut out = Safety {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -242,7 +238,7 @@ impl Table<'_> {
         };
         let run = |faults: &[String]| {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
-            let run = run_variant(0, variant, (prepared, &settings), counted);
+            let (run, _) = run_variant(0, variant, (prepared, &settings), counted, false);
             // An early stop of the command is no result about the model.
             let whole = !matches!(run.outcome, Outcome::Failed { .. }) || counted.stop().is_none();
             counted.count(1);
@@ -294,8 +290,7 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = kardan_results::EffectMeasured { measured: None, within_bounds: None };
-        let effects = vec![none; spec.effects.len()];
+        let effects = vec![EffectMeasured::default(); spec.effects.len()];
         SafetyRow { detection_time: alarm.map(|row| free.time[row]), effects, ..row }
     }
 
@@ -313,15 +308,10 @@ impl Table<'_> {
             faults: faults.to_vec(),
             variant: variant.to_string(),
             values: self.values.to_vec(),
-            fault_time: None,
-            detection_time: None,
-            detection_resolution: None,
-            reaction: Vec::new(),
-            effects: Vec::new(),
-            worst: None,
             verdict,
             note,
             command: self.command(variant, faults),
+            ..SafetyRow::default()
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::integrated;
-use super::rows::{blank, sampled, seed_of};
+use super::rows::{blank, sampled};
 use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
@@ -68,8 +68,7 @@ impl Project {
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
             };
-            let seed = draws.then(|| seed_of(variant.scenario.seed, row.sample));
-            let found = sampled(self.document(), variant, &varied, (&values, seed));
+            let found = sampled(self.document(), variant, &varied, (&values, draws.then_some(row.sample)));
             let mut found = found.map_err(|diagnostics| refused_row(row, diagnostics))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {

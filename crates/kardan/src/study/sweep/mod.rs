@@ -32,7 +32,7 @@ use points::axes;
 use rare::{CHAIN, MOST_LEVELS};
 use recorded_signals::recorded_signals;
 pub use row_identity::swept_model;
-use rows::{blank, difference, fill, refusal, sampled, seed_of};
+use rows::{blank, difference, fill, refusal, sampled};
 use stopping_rule::StoppingRule;
 use summary::summarise;
 
@@ -289,11 +289,11 @@ impl Project {
     ) {
         let number = row.variant;
         let run = || {
-            let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
-            let found = sampled(self.document(), variant, &plan.space.varied, (&row.values, seed));
+            let drawn = plan.draws().then_some(row.sample);
+            let found = sampled(self.document(), variant, &plan.space.varied, (&row.values, drawn));
             let mut ready = found.map_err(|diagnostics| refusal(&diagnostics))?;
             ready.scenario.recorded = Some(recorded.clone());
-            Ok(run_variant(number, &ready, (prepared, settings), progress))
+            Ok(run_variant(number, &ready, (prepared, settings), progress, false).0)
         };
         match answering(run) {
             Ok(run) => fill(row, prepared, &run),

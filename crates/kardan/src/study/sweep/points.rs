@@ -108,10 +108,9 @@ fn next_prime(after: u64) -> u64 {
 impl Axis {
     /// The coordinates of the point of a number, from 0 to 1; at an end only on a grid.
     pub fn at(&self, number: u64) -> f64 {
-        let drawn = |draws: u64| {
-            let draw = Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64() >> 11;
-            (draw as f64 + 0.5) / (1u64 << 53) as f64
-        };
+        // Between 0 and 1, never at an end.
+        let unit = |draw: u64| ((draw >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
+        let drawn = |draws: u64| unit(Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64());
         let place = match self {
             Self::Random { draws } => drawn(*draws),
             Self::Strips { count, draws, keys } => {
@@ -120,8 +119,7 @@ impl Axis {
             Self::Sobol { directions, shift } => {
                 let gray = number ^ (number >> 1);
                 let own = directions.iter().enumerate().filter(|(digit, _)| gray >> digit & 1 == 1);
-                let digits = own.fold(*shift, |sum, (_, direction)| sum ^ direction);
-                ((digits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+                unit(own.fold(*shift, |sum, (_, direction)| sum ^ direction))
             }
             Self::Halton { base, shift } => (radical_inverse(number, *base) + shift).fract(),
             Self::Saltelli { own, resampled, number: axis, group } => {
@@ -137,7 +135,7 @@ impl Axis {
                 let turn = (0..group_draws.len()).filter(|i| key(*i) < key(*axis)).count();
                 // One draw: the next one is that of another path.
                 let own = draw(draws.wrapping_add(1)).next_u64();
-                let (start, up) = (((own >> 11) as f64 + 0.5) / (1u64 << 53) as f64, own & 1 == 1);
+                let (start, up) = (unit(own), own & 1 == 1);
                 let high = up == (step > turn);
                 (1.0 - MORRIS_STEP) * start + if high { MORRIS_STEP } else { 0.0 }
             }

@@ -15,7 +15,7 @@ pub(super) fn seed_of(own: u64, sample: u64) -> u64 {
     Random::named(own, &format!("sample {sample}")).next_u64()
 }
 
-/// A variant with the values of a sample, and a seed for its sensor noise, if that is redrawn. Its laws use the values in the file, and those of the sample for parameters that occur in laws only.
+/// A variant with the values of a sample, and with its sensor noise, if that is redrawn for the sample of a number. Its laws use the values in the file, and those of the sample for parameters that occur in laws only.
 ///
 /// # Errors
 /// The errors of these values.
@@ -23,7 +23,7 @@ pub(super) fn sampled(
     document: &Document,
     variant: &PreparedVariant,
     varied: &[Varied],
-    (values, seed): (&[f64], Option<u64>),
+    (values, drawn): (&[f64], Option<u64>),
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
     let with = |only_of_laws: bool, designed: Option<&PreparedVariant>| {
         let mut own = variant.own.clone();
@@ -35,7 +35,8 @@ pub(super) fn sampled(
             own.settings.push(Setting { name: varied.name.clone(), text, value });
         }
         let mut found = prepare_sample(document, (&variant.name, designed), &own)?;
-        found.scenario.seed = seed.unwrap_or(found.scenario.seed);
+        let seed = found.scenario.seed;
+        found.scenario.seed = drawn.map_or(seed, |sample| seed_of(variant.scenario.seed, sample));
         Ok(found)
     };
     if varied.iter().all(|one| one.laws.is_empty()) {
