@@ -1,7 +1,7 @@
 //! Goals of a sweep besides its samples: the requirement of a search, and the stopping rule.
 
+use super::intervals::{CONFIDENCE, clopper_pearson};
 use super::rows::is_refusal;
-use super::statistics::{CONFIDENCE, clopper_pearson};
 use crate::study::measure::selected_variants::selects;
 use crate::study::{Figure, Prepared, Requirement};
 use kardan_model::tables::Measure;

@@ -4,6 +4,7 @@ mod again;
 mod batch;
 mod goal;
 mod indices;
+mod intervals;
 mod laws;
 mod plan;
 mod points;

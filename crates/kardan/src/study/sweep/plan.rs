@@ -6,6 +6,7 @@ use super::goal::{SweepGoal, Target};
 use super::points::Axis;
 use crate::study::Settings;
 use crate::study::requests::sample_space::SampleSpace;
+use crate::study::requests::sampling_method::SamplingMethod;
 use kardan_results::SweepHead;
 
 /// Settings of a sweep.
@@ -52,9 +53,14 @@ pub struct Shard {
 }
 
 impl SweepPlan {
+    /// Its sampling method; none of a search, which chooses its samples itself.
+    pub(super) fn method(&self) -> Option<SamplingMethod> {
+        self.goal.sought().is_none().then_some(self.space.sampling)
+    }
+
     /// Whether its samples are draws, each with its own noise; searches and pairwise comparisons use the same noise in all samples.
     pub(super) fn draws(&self) -> bool {
-        self.space.sampling.draws() && self.goal.sought().is_none()
+        self.method().is_some_and(SamplingMethod::draws)
     }
 
     /// The values of a sample, SI: they depend only on the seed and its number; those of a search also depend on earlier samples, and are not available here.

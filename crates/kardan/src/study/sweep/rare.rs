@@ -4,8 +4,8 @@
 
 use kardan_rt::functions::{exp, ln};
 
+use super::intervals::{CONFIDENCE, clopper_pearson};
 use super::points::{Axis, STEP, axes};
-use super::statistics::{CONFIDENCE, clopper_pearson};
 use crate::study::requests::distribution::score;
 use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;

@@ -4,7 +4,8 @@
 //! The tree is grown on a random half of the samples; its rules are counted on the other half, which it does not use. A leaf is a rule only if
 //! it fails more often there than chance explains for the best of this many leaves.
 
-use super::statistics::{CONFIDENCE, SweepStatistics, clopper_pearson};
+use super::intervals::{CONFIDENCE, clopper_pearson};
+use super::statistics::SweepStatistics;
 use super::tree::{Case, Count, SplitRange, leaves};
 use kardan_math::num::Random;
 use kardan_results::{SweptBound, SweptParameter, SweptRule};

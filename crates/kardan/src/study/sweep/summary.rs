@@ -1,10 +1,11 @@
 //! The summary of the rows of a sweep, with notes.
 
 use super::goal::{InterimAnalyses, SweepGoal};
+use super::intervals::CONFIDENCE;
 use super::plan::{Shard, SweepPlan};
 use super::reasons::reasons;
 use super::region::{self, failing_rules};
-use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
+use super::statistics::SweepStatistics;
 use super::stopping_rule::StoppingRule;
 use crate::study::measure::selected_variants::selects;
 use crate::study::requests::sampling_method::SamplingMethod;
@@ -21,7 +22,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
         StoppingRule::Until(InterimAnalyses { status, .. }) => (Some(status.clone()), status.confidence),
         _ => (None, CONFIDENCE),
     };
-    let statistics = statistics(plan, rows, confidence);
+    let statistics = SweepStatistics { plan, rows, confidence };
     let own_samples = plan.samples_of(plan.own_blocks());
     let mut out = Sweep {
         model: prepared.name.clone(),
@@ -64,7 +65,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
                 ..SweptRequirement::default()
             };
             statistics.fill_requirement(k, &mut one);
-            if statistics.sampled.is_drawn() {
+            if statistics.is_drawn() {
                 one.rules = failing_rules(&statistics, (k, &one.variant), &plan.head.varied);
             }
             out.requirements.push(one);
@@ -96,36 +97,6 @@ fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
              axes its error may exceed that of random draws; write `points = \"sobol\"` or `points = \"random\"` under `[sweep]`"
         )
     })
-}
-
-/// The statistics of its rows.
-fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> SweepStatistics<'a> {
-    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
-    let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
-    SweepStatistics { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
-}
-
-/// Names of the independent factors; parameters that vary together are one.
-fn moving(plan: &SweepPlan) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
-    for (varied, factor) in plan.head.varied.iter().zip(plan.space.factors()) {
-        match out.get_mut(factor) {
-            Some(together) => *together += &format!(" with {}", varied.name),
-            None => out.push(varied.name.clone()),
-        }
-    }
-    out
-}
-
-/// The origin of its samples.
-fn sampled(plan: &SweepPlan) -> Sampled<'_> {
-    let group = plan.space.group();
-    match (&plan.goal, plan.space.sampling) {
-        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) | (_, SamplingMethod::Levels(_)) => Sampled::NotDrawn,
-        (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
-        (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
-        _ => Sampled::Drawn,
-    }
 }
 
 /// The notes on the results.
