@@ -267,12 +267,8 @@ impl Project {
             }
             _ => self.ready(),
         };
-        let diagnostics = diagnostics.clone();
-        let has_error = diagnostics.iter().any(is_error);
-        match prepared.all().next().filter(|_| !has_error) {
-            Some(variant) => Ok((variant, diagnostics)),
-            None => Err(diagnostics),
-        }
+        without_errors(diagnostics)?;
+        prepared.all().next().map(|variant| (variant, diagnostics.clone())).ok_or_else(|| diagnostics.clone())
     }
 
     fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {

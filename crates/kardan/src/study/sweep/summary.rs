@@ -11,7 +11,9 @@ use crate::study::measure::selected_variants::selects;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_mechanics::equations::Sensor;
-use kardan_results::{Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptWorst};
+use kardan_results::{
+    Sweep, SweepRequirement, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptWorst,
+};
 
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
@@ -55,15 +57,9 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
     };
     for (k, requirement) in prepared.requirements.iter().enumerate() {
         for variant in own(&requirement.variants) {
-            let mut one = SweptRequirement {
-                text: plan.head.requirements[k].text.clone(),
-                unit: requirement.unit.clone(),
-                display: requirement.display.clone(),
-                below: requirement.below,
-                above: requirement.above,
-                variant,
-                ..SweptRequirement::default()
-            };
+            let SweepRequirement { text, unit, display, below, above, .. } = plan.head.requirements[k].clone();
+            let none = SweptRequirement::default();
+            let mut one = SweptRequirement { text, unit, display, below, above, variant, ..none };
             statistics.fill_requirement(k, &mut one);
             if statistics.is_drawn() {
                 one.rules = failing_rules(&statistics, (k, &one.variant), &plan.head.varied);
