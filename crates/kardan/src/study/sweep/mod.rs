@@ -360,13 +360,12 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         return too_many(requested);
     }
     let (space, sampling) = (&spec.space, spec.space.sampling);
-    let drawn = sampling.group(2) == 1 && !matches!(sampling, SamplingMethod::Levels(_));
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
             let message = format!("`--until`: the half-width of intervals must be between 1e-5 and 0.5, not {width}");
             return refused("sweep::stopping-rule", message, "0.01 requests probabilities to 1 %");
         }
-        SweepGoal::Until(_) if !drawn => {
+        SweepGoal::Until(_) if !sampling.draws() => {
             let word = sampling.word();
             let message =
                 format!("`--until`: the samples of `points = \"{word}\"` are a fixed set, and not drawn one by one");

@@ -19,15 +19,11 @@ pub(super) const NOTE: &str = "A tree of thresholds (CART), grown on a random ha
     kardan counts the samples inside, their failures and their share of all failures on the other half, which the tree does not use.";
 
 /// Where a requirement fails in a variant, sorted by covered failures; empty for few samples, and if no rule is better than chance.
-pub(super) fn failing_rules(
-    statistics: &SweepStatistics<'_>,
-    (requirement, variant): (usize, &str),
-    varied: &[SweptParameter],
-) -> Vec<SweptRule> {
+pub(super) fn failing_rules(statistics: &SweepStatistics<'_>, requirement: usize, variant: &str) -> Vec<SweptRule> {
     let judged = statistics.of(variant).filter(|row| !row.passed[requirement].is_nan());
     let cases =
         judged.map(|row| Case { sample: row.sample, values: row.values, failed: row.passed[requirement] <= 0.5 });
-    rules(&cases.collect::<Vec<_>>(), varied)
+    rules(&cases.collect::<Vec<_>>(), &statistics.plan.head.varied)
 }
 
 /// The rules of samples with their verdicts.

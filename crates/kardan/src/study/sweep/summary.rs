@@ -62,7 +62,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
             let mut one = SweptRequirement { text, unit, display, below, above, variant, ..none };
             statistics.fill_requirement(k, &mut one);
             if statistics.is_drawn() {
-                one.rules = failing_rules(&statistics, (k, &one.variant), &plan.head.varied);
+                one.rules = failing_rules(&statistics, k, &one.variant);
             }
             out.requirements.push(one);
         }
