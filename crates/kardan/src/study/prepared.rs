@@ -18,7 +18,7 @@ use kardan_simulate::{Scenario, Tolerance};
 use kardan_synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
 /// A study that is ready to run, as far as the file has no errors.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Prepared {
     /// Name of the model.
     pub name: String,

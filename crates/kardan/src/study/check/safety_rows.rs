@@ -1,5 +1,6 @@
 //! Checks that the time windows of `[safety]` contain rows of the results.
 
+use crate::study::measure::selected_variants::selects;
 use crate::study::read::read_values::read_word;
 use crate::study::requests::safety_spec::{Effect, SAFETY};
 use crate::study::{NamedFault, Prepared, PreparedVariant};
@@ -18,7 +19,7 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
     let detection_time = spec.detection_time_limit.map(|time| {
         (format!("`detection_time_limit` of {SAFETY}"), time, TableReader::place(table, "detection_time_limit"))
     });
-    let tried = |variant: &&PreparedVariant| spec.variants.is_empty() || spec.variants.contains(&variant.name);
+    let tried = |variant: &&PreparedVariant| selects(&spec.variants, &variant.name);
     for (what, length, place) in spec.effects.iter().map(window).chain(detection_time) {
         let next = |variant: &PreparedVariant, fault: &NamedFault| {
             let (begins, times) = (fault.begins(), &variant.scenario.times);

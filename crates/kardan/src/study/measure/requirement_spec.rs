@@ -17,7 +17,7 @@ use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
-use super::selected_variants::selected_variants;
+use super::selected_variants::{selected_variants, selects};
 
 /// A nonnegative time.
 pub(super) const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
@@ -226,7 +226,7 @@ impl Measuring<'_> {
         (variants, what): (&[String], &str),
         out: &mut Vec<Diagnostic>,
     ) {
-        let own = self.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
+        let own = self.ends.iter().filter(|(name, _)| selects(variants, name));
         let last = own.map(|(_, end)| *end).reduce(f64::max).unwrap_or(f64::INFINITY);
         let end = until.unwrap_or(f64::INFINITY).min(last);
         if let Some(at) = at.filter(|at| *at > last) {

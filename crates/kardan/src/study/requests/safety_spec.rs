@@ -3,7 +3,7 @@
 use crate::study::NamedFault;
 use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::Measuring;
-use crate::study::measure::selected_variants::selected_variants;
+use crate::study::measure::selected_variants::{selected_variants, selects};
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
@@ -87,8 +87,8 @@ pub(in crate::study) fn safety_spec<'a>(
         monitors: monitors.map(|block| block.name.clone()).collect(),
     };
     check_missing_keys(document, &spec, out);
-    let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
-    let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
+    let tried = ends.iter().filter(|(name, _)| selects(&spec.variants, name));
+    let duration = tried.map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
     for table in table.tables("effect") {
         let Some(effect) = effect(context, &reader, (table, variants, ends), out) else { continue };
         let late = |fault: &&NamedFault| {

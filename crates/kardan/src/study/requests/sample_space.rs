@@ -33,7 +33,12 @@ impl SampleSpace {
 
     /// Samples of one group of its method.
     pub fn group(&self) -> u64 {
-        self.sampling.group(self.factors().iter().max().map_or(0, |last| last + 1))
+        let factors = self.factors().iter().max().map_or(0, |last| last + 1) as u64;
+        match self.sampling {
+            SamplingMethod::Saltelli => factors + 2,
+            SamplingMethod::Morris => factors + 1,
+            _ => 1,
+        }
     }
 
     /// The number of combinations of a grid with this many levels.

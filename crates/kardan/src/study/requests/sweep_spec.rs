@@ -95,7 +95,7 @@ fn check_points(
         for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
             refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
         }
-        for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
+        for one in varied.iter().filter(|one| one.distribution.is_open().contains(&true)) {
             let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
             refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
         }

@@ -84,17 +84,7 @@ impl Project {
             found.swept = self.swept((variant, &values), (&varied, settings), (row.sample, draws)).map(Box::new);
             variants.push(found.into());
         }
-        let prepared = Prepared {
-            name: prepared.name.clone(),
-            description: prepared.description.clone(),
-            named: prepared.named,
-            variants,
-            requirements: prepared.requirements.clone(),
-            figures: prepared.figures.clone(),
-            plots: prepared.plots.clone(),
-            tolerance: prepared.tolerance,
-            ..Prepared::default()
-        };
+        let prepared = Prepared { variants, safety: None, sweep: None, ..prepared.clone() };
         Ok(self.with_ready(renamed(prepared, rows), diagnostics.to_vec()))
     }
 
