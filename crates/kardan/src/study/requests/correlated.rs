@@ -47,7 +47,18 @@ pub(in crate::study) fn correlated(
     for (number, table) in document.sweep.tables("correlated").iter().enumerate() {
         let what = format!("entry {} of `[[sweep.correlated]]`", number + 1);
         let before = out.len();
-        let Some(correlation) = correlation(document, table, &what, out) else { continue };
+        // Duplicate names were reported.
+        if table.unread.contains(&"parameters") {
+            continue;
+        }
+        let correlation = match correlation(document, table) {
+            Ok(found) => found,
+            Err((key, message, help)) => {
+                let (message, place) = (format!("{what}: {message}"), TableReader::place(table, key));
+                out.push(Diagnostic::error("sweep::correlation", message).at(place, "here").help(help));
+                continue;
+            }
+        };
         let Some(factor) = decided(&correlation, table, &what, out) else { continue };
         if let Some(moments) = &correlation.moments {
             for (name, (mean, deviation)) in correlation.names.iter().zip(moments) {
@@ -121,37 +132,22 @@ fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matr
     }
 }
 
+/// Why a table has no matrix: the key, the message, and help.
+type Refused = (&'static str, String, &'static str);
+
 /// The matrix of a table, from either source.
-fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
-    let mut refuse = |key: &str, message: String, help: &str| {
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("sweep::correlation", format!("{what}: {message}")).at(place, "here").help(help));
-    };
-    let names: Vec<String> = table.plain_names("parameters");
-    // Duplicate names were reported.
-    if table.unread.contains(&"parameters") {
-        return None;
-    }
-    let found = match (read_word(table, "correlation"), read_word(table, "file")) {
-        (Some(_), Some(_)) => {
-            refuse("file", "the table has both `correlation` and `file`".into(), "remove one of them");
-            return None;
-        }
-        (None, None) => {
-            refuse("parameters", "the table has no matrix".into(), "write `correlation` or `file`");
-            return None;
+fn correlation(document: &Document, table: &Table) -> Result<CorrelationSpec, Refused> {
+    let names = table.plain_names("parameters");
+    match (read_word(table, "correlation"), read_word(table, "file")) {
+        (Some(_), Some(_)) => Err(("file", "the table has both `correlation` and `file`".into(), "remove one of them")),
+        (None, None) => Err(("parameters", "the table has no matrix".into(), "write `correlation` or `file`")),
+        (Some(_), None) if names.len() < 2 => {
+            let help = "name them in the order of the matrix";
+            Err(("parameters", "the table needs at least two parameters".into(), help))
         }
         (Some(text), None) => {
-            if names.len() < 2 {
-                refuse(
-                    "parameters",
-                    "the table needs at least two parameters".into(),
-                    "name them in the order of the matrix",
-                );
-                return None;
-            }
-            parse_matrix(text, names)
-                .map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
+            let help = "write it row by row: \"1, 0.8; 0.8, 1\"";
+            parse_matrix(text, names).map_err(|message| ("correlation", message, help))
         }
         (None, Some(file)) => {
             let bytes = match document.files.get(file) {
@@ -165,13 +161,6 @@ fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Dia
             });
             let help = "give the output of `kardan identify --json`, or {\"names\": [\"a.inertia\", \"b.inertia\"], \"covariance\": [[1, 0], [0, 1]]}";
             read.map_err(|message| ("file", message, help))
-        }
-    };
-    match found {
-        Ok(correlation) => Some(correlation),
-        Err((key, message, help)) => {
-            refuse(key, message, help);
-            None
         }
     }
 }

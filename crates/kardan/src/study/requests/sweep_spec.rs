@@ -161,52 +161,48 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     } else if low >= high {
         refuse("from", "no value lies between `from` and `to`", "`from` must be the smaller one", out);
     }
-    let shape_values = ["mean", "peak", "deviation"].map(|key| value(key, out));
-    let distribution = shape(word, (low, high, nominal), shape_values, &mut |key, message, help| {
-        // Errors of a value itself were reported.
-        if key != "deviation" || shape_values[2].is_some() || !table.values.contains_key(key) {
-            refuse(key, message, help, out);
+    let [mean, peak, deviation] = ["mean", "peak", "deviation"].map(|key| value(key, out));
+    // Errors of a value itself were reported.
+    let deviation = deviation.or_else(|| table.values.contains_key("deviation").then_some(f64::NAN));
+    match shape(word, (low, high, nominal), [mean, peak, deviation]) {
+        Ok(distribution) => {
+            (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
         }
-    });
-    (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
+        Err((key, message, help)) => {
+            refuse(key, message, help, out);
+            None
+        }
+    }
 }
 
-/// A distribution by its name, between its ends; errors by their keys, with help.
+/// A distribution by its name, between its ends; else the wrong key, the message, and help.
 fn shape(
     word: &str,
     (low, high, nominal): (f64, f64, f64),
     [mean, peak, deviation]: [Option<f64>; 3],
-    refuse: &mut dyn FnMut(&str, &str, &str),
-) -> Distribution {
+) -> Result<Distribution, (&'static str, &'static str, &'static str)> {
     match word {
         "normal" => {
             let mean = mean.unwrap_or(nominal);
-            match deviation {
-                None => refuse("deviation", "a normal distribution needs its standard deviation", "add `deviation`"),
-                Some(deviation) if deviation <= 0.0 => {
-                    refuse("deviation", "the standard deviation has to be positive", "write a value above zero");
-                }
-                Some(deviation)
-                    if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation =>
-                {
-                    refuse(
-                        "from",
-                        "almost no value of the distribution lies between its ends",
-                        "move them towards the mean",
-                    );
-                }
-                Some(_) => {}
+            let needed = ("deviation", "a normal distribution needs its standard deviation", "add `deviation`");
+            let deviation = deviation.ok_or(needed)?;
+            if deviation <= 0.0 {
+                return Err(("deviation", "the standard deviation has to be positive", "write a value above zero"));
             }
-            Distribution::Normal { mean, deviation: deviation.unwrap_or(1.0), from: low, to: high }
+            if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation {
+                let why = "almost no value of the distribution lies between its ends";
+                return Err(("from", why, "move them towards the mean"));
+            }
+            Ok(Distribution::Normal { mean, deviation, from: low, to: high })
         }
         "triangular" => {
             let peak = peak.unwrap_or(nominal);
             if !(low..=high).contains(&peak) && low < high {
-                refuse("peak", "the peak lies outside the ends", "put it between `from` and `to`");
+                return Err(("peak", "the peak lies outside the ends", "put it between `from` and `to`"));
             }
-            Distribution::Triangular { from: low, peak, to: high }
+            Ok(Distribution::Triangular { from: low, peak, to: high })
         }
-        _ => Distribution::Uniform { from: low, to: high },
+        _ => Ok(Distribution::Uniform { from: low, to: high }),
     }
 }
 
