@@ -111,7 +111,6 @@ pub(super) fn prepare_variant(
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     let settings = &own.settings[..];
-    check_connected(document, &model, out);
     let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
     check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
@@ -311,6 +310,7 @@ fn reduced_model(
     model: &Model,
     out: &mut Vec<Diagnostic>,
 ) -> Option<(Reduced, Vec<Diagnostic>)> {
+    check_connected(document, model, out);
     let mut massless = Vec::new();
     if !check_circuit(document, model, out, &mut massless) {
         out.append(&mut massless);
