@@ -251,21 +251,8 @@ pub fn run(bytes: &[u8]) {
         }
         let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
         let result = simulate(setup, tolerance, &mut |_| None);
-        let run = Run {
-            name: variant.name.clone(),
-            parameters: variant.model.parameters.clone(),
-            series: result.series,
-            energy: result.energy,
-            events: result.events,
-            outcome: result.outcome,
-            requirements: Vec::new(),
-            figures: Vec::new(),
-            warnings: Vec::new(),
-            notes: result.notes,
-            motor_loads: result.motor_loads,
-            effort: result.effort,
-            accuracy: None,
-        };
+        let parameters = variant.model.parameters.clone();
+        let run = Run { name: variant.name.clone(), parameters, ..result };
         let rows = run.series.time.len();
         assert!(run.series.signals.iter().all(|signal| signal.values.len() == rows), "columns of two lengths");
         // What is written comes back.

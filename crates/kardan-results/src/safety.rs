@@ -78,7 +78,7 @@ pub struct StateEntered {
 }
 
 /// An effect in a run.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct EffectMeasured {
     /// SI; `null` if it could not be measured.
     pub measured: Option<f64>,
@@ -87,7 +87,7 @@ pub struct EffectMeasured {
 }
 
 /// A run with its faults, or without one.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SafetyRow {
     /// The faults; empty: the run without a fault.
     pub faults: Vec<String>,
@@ -117,7 +117,7 @@ pub struct SafetyRow {
 }
 
 /// The verdict of a row of the table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum SafetyVerdict {
     /// Without a fault nothing is detected.
     #[serde(rename = "no alarm")]
@@ -151,6 +151,7 @@ pub enum SafetyVerdict {
     Absent,
     /// The run was impossible or ended early.
     #[serde(rename = "run failed")]
+    #[default]
     Failed,
 }
 
@@ -179,7 +180,7 @@ impl SafetyVerdict {
 }
 
 /// Statistics of a monitor in all runs.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MonitorOutcome {
     /// The block.
     pub name: String,

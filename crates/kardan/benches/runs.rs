@@ -45,7 +45,7 @@ impl Work {
     fn bench(&self, bencher: Bencher, method: Method, tolerance: f64) {
         if std::env::var_os("KARDAN_EFFORT").is_some() {
             let Effort { steps, rejected, evaluations, events, .. } =
-                self.ready(method, tolerance).run(&mut |_| None).effort;
+                self.ready(method, tolerance).run(&mut |_| None).run.effort;
             eprintln!(
                 "{method:?} {tolerance:e}: {steps} steps, {rejected} rejected, {evaluations} evaluations, {events} events"
             );

@@ -1,7 +1,7 @@
 //! `kardan schema`: the JSON schemas of the output of commands.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::export::{SCHEMAS, schema as text_of, schemas_json};
+use kardan::export::{schema as text_of, schemas, schemas_json};
 use kardan::model;
 use kardan::names::unknown_name;
 
@@ -17,8 +17,8 @@ pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
         if args.json {
             return done(&(schemas_json() + "\n"));
         }
-        let all = [MODEL].into_iter().chain(SCHEMAS);
-        let width = SCHEMAS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        let all = [MODEL].into_iter().chain(schemas());
+        let width = schemas().map(|(name, _)| name.len()).max().unwrap_or(0);
         let lines = all.map(|(name, what)| format!("{name:width$}  {what}\n"));
         return done(&lines.collect::<String>());
     };
@@ -27,7 +27,7 @@ pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     }
     let text = text_of(name).ok_or_else(|| {
         Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
-            .help(unknown_name(name, SCHEMAS.iter().map(|(schema_name, _)| *schema_name).chain([MODEL.0])))
+            .help(unknown_name(name, schemas().map(|(schema_name, _)| schema_name).chain([MODEL.0])))
     })?;
     done(&(text + "\n"))
 }

@@ -4,7 +4,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use boon::{Compiler, Schemas};
-use kardan::export::SCHEMAS;
+use kardan::export::schemas;
 use serde_json::{Value, json};
 
 /// The schema that `kardan schema` prints.
@@ -17,8 +17,8 @@ fn schema(name: &str) -> Value {
 /// What is wrong with an object under the schema of that name, which must be one.
 fn wrong(name: &str, object: &Value) -> Vec<String> {
     static ALL: OnceLock<Vec<Value>> = OnceLock::new();
-    let all = ALL.get_or_init(|| SCHEMAS.iter().map(|(name, _)| schema(name)).collect());
-    let number = SCHEMAS.iter().position(|(other, _)| *other == name).expect("a schema of that name");
+    let all = ALL.get_or_init(|| schemas().map(|(name, _)| schema(name)).collect());
+    let number = schemas().position(|(other, _)| other == name).expect("a schema of that name");
     let (mut schemas, mut compiler) = (Schemas::new(), Compiler::new());
     compiler.add_resource("http://localhost/schema.json", all[number].clone()).expect("a document");
     let index =
@@ -63,7 +63,7 @@ pub fn printed(bytes: &[u8]) -> Value {
 /// are found.
 #[test]
 fn schemas_show_what_is_wrong() {
-    for (name, _) in SCHEMAS {
+    for (name, _) in schemas() {
         let schema = schema(name);
         assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
         assert!(schema["title"].as_str().unwrap().starts_with("kardan/2"), "{name}");

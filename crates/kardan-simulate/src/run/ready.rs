@@ -6,7 +6,7 @@ use super::tolerance::Tolerance;
 use crate::counts::FlippedReading;
 use crate::{Machine, Setup};
 use kardan_math::num::Random;
-use kardan_results::Outcome;
+use kardan_results::{Outcome, Run};
 
 /// Runs a closed loop through its scenario.
 ///
@@ -16,8 +16,8 @@ use kardan_results::Outcome;
 ///
 /// `progress` receives the completed fraction, and returns a reason if the run is to end there. Never fails as a whole:
 /// a run that cannot continue ends with [`Outcome::Failed`] and all results so far.
-pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
-    Ready::new(setup, tolerance).run(progress)
+pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
+    Ready::new(setup, tolerance).run(progress).run
 }
 
 /// Elements with gears that the inertia of their load would lock at the start (Painlevé).

@@ -3,7 +3,7 @@
 use super::RunLoop;
 use crate::counts::EncoderReading;
 use crate::linear::BLOCK;
-use kardan_results::{Effort, Energy, Event, MotorLoad, Outcome, Series};
+use kardan_results::{Effort, Energy, Outcome, Run, Series};
 
 /// The part of the energy exchanged from which on kardan reports a residual: it shows in charts and changes the third
 /// digit of values read from them. The tolerances of steps allow far less.
@@ -12,22 +12,8 @@ const SHOWS: f64 = 1e-3;
 /// A finished (or failed) run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunResult {
-    /// All signals.
-    pub series: Series,
-    /// The energy balance up to the end.
-    pub energy: Energy,
-    /// Events with their times.
-    pub events: Vec<Event>,
-    /// Whether the run reached its end.
-    pub outcome: Outcome,
-    /// Notes for the reader.
-    pub notes: Vec<String>,
-    /// Reasons to doubt its numbers.
-    pub warnings: Vec<String>,
-    /// The load of each motor that has limits.
-    pub motor_loads: Vec<MotorLoad>,
-    /// The cost of the integration.
-    pub effort: Effort,
+    /// Its results, before anything is measured or judged: without a name, parameters, figures, requirements and accuracy.
+    pub run: Run,
     /// The readings of counting sensors, where recording was requested ([`Ready::noting`](super::Ready::noting)).
     pub encoder_readings: Vec<EncoderReading>,
     /// Whether samples of laws ended its steps.
@@ -175,24 +161,16 @@ impl RunLoop {
             });
             Some(format!("{}.{meanwhile}", motor_load.describe(end)?))
         }));
-        RunResult {
-            series,
-            motor_loads,
-            energy,
-            events: self.events,
-            outcome,
-            notes: self.notes,
-            warnings,
-            encoder_readings,
-            sampled: self.machine.next_tick().is_finite(),
-            effort: Effort {
-                steps,
-                rejected: counts.rejected as usize,
-                evaluations: counts.evaluations as usize + self.segments.evaluations,
-                events: self.located,
-                rounding: self.solver.rounding().tolerances,
-                method: self.solver.method(self.segments.steps > 0 && !self.stepped),
-            },
-        }
+        let effort = Effort {
+            steps,
+            rejected: counts.rejected as usize,
+            evaluations: counts.evaluations as usize + self.segments.evaluations,
+            events: self.located,
+            rounding: self.solver.rounding().tolerances,
+            method: self.solver.method(self.segments.steps > 0 && !self.stepped),
+        };
+        let (events, notes) = (self.events, self.notes);
+        let run = Run { series, motor_loads, energy, events, outcome, notes, warnings, effort, ..Run::default() };
+        RunResult { run, encoder_readings, sampled: self.machine.next_tick().is_finite() }
     }
 }

@@ -130,14 +130,9 @@ impl<'a> LinearView<'a> {
 /// As a MAT file of version 5: A, B, C, D (and E) in floating point, `states`, `inputs`, `outputs` and their units as texts,
 /// and `operating_point`. `None` if it were larger than the format allows.
 pub fn linear_mat(model: &Linearised) -> Option<Vec<u8>> {
-    let columns = |matrix: &Matrix<Rational>| matrix.transpose().to_f64().as_slice().to_vec();
     let all = all_matrices(model);
-    let mut values: Vec<Values<'_>> = all
-        .iter()
-        .map(|(name, matrix)| Values { name, rows: matrix.rows(), columns: matrix.columns(), values: columns(matrix) })
-        .collect();
-    let point: Vec<f64> = model.operating_point.iter().map(|(_, value)| *value).collect();
-    values.push(Values { name: "operating_point", rows: point.len(), columns: 1, values: point });
+    let mut values: Vec<Values<'_>> = all.iter().map(|(name, matrix)| mat_values(name, matrix)).collect();
+    values.push(mat_column("operating_point", model.operating_point.iter().map(|(_, value)| *value)));
     let names = kinds(model).map(|(key, all)| (key, all.iter().map(|one| one.name.as_str()).collect::<Vec<_>>()));
     let units = ["state_units", "input_units", "output_units"].into_iter().zip(kinds(model));
     let units = units.map(|(key, (_, all))| (key, all.iter().map(|one| one.unit.as_str()).collect::<Vec<_>>()));
@@ -253,22 +248,25 @@ pub fn realisations_json(found: &Realisations) -> String {
 /// The same as a MAT file of version 5, in floating point: `kalman_T`, `kalman_A`, …, `minimal_A`, …, `staircase_A`, …, and
 /// the sizes of the blocks in `kalman_blocks`, …. `None` if it were larger than the format allows.
 pub fn realisations_mat(found: &Realisations) -> Option<Vec<u8>> {
-    let mut named: Vec<(String, usize, usize, Vec<f64>)> = Vec::new();
-    for (form, system) in forms(found) {
-        for (name, matrix) in parts(system) {
-            let values = matrix.transpose().to_f64().as_slice().to_vec();
-            named.push((format!("{form}_{name}"), matrix.rows(), matrix.columns(), values));
-        }
-        let sizes: Vec<f64> = system.blocks.iter().map(|block| block.states as f64).collect();
-        named.push((format!("{form}_blocks"), sizes.len(), 1, sizes));
-    }
-    let values = named.iter().map(|(name, rows, columns, values)| Values {
-        name,
-        rows: *rows,
-        columns: *columns,
-        values: values.clone(),
+    let named = forms(found).map(|(form, system)| {
+        let matrices = parts(system).map(|(name, matrix)| (format!("{form}_{name}"), matrix));
+        (matrices, format!("{form}_blocks"), &system.blocks)
+    });
+    let values = named.iter().flat_map(|(matrices, name, blocks)| {
+        let matrices = matrices.iter().map(|(name, matrix)| mat_values(name, matrix));
+        matrices.chain([mat_column(name, blocks.iter().map(|block| block.states as f64))])
     });
     mat_matrices(&values.collect::<Vec<_>>(), &[])
+}
+
+fn mat_values<'n>(name: &'n str, matrix: &Matrix<Rational>) -> Values<'n> {
+    let values = matrix.transpose().to_f64().as_slice().to_vec();
+    Values { name, rows: matrix.rows(), columns: matrix.columns(), values }
+}
+
+fn mat_column(name: &str, values: impl Iterator<Item = f64>) -> Values<'_> {
+    let values: Vec<f64> = values.collect();
+    Values { name, rows: values.len(), columns: 1, values }
 }
 
 fn forms(found: &Realisations) -> [(&'static str, &TransformedSystem); 3] {

@@ -44,7 +44,7 @@ pub use json::{Files, json, json_error};
 pub use linear::{linear_json, linear_mat, linear_python, realisations_json, realisations_mat};
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json};
 pub use safety::{safety_csv, safety_json};
-pub use schema::{SCHEMAS, schema, schemas_json};
+pub use schema::{schema, schemas, schemas_json};
 pub use sweep::{RowsError, read_sweep_rows, rows_of_any_sweep, samples_and_seed, sweep_json, sweep_rows};
 pub use tables::{csv, figures_csv, mat, mdf, parquet};
 pub use truth::truth_toml;

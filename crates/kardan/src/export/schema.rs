@@ -10,31 +10,37 @@ use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
 use kardan_results::{Design, Safety, Sweep};
 
-/// The outputs with a schema, and the command that prints each.
-pub const SCHEMAS: [(&str, &str); 17] = [
-    ("run", "`kardan run --json`: the result of a study"),
-    ("analyze", "`kardan analyze --json`: the structure of a model"),
-    ("design", "`kardan design --json`: a designed controller with its proofs"),
-    ("identify", "`kardan identify --json`: parameters identified from logs"),
-    ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
-    ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
-    ("safety", "`kardan safety --json`: the effects of faults, and their detection"),
-    ("sweep", "`kardan sweep --json`: the results of a model over many values of its parameters"),
-    ("equations", "`kardan equations --json`: the equations of motion of a model"),
-    ("linearise", "`kardan linearise`: the linear model of a model file"),
+/// The outputs with a schema: the name, the command that prints it, and the schema.
+static SCHEMAS: [(&str, &str, fn() -> schemars::Schema); 17] = [
+    ("run", "`kardan run --json`: the result of a study", of::<study::StudyView>),
+    ("analyze", "`kardan analyze --json`: the structure of a model", of::<analysis::AnalysisView>),
+    ("design", "`kardan design --json`: a designed controller with its proofs", of::<Design>),
+    ("identify", "`kardan identify --json`: parameters identified from logs", of::<identification::IdentificationView>),
+    ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench", of::<bench::BenchView>),
+    ("bench-study", "`kardan bench --study --json`: a study on a virtual bench", of::<bench::StudyView>),
+    ("safety", "`kardan safety --json`: the effects of faults, and their detection", of::<Safety>),
+    ("sweep", "`kardan sweep --json`: the results of a model over many values of its parameters", of::<Sweep>),
+    ("equations", "`kardan equations --json`: the equations of motion of a model", of::<reference::EquationsView>),
+    ("linearise", "`kardan linearise`: the linear model of a model file", of::<linear::LinearView>),
     (
         "realisations",
         "`kardan analyze --export FILE.json`: minimal realisation, Kalman's decomposition, staircase form",
+        of::<linear::RealisationsView>,
     ),
-    ("check", "`kardan check --json`: a model file without errors, and its warnings"),
-    ("models", "`kardan models --json`: the built-in models"),
-    ("elements", "`kardan elements --json`: the tables of a model file"),
-    ("schemas", "`kardan schema --json`: the available schemas"),
-    ("completions", "`kardan completions --json`: a completion script"),
-    ("error", "any of them: why there is no result"),
+    ("check", "`kardan check --json`: a model file without errors, and its warnings", of::<reference::CheckView>),
+    ("models", "`kardan models --json`: the built-in models", of::<reference::ModelsView>),
+    ("elements", "`kardan elements --json`: the tables of a model file", of::<reference::ElementsView>),
+    ("schemas", "`kardan schema --json`: the available schemas", of::<SchemasView>),
+    ("completions", "`kardan completions --json`: a completion script", of::<reference::CompletionsView>),
+    ("error", "any of them: why there is no result", of::<study::ErrorView>),
 ];
 
-/// The JSON schema (draft 2020-12) of an output by its name in [`SCHEMAS`].
+/// The outputs with a schema, and the command that prints each.
+pub fn schemas() -> impl Iterator<Item = (&'static str, &'static str)> + Clone {
+    SCHEMAS.iter().map(|(name, what, _)| (*name, *what))
+}
+
+/// The JSON schema (draft 2020-12) of an output by its name in [`schemas`].
 ///
 /// ```
 /// let schema = kardan::export::schema("error").expect("there is one");
@@ -42,26 +48,8 @@ pub const SCHEMAS: [(&str, &str); 17] = [
 /// assert_eq!(kardan::export::schema("nothing"), None);
 /// ```
 pub fn schema(name: &str) -> Option<String> {
-    let (name, what) = SCHEMAS.iter().find(|(candidate, _)| *candidate == name)?;
-    let mut schema = match *name {
-        "run" => of::<study::StudyView>(),
-        "analyze" => of::<analysis::AnalysisView>(),
-        "design" => of::<Design>(),
-        "identify" => of::<identification::IdentificationView>(),
-        "bench" => of::<bench::BenchView>(),
-        "bench-study" => of::<bench::StudyView>(),
-        "safety" => of::<Safety>(),
-        "sweep" => of::<Sweep>(),
-        "equations" => of::<reference::EquationsView>(),
-        "linearise" => of::<linear::LinearView>(),
-        "realisations" => of::<linear::RealisationsView>(),
-        "check" => of::<reference::CheckView>(),
-        "models" => of::<reference::ModelsView>(),
-        "elements" => of::<reference::ElementsView>(),
-        "schemas" => of::<SchemasView>(),
-        "completions" => of::<reference::CompletionsView>(),
-        _ => of::<study::ErrorView>(),
-    };
+    let (name, what, of) = SCHEMAS.iter().find(|(candidate, ..)| *candidate == name)?;
+    let mut schema = of();
     schema.insert("$id".into(), format!("kardan/2/{name}").into());
     schema.insert("title".into(), format!("kardan/2, {what}").into());
     serde_json::to_string_pretty(&schema).ok()
@@ -86,7 +74,7 @@ struct SchemaName {
 
 /// Gives the list of schemas as one JSON object on one line.
 pub fn schemas_json() -> String {
-    printed(SchemasView { schemas: SCHEMAS.iter().map(|(name, summary)| SchemaName { name, summary }).collect() })
+    printed(SchemasView { schemas: schemas().map(|(name, summary)| SchemaName { name, summary }).collect() })
 }
 
 fn of<T: JsonSchema>() -> schemars::Schema {

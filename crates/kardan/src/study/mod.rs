@@ -45,5 +45,5 @@ pub use requests::analysis_spec::{AnalysisSpec, OperatingConditions, Site};
 pub use requests::safety_spec::SafetySpec;
 pub use requests::sweep_spec::SweepSpec;
 pub use run::runs::{Settings, run};
-pub use safety::{SafetySettings, safety};
+pub use safety::SafetySettings;
 pub use sweep::{Shard, SweepGoal, SweepPlan, SweepSettings, TakeRows, swept_model};

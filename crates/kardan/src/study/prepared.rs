@@ -11,14 +11,14 @@ use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;
 use kardan_mechanics::reduce::{LinearModel, OperatingPoint, Reduced, linearise_at};
-use kardan_model::Model;
+use kardan_model::{Model, VariantSettings};
 use kardan_results::{Plot, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_simulate::{Scenario, Tolerance};
 use kardan_synthesis::{Law, LinearTask, LoopPlant, Plant, VariedPlant};
 
 /// A study that is ready to run, as far as the file has no errors.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Prepared {
     /// Name of the model.
     pub name: String,
@@ -46,6 +46,11 @@ impl Prepared {
     /// The runs, in order.
     pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
         self.variants.iter().map(|variant| &**variant)
+    }
+
+    /// Everything that is measured in a run: its requirements, and the measures of its figures.
+    pub(in crate::study) fn measured(&self) -> impl Iterator<Item = &Requirement> {
+        self.requirements.iter().chain(self.figures.iter().filter_map(Figure::measure))
     }
 
     /// The variant of that name; without a name the first.
@@ -94,8 +99,8 @@ pub struct PreparedVariant {
     pub scenario: Scenario,
     /// Its possible faults, by name.
     pub faults: Vec<NamedFault>,
-    /// Whether some of these always occur in this variant.
-    pub(in crate::study) has_faults: bool,
+    /// What makes this variant: values of parameters, controllers, and the faults that always occur in it.
+    pub(in crate::study) own: VariantSettings,
     /// Signals computed from those of its run.
     pub computed: Computed,
     /// The options of the analysis.

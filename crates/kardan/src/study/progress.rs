@@ -50,7 +50,7 @@ pub enum Part {
     Analysis(Box<Analysis>),
     /// Of [`design`](crate::study::design()).
     Design(Box<Design>),
-    /// Of [`safety`](crate::study::safety()).
+    /// Of [`Project::safety`](crate::study::Project::safety).
     Safety(Box<Safety>),
     /// Of [`identify`](crate::study::identify).
     Identification(Box<Identification>),

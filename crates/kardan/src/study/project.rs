@@ -7,7 +7,7 @@ use crate::study::check::multiplier_constraints::for_analysis;
 use crate::study::prepare::document::prepare_document;
 use crate::study::prepare::variants::Purpose;
 use crate::study::progress::{Progress, Silent};
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::{Prepared, PreparedVariant};
 use kardan_model::{Builder, Document, FileBytes, assign, open, read_entries};
 use kardan_schema::diagnostics::Diagnostic;
@@ -218,9 +218,7 @@ impl Project {
     /// # Errors
     /// All errors; no such variant.
     pub fn simulation(&self, variant: Option<&str>) -> Result<Simulation, Vec<Diagnostic>> {
-        if self.diagnostics().iter().any(is_error) {
-            return Err(self.diagnostics().to_vec());
-        }
+        without_errors(self.diagnostics())?;
         let prepared = self.prepared();
         let variant = prepared.variant(variant)?;
         let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
@@ -254,7 +252,8 @@ impl Project {
         } else {
             ready
         };
-        if diagnostics.iter().any(is_error) { Err(diagnostics.clone()) } else { Ok((prepared, diagnostics)) }
+        without_errors(diagnostics)?;
+        Ok((prepared, diagnostics))
     }
 
     /// The first variant for writing its equations, and the warnings of the file: no controller is designed for it.
@@ -268,12 +267,8 @@ impl Project {
             }
             _ => self.ready(),
         };
-        let diagnostics = diagnostics.clone();
-        let has_error = diagnostics.iter().any(is_error);
-        match prepared.all().next().filter(|_| !has_error) {
-            Some(variant) => Ok((variant, diagnostics)),
-            None => Err(diagnostics),
-        }
+        without_errors(diagnostics)?;
+        prepared.all().next().map(|variant| (variant, diagnostics.clone())).ok_or_else(|| diagnostics.clone())
     }
 
     fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {

@@ -2,7 +2,7 @@
 //! method at its tightest, whatever stands in the loop.
 
 use kardan::results::{Outcome, Run};
-use kardan::simulate::{Method, RunResult, Scenario, Setup, Tolerance, simulate};
+use kardan::simulate::{Method, Scenario, Setup, Tolerance, simulate};
 use kardan::study::{self, Settings, Silent};
 
 use super::common::{project, runs_only};
@@ -33,7 +33,7 @@ fn difference(one: &Run, other: &Run) -> (f64, String) {
 }
 
 /// All signals of the last variant of a model at these times, by matrix exponentials.
-fn rows_at(source: &str, times: &[f64]) -> RunResult {
+fn rows_at(source: &str, times: &[f64]) -> Run {
     let (prepared, diagnostics) = study::prepare(source);
     let variant = prepared.variants.last().unwrap_or_else(|| panic!("{diagnostics:?}"));
     let scenario = Scenario { times: times.to_vec(), ..variant.scenario.clone() };

@@ -29,7 +29,8 @@ const SPEED: &str =
 
 fn tried(source: &str) -> Safety {
     let settings = SafetySettings { origin: "wheel.toml".into(), changes: Vec::new() };
-    study::safety(source, &settings, &Silent)
+    Project::open(source)
+        .safety(&settings, &Silent)
         .unwrap_or_else(|reported| panic!("{}\n{source}", plain(source, &reported)))
 }
 
@@ -196,8 +197,9 @@ fn invalid_requests_are_reported() {
         assert!(found.help.as_ref().is_some_and(|text| text.contains(help)), "{safety}: {found:?}");
         assert!(!found.labels.is_empty(), "{safety}: {found:?}");
     }
-    let refused =
-        |source: &str| study::safety(source, &SafetySettings::default(), &Silent).expect_err("refused").remove(0);
+    let refused = |source: &str| {
+        Project::open(source).safety(&SafetySettings::default(), &Silent).expect_err("refused").remove(0)
+    };
     assert!(refused(&wheel("", "")).message.contains("no faults to analyse"));
     assert!(refused(&wheel(DEAD, "[safety]\n")).message.contains("neither"));
     let own = "[[variant]]\nname = \"ill\"\nfaults = [\"dead\"]\n";
@@ -243,7 +245,7 @@ fn an_oversized_grid_is_refused_at_once() {
     let used = "[[scenario.event]]\nsignal = \"n.tau\"\nat = \"0 s\"\nto = \"p0 + p1 + p2 + p3 + p4 + p5 + p6 + p7\"\n";
     let safety = format!("{used}[safety]\nvalues = {{ {} }}\n{SPEED}", lists.join(", "));
     let source = wheel(DEAD, &safety).replace("[parameters]\n", &format!("[parameters]\n{names}"));
-    let reported = study::safety(&source, &SafetySettings::default(), &Silent).unwrap_err();
+    let reported = Project::open(&source).safety(&SafetySettings::default(), &Silent).unwrap_err();
     // 60^8 combinations, each with and without the fault.
     assert_eq!(
         reported[0].message,

@@ -12,8 +12,8 @@ use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::design_json;
 use kardan::model;
 use kardan::num::{Matrix, rational_from_f64};
-use kardan::results::{Complex, ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
-use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
+use kardan::results::{Complex, ControllerData, Design, ExactMatrix, Outcome, Physical, Pole, Run};
+use kardan::simulate::{Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
 use kardan::synthesis::{Block, Clock, Law, LinearLaw, Observation, Reference};
 use kardan::units::parse_number;
@@ -854,7 +854,7 @@ impl Block for Printed {
 }
 
 /// A step of the rack by π at 1 s for two seconds, with the driver model in the loop.
-fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Arc<dyn Law>>) -> RunResult {
+fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Arc<dyn Law>>) -> Run {
     let retained = |line: &&str| friction || !line.starts_with("friction");
     let text: String = source("sia-steering").lines().filter(retained).map(|line| format!("{line}\n")).collect();
     let variant = first(&text);
@@ -874,11 +874,11 @@ fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Arc<dy
     result
 }
 
-fn values<'a>(run: &'a RunResult, name: &str) -> &'a [f64] {
+fn values<'a>(run: &'a Run, name: &str) -> &'a [f64] {
     &run.series.signal(name).expect("a signal").values
 }
 
-fn largest(run: &RunResult, name: &str) -> f64 {
+fn largest(run: &Run, name: &str) -> f64 {
     values(run, name).iter().fold(0.0, |max, x| if x.abs() > f64::abs(max) { *x } else { max })
 }
 

@@ -211,9 +211,9 @@ impl PreparedBench {
             None => &self.nominal.implemented,
         };
         let tolerance = Tolerance { most_steps, ..self.tolerance };
-        let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, tolerance, progress);
+        let run = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, tolerance, progress);
         let signals = self.columns.iter().filter_map(|column| {
-            let found = result.series.signal(&column.signal)?;
+            let found = run.series.signal(&column.signal)?;
             let mut values = found.values.clone();
             if column.noise > 0.0 {
                 let mut random = Random::named(seed, &column.name);
@@ -222,18 +222,12 @@ impl PreparedBench {
             let description = column.description.as_ref().unwrap_or(&found.description).clone();
             Some(Signal { name: column.name.clone(), physical: found.physical, description, values })
         });
+        let signals = signals.collect();
         Run {
             name: self.log_name(repetition),
             parameters: self.nominal.model.parameters.clone(),
-            series: Series { signals: signals.collect(), time: result.series.time },
-            energy: result.energy,
-            events: result.events,
-            outcome: result.outcome,
-            notes: result.notes,
-            warnings: result.warnings,
-            motor_loads: result.motor_loads,
-            effort: result.effort,
-            ..Run::default()
+            series: Series { signals, time: run.series.time },
+            ..run
         }
     }
 }

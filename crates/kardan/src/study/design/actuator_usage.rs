@@ -29,20 +29,15 @@ pub(in crate::study) fn scenario_motor_loads(prepared: &Prepared, design: &mut D
         let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &variant.scenario };
         let most_steps = prepared.tolerance.most_steps.min(MOST_STEPS).min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..prepared.tolerance };
-        (variant.name.clone(), run_with_progress(Ready::new(setup, tolerance), (first + k, &name), progress))
+        (variant.name.clone(), run_with_progress(Ready::new(setup, tolerance), (first + k, &name), progress).run)
     };
     let runs: Vec<_> = chosen.par_iter().enumerate().map(run).collect();
     for (variant, run) in runs {
-        let duration = match &run.outcome {
-            Outcome::Completed | Outcome::Unbalanced { .. } => run.series.time.last().copied().unwrap_or_default(),
-            Outcome::Failed { time, cause } => {
-                design
-                    .warnings
-                    .push(format!("the scenario of the file (variant `{variant}`) does not run to its end: {cause}"));
-                *time
-            }
-        };
-        add_usage(design, &variant, duration, &run.motor_loads);
+        if let Outcome::Failed { cause, .. } = &run.outcome {
+            let warning = format!("the scenario of the file (variant `{variant}`) does not run to its end: {cause}");
+            design.warnings.push(warning);
+        }
+        add_usage(design, &variant, run.length(), &run.motor_loads);
     }
     warn(design);
 }

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::study::progress::run_with_progress;
 use crate::study::{PreparedVariant, Progress};
-use kardan_results::{CrossCoupling, Design, Physical, Series, TorquePeak};
-use kardan_simulate::{Faults, Ready, RunResult, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
+use kardan_results::{CrossCoupling, Design, Physical, Run, Series, TorquePeak};
+use kardan_simulate::{Faults, Ready, Scenario, Setup, SignalEvent, SourceTarget, Tolerance};
 use kardan_synthesis::Reference;
 
 /// Rows of a window.
@@ -53,7 +53,7 @@ pub(in crate::study) fn cross_coupling(
         .collect();
     let steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
     let most_steps = steps.min(progress.most_steps());
-    let runs: Vec<RunResult> = (0..=stepped.len())
+    let runs: Vec<Run> = (0..=stepped.len())
         .into_par_iter()
         .map(|k| {
             let reference = stepped.get(k).map(|(reference, _)| reference.name.as_str());
@@ -113,12 +113,12 @@ fn run(
     window: f64,
     most_steps: usize,
     progress: &dyn Progress,
-) -> RunResult {
+) -> Run {
     let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
     let scenario = step(variant, reference, window);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.implemented, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-    run_with_progress(Ready::new(setup, tolerance), (number, &name), progress)
+    run_with_progress(Ready::new(setup, tolerance), (number, &name), progress).run
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {

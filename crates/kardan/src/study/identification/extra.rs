@@ -1,7 +1,7 @@
 //! Additional terms besides those of the model: `[[identification.extra]]`.
 
 use super::channels::{Harmonic, Quantity};
-use crate::study::read::read_values::{key_error, quantity, read_tables, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_word};
 use kardan_identify::{Extra, ExtraFriction, Shape};
 use kardan_math::names::did_you_mean;
 use kardan_math::units::Dimension;
@@ -215,7 +215,7 @@ pub(super) fn law_parameters(extras: &[ExtraTerm]) -> Vec<String> {
 /// The terms that the file declares, column by column.
 pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<ExtraTerm> {
     let mut terms: Vec<ExtraTerm> = Vec::new();
-    for (k, table) in read_tables(&document.identification, "extra").iter().enumerate() {
+    for (k, table) in document.identification.tables("extra").iter().enumerate() {
         let what = format!("entry {} of `[[identification.extra]]`", k + 1);
         let columns = Declared { document, model, table, what: &what }.columns(out);
         let Some(first) = columns.first() else { continue };

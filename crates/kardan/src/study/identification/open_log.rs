@@ -6,7 +6,7 @@ use super::channels::{Channel, Described, MappedChannel, channel_names, number, 
 use super::clocks::{Clock, clocks};
 use super::recordings::table_of;
 use super::settings::LogFile;
-use crate::study::read::read_values::{quantity, read_tables, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_math::units::Dimension;
 use kardan_model::{Document, Model, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -52,7 +52,7 @@ pub(super) fn open_log(
     let groups = log.groups().to_vec();
     let described = Described { table, file: &file.name, groups: &groups, reader: &reader };
     let mut mapped = Vec::new();
-    for (k, table) in read_tables(table, "channel").iter().enumerate() {
+    for (k, table) in table.tables("channel").iter().enumerate() {
         let what = format!("channel {} of log `{}`", k + 1, number.map_or("", |number| &document.logs[number].0));
         mapped.extend(Channel { log: described, table, what: &what }.wire(model, out));
     }

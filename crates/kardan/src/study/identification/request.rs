@@ -4,7 +4,7 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::study::read::read_values::{key_error, quantity, read_map, read_names, read_scalar, read_tables, read_word};
+use crate::study::read::read_values::{key_error, quantity, read_word};
 use kardan_identify::{Excitation, Loss, Steadiness};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
@@ -62,7 +62,7 @@ pub(super) fn request(
     let method = word(&options.method, "method");
     let method = method.map(|word| if word == "steady" { Excitation::Steady } else { Excitation::Free });
     let mut names: Vec<String> = match options.parameters.as_slice() {
-        [] => name_list(table, "parameters"),
+        [] => table.plain_names("parameters"),
         options => options.iter().map(|name| name.trim().to_string()).collect(),
     };
     let all = names.is_empty();
@@ -107,8 +107,8 @@ pub(super) fn request(
         rest_speed: rest_speed(document, out),
         steadiness: Steadiness { tolerance, ..Steadiness::default() },
         shortest: number(document, "shortest_segment", Dimension::TIME, out),
-        inactive_inputs: name_list(table, "inactive_inputs"),
-        nonnegative: name_list(table, "nonnegative"),
+        inactive_inputs: table.plain_names("inactive_inputs"),
+        nonnegative: table.plain_names("nonnegative"),
         loss: match word(&options.loss, "loss").as_deref() {
             Some("huber") => Loss::Huber,
             Some("bisquare") => Loss::Bisquare,
@@ -205,25 +205,21 @@ fn confidence(document: &Document, options: &IdentifySettings, out: &mut Vec<Dia
 fn published(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Vec<(String, f64)> {
     let reader = TableReader::new(document, settings);
     let value = |scalar, out: &mut _| Some(reader.scalar(scalar, None, "`published`", out)?.0.to_f64());
-    let entries = read_map(&document.identification, "published").iter();
+    let entries = document.identification.map("published").unwrap_or_default().iter();
     entries.filter_map(|(name, scalar)| Some((name.value.clone(), value(scalar, out)?))).collect()
 }
 
 /// The models to compare; those that name no parameters have all.
 fn candidates(table: &Table, names: &[String]) -> Vec<CandidateSpec> {
     let candidate = |own: &Table| {
-        let parameters = name_list(own, "parameters");
+        let parameters = own.plain_names("parameters");
         Some(CandidateSpec {
             name: read_word(own, "name")?.to_string(),
             parameters: if parameters.is_empty() { names.to_vec() } else { parameters },
-            extras: name_list(own, "extras"),
+            extras: own.plain_names("extras"),
         })
     };
-    read_tables(table, "candidate").iter().filter_map(candidate).collect()
-}
-
-fn name_list(table: &Table, key: &str) -> Vec<String> {
-    read_names(table, key).iter().map(|word| word.value.clone()).collect()
+    table.tables("candidate").iter().filter_map(candidate).collect()
 }
 
 fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
@@ -235,7 +231,7 @@ fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Di
 /// A speed of shafts, or one of masses.
 fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Domain)> {
     let (table, reader) = (&document.identification, TableReader::new(document, &[]));
-    let scalar = read_scalar(table, "rest_speed")?;
+    let scalar = table.scalar_or_default("rest_speed", &table.place)?;
     let (value, dimension) = reader.scalar(&scalar, None, "`rest_speed` of `[identification]`", out)?;
     let domain = match dimension {
         Dimension::VELOCITY => Domain::Translation,

@@ -1,6 +1,6 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::read::read_values::{read_names, read_scalar, read_tables, read_word};
+use crate::study::read::read_values::read_word;
 use crate::study::read::variant_diagnostics::is_error;
 use kardan_elements::manoeuvre::quoted;
 use kardan_model::{Document, NewValue};
@@ -193,7 +193,7 @@ fn parameters(text: &str) -> Option<usize> {
 fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     let has_order = |table: &Table| {
         let FileLaw::Cogging(order) = term.law else { return true };
-        let scalar = read_scalar(table, "order").map(|scalar| scalar.value);
+        let scalar = table.scalar_or_default("order", &table.place).map(|scalar| scalar.value);
         matches!(scalar, Some(Scalar::Literal(value, _)) if value.to_f64() == order)
     };
     let (kind, _) = kind_of_parameter(term.term.strip_prefix(&term.element)?.strip_prefix('.')?)?;
@@ -202,14 +202,14 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
             && read_word(table, "friction") == Some(&term.element)
             && has_order(table)
     };
-    read_tables(&document.identification, "extra").iter().find(own).map(|table| table.place.span().start)
+    document.identification.tables("extra").iter().find(own).map(|table| table.place.span().start)
 }
 
 /// The text with some requested names replaced by others, where the file lists them; new ones come last.
 fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -> String {
     let table = &document.identification;
     let Some(entry) = table.values.get("parameters") else { return text.to_string() };
-    let mut retained: Vec<String> = read_names(table, "parameters").iter().map(|word| word.value.clone()).collect();
+    let mut retained: Vec<String> = table.plain_names("parameters");
     let replaces = retained.iter().any(|name| old.contains(name)) || old.is_empty();
     retained.retain(|name| !old.contains(name));
     if replaces {

@@ -2,6 +2,7 @@
 
 use crate::study::measure::computed_signals::{Computed, Track, lowered};
 use crate::study::measure::requirement_verdict::{Ran, Requirement, judge};
+use crate::study::measure::selected_variants::selects;
 use kardan_expr::expr::Graph;
 use kardan_expr::plan::compile;
 use kardan_math::names::HasName;
@@ -46,6 +47,14 @@ impl Figure {
         match &self.of {
             FigureOf::Measure(measure) => measure.describe(),
             FigureOf::Value(text) => text.clone(),
+        }
+    }
+
+    /// What it measures; none of an expression.
+    pub(in crate::study) fn measure(&self) -> Option<&Requirement> {
+        match &self.of {
+            FigureOf::Measure(measure) => Some(measure),
+            FigureOf::Value(_) => None,
         }
     }
 }
@@ -101,8 +110,7 @@ pub(in crate::study) fn figures_of(
     (variant, series, ran): (&str, &Series, &Ran<'_>),
 ) -> (Vec<FigureResult>, Vec<String>) {
     let (mut found, mut notes): (Vec<FigureResult>, Vec<String>) = (Vec::new(), Vec::new());
-    let own = |figure: &&Figure| figure.variants.is_empty() || figure.variants.iter().any(|name| name == variant);
-    for figure in all.iter().filter(own) {
+    for figure in all.iter().filter(|figure| selects(&figure.variants, variant)) {
         let Figure { name, of, unit, display, .. } = figure;
         let (text, value) = match of {
             FigureOf::Measure(measure) => {

@@ -6,7 +6,7 @@ use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, key_error, quantity, read_scalar, read_word};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
@@ -17,7 +17,7 @@ use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
-use super::selected_variants::selected_variants;
+use super::selected_variants::{selected_variants, selects};
 
 /// A nonnegative time.
 pub(super) const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
@@ -144,7 +144,7 @@ impl MeasureTable<'_, '_> {
         if expected.word().is_some() {
             return self.number(key, (expected, Sign::Any), out);
         }
-        let scalar = read_scalar(self.table, key)?;
+        let scalar = self.table.scalar_or_default(key, &self.table.place)?;
         let label = format!("`{key}` of {}", self.what);
         let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
@@ -156,7 +156,7 @@ impl MeasureTable<'_, '_> {
 
     /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
     fn band(&self, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<Band> {
-        let scalar = read_scalar(self.table, "band")?;
+        let scalar = self.table.scalar_or_default("band", &self.table.place)?;
         let label = format!("`band` of {}", self.what);
         let (value, found) = self.measuring.reader.scalar(&scalar, None, &label, out)?;
         if value.signum() <= 0 {
@@ -198,7 +198,7 @@ impl MeasureTable<'_, '_> {
         out: &mut Vec<Diagnostic>,
     ) {
         let Self { measuring, table, what } = *self;
-        let own = measuring.ends.iter().filter(|(name, _)| variants.is_empty() || variants.contains(name));
+        let own = measuring.ends.iter().filter(|(name, _)| selects(variants, name));
         let last = own.map(|(_, end)| *end).reduce(f64::max).unwrap_or(f64::INFINITY);
         let end = until.unwrap_or(f64::INFINITY).min(last);
         if let Some(at) = at.filter(|at| *at > last) {
@@ -217,7 +217,7 @@ impl MeasureTable<'_, '_> {
     /// Reports values that differ between the variants.
     fn check_varied(&self, keys: &[&str], out: &mut Vec<Diagnostic>) {
         for key in keys {
-            let Some(Placed { value, place }) = read_scalar(self.table, key) else { continue };
+            let Some(Placed { value, place }) = self.table.scalar_or_default(key, &self.table.place) else { continue };
             let names: Vec<String> = match value {
                 SchemaScalar::Parameter(name) => vec![name],
                 SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),

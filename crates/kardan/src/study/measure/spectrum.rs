@@ -3,6 +3,7 @@
 use kardan_rt::functions::cos;
 use std::f64::consts::PI;
 
+use crate::study::measure::selected_variants::selects;
 use kardan_math::num::fourier;
 use kardan_results::{Plot, Run, Spectrum};
 
@@ -12,7 +13,7 @@ pub(in crate::study) const LEAST_ROWS: usize = 16;
 /// The spectra of a spectrum plot, for the runs that it draws.
 pub(in crate::study) fn spectra(plot: &Plot, runs: &[Run]) -> Vec<Spectrum> {
     let mut out = Vec::new();
-    let drawn = |run: &&Run| plot.variants.is_empty() || plot.variants.contains(&run.name);
+    let drawn = |run: &&Run| selects(&plot.variants, &run.name);
     for run in runs.iter().filter(drawn) {
         let names = plot.signals.iter().chain(plot.references.iter().map(|reference| &reference.signal));
         for (name, signal) in names.filter_map(|name| Some((name, run.series.signal(name)?))) {

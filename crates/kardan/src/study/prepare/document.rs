@@ -44,12 +44,12 @@ pub(in crate::study) fn prepare_document(
     let steps = Steps::new(all_settings.iter().map(|variant| laws(variant) + 3).sum(), progress);
     // The preparation of one variant does not depend on the others; its diagnostics do.
     let one = |variant: &VariantSettings| {
-        let VariantSettings { name: label, settings, controls, faults } = variant;
+        let VariantSettings { name: label, settings, controls, .. } = variant;
         let (model, mut reported) = document.model_with(settings, controls.as_deref());
         let is_complete = !document.suppressed.equations && !model.programs.broken && !reported.iter().any(is_error);
         let ready = is_complete.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant((purpose, &steps, None), document, name, model.clone(), (settings, faults), &mut reported)
+            prepare_variant((purpose, &steps, None), document, name, model.clone(), variant, &mut reported)
         });
         document.check_tolerances(settings, &mut reported);
         (model, ready.flatten(), reported)

@@ -29,7 +29,7 @@ use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::analysis_spec::{Point, analysis_spec};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced, reduce};
-use kardan_model::{ControlSpec, Document, Model, Setting, TableReader};
+use kardan_model::{ControlSpec, Document, Model, TableReader, VariantSettings};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::LawKeys;
 use kardan_simulate::{Scenario, signal_names};
@@ -77,15 +77,15 @@ impl<'p> Steps<'p> {
 pub(in crate::study) fn prepare_sample(
     document: &Document,
     (name, designed): (&str, Option<&PreparedVariant>),
-    (settings, controls, faults): (&[Setting], Option<&[String]>, &[String]),
+    own: &VariantSettings,
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
-    let (model, mut diagnostics) = document.model_with(settings, controls);
+    let (model, mut diagnostics) = document.model_with(&own.settings, own.controls.as_deref());
     if diagnostics.iter().any(is_error) || model.programs.broken {
         return Err(diagnostics);
     }
     let steps = Steps::new(1, &Silent);
     let purpose = (Purpose::Sample, &steps, designed);
-    let found = prepare_variant(purpose, document, name.to_string(), model, (settings, faults), &mut diagnostics);
+    let found = prepare_variant(purpose, document, name.to_string(), model, own, &mut diagnostics);
     match found {
         Some(variant) if !diagnostics.iter().any(is_error) => Ok(variant),
         _ => Err(diagnostics),
@@ -107,16 +107,16 @@ pub(super) fn prepare_variant(
     document: &Document,
     name: String,
     model: Model,
-    (settings, own_faults): (&[Setting], &[String]),
+    own: &VariantSettings,
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
-    check_connected(document, &model, out);
+    let settings = &own.settings[..];
     let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
     check_redundant(document, &reduced, out);
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let (mut scenario, faults) = scenario(document, &model, (&reduced.equations, Some(&reduced)), settings, out);
-    add_faults(document, (&mut scenario, &faults), (&name, own_faults), out);
+    add_faults(document, (&mut scenario, &faults), (&name, &own.faults), out);
     let prescribed = start_values(document, settings, &reduced);
     let start = on_rows(&reduced, &prescribed, &scenario);
     let named_point = NamedPoint::of(document, (&reduced, &start), controls, settings, out);
@@ -161,7 +161,7 @@ pub(super) fn prepare_variant(
         implemented,
         scenario,
         faults,
-        has_faults: !own_faults.is_empty(),
+        own: own.clone(),
         computed: Computed::of(document, settings, &context.signals),
         analysis,
         point,
@@ -310,6 +310,7 @@ fn reduced_model(
     model: &Model,
     out: &mut Vec<Diagnostic>,
 ) -> Option<(Reduced, Vec<Diagnostic>)> {
+    check_connected(document, model, out);
     let mut massless = Vec::new();
     if !check_circuit(document, model, out, &mut massless) {
         out.append(&mut massless);

@@ -1,53 +1,17 @@
 //! Reading quantities and names from the tables of a study.
 
 use kardan_math::units::{Dimension, Exact};
-use kardan_model::TableReader;
+use kardan_model::{TableReader, wrong_dimension};
 use kardan_schema::diagnostics::Diagnostic;
-use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
+use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
-pub(in crate::study) fn read_scalar(table: &Table, key: &str) -> Option<Placed<SchemaScalar>> {
-    match table.values.get(key) {
-        Some(Placed { value: Value::Scalar(scalar), place }) => {
-            Some(Placed { value: scalar.clone(), place: place.clone() })
-        }
-        Some(_) => None,
-        None => table.default_scalar(key).map(|value| Placed { value, place: table.place.clone() }),
-    }
-}
-
+/// The word of a key, or its default if the key is absent.
 pub(in crate::study) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
-    match table.values.get(key) {
-        Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
-        Some(_) => None,
-        None => table.default_word(key),
-    }
-}
-
-pub(in crate::study) fn read_names<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {
-    table.values.get(key).map_or(&[], |spanned| match &spanned.value {
-        Value::Names(names) => names,
-        _ => &[],
-    })
-}
-
-/// The tables of a key; none if it is absent or unreadable.
-pub(in crate::study) fn read_tables<'a>(table: &'a Table, key: &str) -> &'a [Table] {
-    match table.values.get(key).map(|found| &found.value) {
-        Some(Value::Tables(tables)) => tables,
-        _ => &[],
-    }
+    if table.values.contains_key(key) { table.word(key) } else { table.default_word(key) }
 }
 
 /// A name and its value.
 pub(in crate::study) type Entry = (Placed<String>, Placed<SchemaScalar>);
-
-/// The entries of a key from names to values; none if it is absent or unreadable.
-pub(in crate::study) fn read_map<'a>(table: &'a Table, key: &str) -> &'a [Entry] {
-    match table.values.get(key).map(|found| &found.value) {
-        Some(Value::Map(entries)) => entries,
-        _ => &[],
-    }
-}
 
 /// Whether the file has a key, even if its value is unreadable.
 pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
@@ -73,7 +37,7 @@ pub(in crate::study) fn quantity(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
-    let scalar = read_scalar(table, key)?;
+    let scalar = table.scalar_or_default(key, &table.place)?;
     let label = format!("`{key}` of {what}");
     of_dimension(reader, &scalar, (dimension, sign), &label, out)
 }
@@ -87,7 +51,7 @@ pub(in crate::study) fn quantity_like(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
-    let scalar = read_scalar(table, key)?;
+    let scalar = table.scalar_or_default(key, &table.place)?;
     let label = format!("`{key}` of {what}");
     fitting(reader, &scalar, (expected, Dimension::is_like), &label, out)
 }
@@ -115,12 +79,7 @@ fn fitting(
 ) -> Option<Exact> {
     let (value, found) = reader.scalar(scalar, Some((dimension, sign)), label, out)?;
     if !fits(&dimension, &found) {
-        let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
-        out.push(
-            Diagnostic::error("unit::dimension", message)
-                .at(scalar.place.clone(), found.noun())
-                .help(format!("write a unit such as {}", dimension.example())),
-        );
+        out.push(wrong_dimension(label, dimension, found, scalar.place.clone()));
         return None;
     }
     Some(value)

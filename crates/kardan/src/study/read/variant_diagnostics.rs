@@ -8,6 +8,11 @@ pub(in crate::study) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error
 }
 
+/// All diagnostics of a request, if one of them is an error.
+pub(in crate::study) fn without_errors(diagnostics: &[Diagnostic]) -> Result<(), Vec<Diagnostic>> {
+    if diagnostics.iter().any(is_error) { Err(diagnostics.to_vec()) } else { Ok(()) }
+}
+
 /// The same error of several variants is reported once; an error that the first variant does not have names its variant.
 pub(in crate::study) fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
     // A set instead of a linear search for each: the time of thousands of errors grows linearly.

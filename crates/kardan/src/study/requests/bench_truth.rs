@@ -54,12 +54,10 @@ impl Truth {
                     continue;
                 };
                 let source = if field.name == "breakaway" { "friction" } else { field.name };
-                let Some(entry) = element.table.values.get(field.name) else { continue };
-                let Value::Scalar(scalar) = &entry.value else { continue };
                 if !["inertia", "damping", "friction"].contains(&source) {
                     continue;
                 }
-                let scalar = Placed { value: scalar.clone(), place: entry.place.clone() };
+                let Some(scalar) = element.table.values.get(field.name).and_then(Placed::scalar) else { continue };
                 let Some((value, _)) = reader.scalar(&scalar, None, "", &mut Vec::new()) else { continue };
                 let name = format!("{}.{}", element.name, field.name);
                 let draw = 2.0 * Random::named(seed, &format!("{}.{source}", element.name)).unit() - 1.0;
@@ -87,11 +85,8 @@ impl Truth {
             }
             Target::Key { element, field, dimension, .. } => {
                 let entry = self.document.elements[*element].table.values.get(field.name);
-                let scalar = entry.and_then(|entry| match &entry.value {
-                    Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: entry.place.clone() }),
-                    _ => None,
-                });
-                let nominal = scalar.and_then(|scalar| reader.scalar(&scalar, None, "", &mut Vec::new()));
+                let nominal =
+                    entry.and_then(Placed::scalar).and_then(|scalar| reader.scalar(&scalar, None, "", &mut Vec::new()));
                 (nominal.map(|(value, _)| value.to_f64()), *dimension)
             }
         };

@@ -2,10 +2,10 @@
 
 use std::str;
 
-use super::distribution::{Distribution, score};
+use super::distribution::Distribution;
 use super::varied::{Varied, add, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
-use crate::study::read::read_values::{read_names, read_tables, read_word};
+use crate::study::read::read_values::read_word;
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
 use kardan_model::{Document, TableReader};
@@ -28,55 +28,6 @@ pub(in crate::study) struct CorrelatedGroup {
     pub factor: Matrix<f64>,
 }
 
-impl CorrelatedGroup {
-    /// Replaces independent scores by correlated ones.
-    pub fn mix(&self, scores: &mut [f64]) {
-        let independent: Vec<f64> = self.members.iter().map(|member| scores[*member]).collect();
-        for (i, member) in self.members.iter().enumerate() {
-            scores[*member] = (0..=i).map(|j| self.factor[(i, j)] * independent[j]).sum();
-        }
-    }
-}
-
-/// For each axis the number of its factor: axes that vary together share one.
-pub(in crate::study) fn factors(axes: usize, correlated: &[CorrelatedGroup]) -> Vec<usize> {
-    let mut out: Vec<usize> = Vec::new();
-    let mut next = 0;
-    for axis in 0..axes {
-        let first =
-            correlated.iter().find(|group| group.members.contains(&axis)).and_then(|group| group.members.iter().min());
-        let shared = first.filter(|first| **first < axis).map(|first| out[*first]);
-        out.push(shared.unwrap_or(next));
-        next += usize::from(shared.is_none());
-    }
-    out
-}
-
-/// Values of distributions at positions from 0 to 1 on their axes, with the correlations of those that vary together.
-pub(in crate::study) fn values_at(spread: &[Varied], correlated: &[CorrelatedGroup], places: &[f64]) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        spread.iter().zip(places).map(|(varied, place)| varied.distribution.quantile(*place)).collect();
-    if !correlated.is_empty() {
-        let mut scores: Vec<f64> = places.iter().map(|place| score(*place)).collect();
-        correlated.iter().for_each(|group| group.mix(&mut scores));
-        for member in correlated.iter().flat_map(|group| &group.members) {
-            values[*member] = spread[*member].distribution.of_score(scores[*member]);
-        }
-    }
-    values
-}
-
-/// The same at scores: independent normal numbers.
-pub(in crate::study) fn values_of_scores(
-    spread: &[Varied],
-    correlated: &[CorrelatedGroup],
-    scores: &[f64],
-) -> Vec<f64> {
-    let mut scores = scores.to_vec();
-    correlated.iter().for_each(|group| group.mix(&mut scores));
-    spread.iter().zip(&scores).map(|(varied, score)| varied.distribution.of_score(*score)).collect()
-}
-
 /// A matrix with the moments of its rows, SI.
 struct CorrelationSpec {
     names: Vec<String>,
@@ -93,10 +44,21 @@ pub(in crate::study) fn correlated(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<CorrelatedGroup> {
     let mut found: Vec<CorrelatedGroup> = Vec::new();
-    for (number, table) in read_tables(&document.sweep, "correlated").iter().enumerate() {
+    for (number, table) in document.sweep.tables("correlated").iter().enumerate() {
         let what = format!("entry {} of `[[sweep.correlated]]`", number + 1);
         let before = out.len();
-        let Some(correlation) = correlation(document, table, &what, out) else { continue };
+        // Duplicate names were reported.
+        if table.unread.contains(&"parameters") {
+            continue;
+        }
+        let correlation = match correlation(document, table) {
+            Ok(found) => found,
+            Err((key, message, help)) => {
+                let (message, place) = (format!("{what}: {message}"), TableReader::place(table, key));
+                out.push(Diagnostic::error("sweep::correlation", message).at(place, "here").help(help));
+                continue;
+            }
+        };
         let Some(factor) = decided(&correlation, table, &what, out) else { continue };
         if let Some(moments) = &correlation.moments {
             for (name, (mean, deviation)) in correlation.names.iter().zip(moments) {
@@ -170,37 +132,22 @@ fn describe_correlations(varied: &mut [Varied], members: &[usize], factor: &Matr
     }
 }
 
+/// Why a table has no matrix: the key, the message, and help.
+type Refused = (&'static str, String, &'static str);
+
 /// The matrix of a table, from either source.
-fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Option<CorrelationSpec> {
-    let mut refuse = |key: &str, message: String, help: &str| {
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("sweep::correlation", format!("{what}: {message}")).at(place, "here").help(help));
-    };
-    let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
-    // Duplicate names were reported.
-    if table.unread.contains(&"parameters") {
-        return None;
-    }
-    let found = match (read_word(table, "correlation"), read_word(table, "file")) {
-        (Some(_), Some(_)) => {
-            refuse("file", "the table has both `correlation` and `file`".into(), "remove one of them");
-            return None;
-        }
-        (None, None) => {
-            refuse("parameters", "the table has no matrix".into(), "write `correlation` or `file`");
-            return None;
+fn correlation(document: &Document, table: &Table) -> Result<CorrelationSpec, Refused> {
+    let names = table.plain_names("parameters");
+    match (read_word(table, "correlation"), read_word(table, "file")) {
+        (Some(_), Some(_)) => Err(("file", "the table has both `correlation` and `file`".into(), "remove one of them")),
+        (None, None) => Err(("parameters", "the table has no matrix".into(), "write `correlation` or `file`")),
+        (Some(_), None) if names.len() < 2 => {
+            let help = "name them in the order of the matrix";
+            Err(("parameters", "the table needs at least two parameters".into(), help))
         }
         (Some(text), None) => {
-            if names.len() < 2 {
-                refuse(
-                    "parameters",
-                    "the table needs at least two parameters".into(),
-                    "name them in the order of the matrix",
-                );
-                return None;
-            }
-            parse_matrix(text, names)
-                .map_err(|message| ("correlation", message, "write it row by row: \"1, 0.8; 0.8, 1\""))
+            let help = "write it row by row: \"1, 0.8; 0.8, 1\"";
+            parse_matrix(text, names).map_err(|message| ("correlation", message, help))
         }
         (None, Some(file)) => {
             let bytes = match document.files.get(file) {
@@ -214,13 +161,6 @@ fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Dia
             });
             let help = "give the output of `kardan identify --json`, or {\"names\": [\"a.inertia\", \"b.inertia\"], \"covariance\": [[1, 0], [0, 1]]}";
             read.map_err(|message| ("file", message, help))
-        }
-    };
-    match found {
-        Ok(correlation) => Some(correlation),
-        Err((key, message, help)) => {
-            refuse(key, message, help);
-            None
         }
     }
 }

@@ -24,11 +24,6 @@ impl Distribution {
         if let Self::Listed(values) = self { values.len() as u64 } else { levels }
     }
 
-    /// Whether it has a minimum and a maximum.
-    pub fn has_ends(&self) -> bool {
-        !self.is_open().contains(&true)
-    }
-
     /// Whether it is unbounded below, and above.
     pub fn is_open(&self) -> [bool; 2] {
         match self {

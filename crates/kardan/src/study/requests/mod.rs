@@ -6,6 +6,7 @@ pub(super) mod bench_truth;
 pub(super) mod correlated;
 pub(super) mod distribution;
 pub(super) mod safety_spec;
+pub(super) mod sample_space;
 pub(super) mod sampling_method;
 pub(super) mod sweep_spec;
 pub(super) mod varied;

@@ -52,13 +52,4 @@ impl SamplingMethod {
     pub fn word(self) -> &'static str {
         NAMES.iter().find(|(_, method)| *method == self).map_or("grid", |(name, _)| name)
     }
-
-    /// Samples of one group, for a number of axes, or of factors that move together.
-    pub fn group(self, axes: usize) -> u64 {
-        match self {
-            Self::Saltelli => axes as u64 + 2,
-            Self::Morris => axes as u64 + 1,
-            _ => 1,
-        }
-    }
 }

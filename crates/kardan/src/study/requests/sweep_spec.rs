@@ -1,11 +1,12 @@
 //! The request of `[sweep]` of a model file, with its errors.
 
-use super::correlated::{CorrelatedGroup, correlated};
+use super::correlated::correlated;
 use super::distribution::Distribution;
+use super::sample_space::SampleSpace;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{of_dimension, quantity, read_map, read_tables, read_word};
+use crate::study::read::read_values::{of_dimension, quantity, read_word};
 use crate::study::read::scenario::whole;
 use crate::study::read::signal_table::SignalContext;
 use kardan_identify::two_sided_normal;
@@ -30,14 +31,10 @@ pub struct SweepSpec {
     pub samples: u64,
     /// The seed of the samples.
     pub seed: u64,
-    /// The sampling method.
-    pub(in crate::study) sampling: SamplingMethod,
     /// The variants; empty: all.
     pub variants: Vec<String>,
-    /// The varied parameters.
-    pub(in crate::study) varied: Vec<Varied>,
-    /// Those that vary together.
-    pub(in crate::study) correlated: Vec<CorrelatedGroup>,
+    /// What varies, and how samples are chosen.
+    pub(in crate::study) space: SampleSpace,
 }
 
 /// Reads it; without a table `[sweep]` all tolerances of the file vary.
@@ -55,7 +52,7 @@ pub(in crate::study) fn sweep_spec(
         out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
-    for table in read_tables(table, "vary") {
+    for table in table.tables("vary") {
         add(&mut varied, vary(&reader, document, table, out), table, out);
     }
     lists(&reader, document, &mut varied, out);
@@ -70,10 +67,8 @@ pub(in crate::study) fn sweep_spec(
     SweepSpec {
         samples,
         seed: whole(&reader, table, "seed", SWEEP, out).unwrap_or_default(),
-        sampling,
         variants: selected_variants(table, variants, context, SWEEP, out),
-        varied,
-        correlated,
+        space: SampleSpace { varied, correlated, sampling },
     }
 }
 
@@ -100,7 +95,7 @@ fn check_points(
         for key in ["samples", "seed"].into_iter().filter(|key| here(key)) {
             refuse(key, format!("`{key}`: the samples of `points = \"{word}\"` are all combinations"), "remove it");
         }
-        for one in varied.iter().filter(|one| !one.distribution.has_ends()) {
+        for one in varied.iter().filter(|one| one.distribution.is_open().contains(&true)) {
             let message = format!("`{}` has no minimum or no maximum: {}", one.name, one.text);
             refuse("points", message, "give it `from` and `to` in `[[sweep.vary]]`, or choose other points");
         }
@@ -166,52 +161,48 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     } else if low >= high {
         refuse("from", "no value lies between `from` and `to`", "`from` must be the smaller one", out);
     }
-    let shape_values = ["mean", "peak", "deviation"].map(|key| value(key, out));
-    let distribution = shape(word, (low, high, nominal), shape_values, &mut |key, message, help| {
-        // Errors of a value itself were reported.
-        if key != "deviation" || shape_values[2].is_some() || !table.values.contains_key(key) {
-            refuse(key, message, help, out);
+    let [mean, peak, deviation] = ["mean", "peak", "deviation"].map(|key| value(key, out));
+    // Errors of a value itself were reported.
+    let deviation = deviation.or_else(|| table.values.contains_key("deviation").then_some(f64::NAN));
+    match shape(word, (low, high, nominal), [mean, peak, deviation]) {
+        Ok(distribution) => {
+            (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
         }
-    });
-    (out.len() == before).then(|| Varied::new(&parameter.name, parameter.dimension, distribution))
+        Err((key, message, help)) => {
+            refuse(key, message, help, out);
+            None
+        }
+    }
 }
 
-/// A distribution by its name, between its ends; errors by their keys, with help.
+/// A distribution by its name, between its ends; else the wrong key, the message, and help.
 fn shape(
     word: &str,
     (low, high, nominal): (f64, f64, f64),
     [mean, peak, deviation]: [Option<f64>; 3],
-    refuse: &mut dyn FnMut(&str, &str, &str),
-) -> Distribution {
+) -> Result<Distribution, (&'static str, &'static str, &'static str)> {
     match word {
         "normal" => {
             let mean = mean.unwrap_or(nominal);
-            match deviation {
-                None => refuse("deviation", "a normal distribution needs its standard deviation", "add `deviation`"),
-                Some(deviation) if deviation <= 0.0 => {
-                    refuse("deviation", "the standard deviation has to be positive", "write a value above zero");
-                }
-                Some(deviation)
-                    if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation =>
-                {
-                    refuse(
-                        "from",
-                        "almost no value of the distribution lies between its ends",
-                        "move them towards the mean",
-                    );
-                }
-                Some(_) => {}
+            let needed = ("deviation", "a normal distribution needs its standard deviation", "add `deviation`");
+            let deviation = deviation.ok_or(needed)?;
+            if deviation <= 0.0 {
+                return Err(("deviation", "the standard deviation has to be positive", "write a value above zero"));
             }
-            Distribution::Normal { mean, deviation: deviation.unwrap_or(1.0), from: low, to: high }
+            if low > mean + MOST_DEVIATIONS * deviation || high < mean - MOST_DEVIATIONS * deviation {
+                let why = "almost no value of the distribution lies between its ends";
+                return Err(("from", why, "move them towards the mean"));
+            }
+            Ok(Distribution::Normal { mean, deviation, from: low, to: high })
         }
         "triangular" => {
             let peak = peak.unwrap_or(nominal);
             if !(low..=high).contains(&peak) && low < high {
-                refuse("peak", "the peak lies outside the ends", "put it between `from` and `to`");
+                return Err(("peak", "the peak lies outside the ends", "put it between `from` and `to`"));
             }
-            Distribution::Triangular { from: low, peak, to: high }
+            Ok(Distribution::Triangular { from: low, peak, to: high })
         }
-        _ => Distribution::Uniform { from: low, to: high },
+        _ => Ok(Distribution::Uniform { from: low, to: high }),
     }
 }
 
@@ -219,7 +210,7 @@ fn shape(
 fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>, out: &mut Vec<Diagnostic>) {
     let table = &document.sweep;
     let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
-    for (name, scalar) in read_map(table, "lists") {
+    for (name, scalar) in table.map("lists").unwrap_or_default() {
         let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
         let position = found.iter().position(|(parameter, _)| parameter.name == name.value);
         let number = match position {

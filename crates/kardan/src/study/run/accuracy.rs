@@ -49,19 +49,19 @@ pub(in crate::study) fn estimate(
     tolerance: Tolerance,
     readings: &[String],
 ) -> Option<Accuracy> {
-    let all = || [second].into_iter().chain(third);
+    let all = || [second].into_iter().chain(third).map(|other| &other.run);
     if run.outcome != Outcome::Completed || all().any(|other| other.outcome != Outcome::Completed) {
         return None;
     }
-    let gaps_to = |other: &RunResult| gaps(&run.events, &other.events);
-    let rows = |other: &RunResult| common_rows(&run.series, &other.series, &gaps_to(other).unwrap_or_default());
+    let gaps_to = |other: &Run| gaps(&run.events, &other.events);
+    let rows = |other: &Run| common_rows(&run.series, &other.series, &gaps_to(other).unwrap_or_default());
     let compared: Vec<_> = all().map(|other| (&other.series.signals, rows(other))).collect();
     let mut errors: Vec<SignalError> = Vec::new();
     let mut sized: Vec<UnreliableSignal> = Vec::new();
     // Series steps ignore the tolerance.
     let rounded = |effort: &Effort| effort.rounding > 1.0 && effort.method != IntegrationMethod::Taylor;
-    let cut = second.sampled && second.effort.steps as f64 > SAMPLE_LIMITED * run.effort.steps as f64;
-    let rounded = cut || rounded(&run.effort) || rounded(&second.effort);
+    let cut = second.sampled && second.run.effort.steps as f64 > SAMPLE_LIMITED * run.effort.steps as f64;
+    let rounded = cut || rounded(&run.effort) || rounded(&second.run.effort);
     let part = match (&undecided, rounded) {
         (Some(_), _) => PART_OF_COUNTS,
         (None, true) => PART_OF_ROUNDING,
@@ -89,7 +89,7 @@ pub(in crate::study) fn estimate(
         }
     }
     let looser = LOOSER * tolerance.relative;
-    let same_events = gaps_to(second).is_some();
+    let same_events = gaps_to(&second.run).is_some();
     let unreliable = least_reliable(sized, looser);
     Some(Accuracy {
         tolerance: tolerance.relative,
@@ -118,7 +118,7 @@ fn least_reliable(signals: Vec<UnreliableSignal>, looser: f64) -> Option<Unrelia
 }
 
 /// Warnings about the numbers of a run from the comparison with a second run.
-pub(in crate::study) fn accuracy_warnings(run: &Run, second: &RunResult) -> Vec<String> {
+pub(in crate::study) fn accuracy_warnings(run: &Run, second: &Run) -> Vec<String> {
     let Some(found) = &run.accuracy else {
         return match (&run.outcome, &second.outcome) {
             (Outcome::Completed, Outcome::Failed { cause, .. } | Outcome::Unbalanced { cause }) => vec![format!(

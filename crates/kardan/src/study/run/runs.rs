@@ -15,9 +15,10 @@ use crate::study::design::actuator_usage;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
 use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
+use crate::study::measure::selected_variants::selects;
 use crate::study::measure::spectrum::spectra;
 use crate::study::progress::run_with_progress;
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::without_errors;
 use crate::study::run::accuracy;
 use crate::study::run::model_summary::summarise;
 use crate::study::{
@@ -85,14 +86,11 @@ impl Project {
             overrule(&mut diagnostics);
         }
         check_variants(prepared, &settings.variants, &mut diagnostics);
-        let is_chosen =
-            |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
+        let is_chosen = |variant: &&PreparedVariant| selects(&settings.variants, &variant.name);
         let chosen: Vec<&PreparedVariant> = prepared.all().filter(is_chosen).collect();
         // Errors of the requested faults are reported once, though several variants have them.
         diagnostics.extend(chosen.iter().find_map(|variant| variant.failing(&settings.faults).err()));
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics);
-        }
+        without_errors(&diagnostics)?;
         let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
         let ran = || run_all(prepared, &chosen, settings, &warnings, progress);
         let beside = || {
@@ -125,7 +123,7 @@ impl Project {
         compared.for_each(|(((run, encoder_readings), second), variant)| {
             run.accuracy = accuracy_of(run, encoder_readings, second, variant, (prepared, settings), progress);
             if progress.stop().is_none() {
-                run.warnings.extend(accuracy::accuracy_warnings(run, second));
+                run.warnings.extend(accuracy::accuracy_warnings(run, &second.run));
             }
         });
         Ok(study)
@@ -154,7 +152,7 @@ fn run_all(
 ) -> (Arc<Study>, Vec<Vec<EncoderReading>>) {
     let runs = chosen.par_iter().enumerate();
     let noting = !settings.runs_only;
-    let runs = runs.map(|(k, variant)| run_noted(k, variant, (prepared, settings), progress, noting));
+    let runs = runs.map(|(k, variant)| run_variant(k, variant, (prepared, settings), progress, noting));
     let (runs, encoder_readings): (Vec<Run>, Vec<Vec<EncoderReading>>) = runs.unzip();
     let plots = chosen_plots(prepared, &settings.variants);
     let spectra = plots.iter().filter(|plot| plot.spectrum).flat_map(|plot| spectra(plot, &runs)).collect();
@@ -377,17 +375,8 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     plots
 }
 
+/// Runs and judges a variant; with the counts that its sensors read, if they are to be noted.
 pub(in crate::study) fn run_variant(
-    number: usize,
-    variant: &PreparedVariant,
-    (prepared, settings): (&Prepared, &Settings),
-    progress: &dyn Progress,
-) -> Run {
-    run_noted(number, variant, (prepared, settings), progress, false).0
-}
-
-/// The same with the counts that its sensors read, if they are to be noted.
-fn run_noted(
     number: usize,
     variant: &PreparedVariant,
     (prepared, settings): (&Prepared, &Settings),
@@ -398,55 +387,36 @@ fn run_noted(
     let scenario = scenario_of(variant, settings);
     let ready = Ready::new(setup(variant, &scenario), tolerance);
     let ready = if noting { ready.noting() } else { ready };
-    let mut result = run_with_progress(ready, (number, &variant.name), progress);
-    let encoder_readings = std::mem::take(&mut result.encoder_readings);
-    (judged(variant, prepared, result), encoder_readings)
+    let RunResult { run, encoder_readings, .. } = run_with_progress(ready, (number, &variant.name), progress);
+    (judged(variant, prepared, run), encoder_readings)
 }
 
-/// The result of a run, with its computed signals, its figures, and its requirements.
-pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut result: RunResult) -> Run {
-    result.series.signals.extend(variant.computed.signals(&result.series));
-    let completed = !matches!(result.outcome, Outcome::Failed { .. });
-    let ran = Ran { motor_loads: &result.motor_loads, events: &result.events, completed };
-    let run_data = (variant.name.as_str(), &result.series, &ran);
+/// A run with its computed signals, its figures, and its requirements.
+pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, mut run: Run) -> Run {
+    run.series.signals.extend(variant.computed.signals(&run.series));
+    let completed = !matches!(run.outcome, Outcome::Failed { .. });
+    let ran = Ran { motor_loads: &run.motor_loads, events: &run.events, completed };
+    let run_data = (variant.name.as_str(), &run.series, &ran);
     let (figures, of_figures) = figures_of(&prepared.figures, &variant.computed, run_data);
-    let judged: Vec<Judged> = prepared
-        .requirements
-        .iter()
-        .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
-        .map(|requirement| judge(requirement, &result.series, &ran, &figures))
-        .collect();
-    let (mut notes, mut requirements) = (result.notes, Vec::new());
-    notes.extend(variant.start_notes.iter().cloned());
-    notes.extend(redundancy_notes(&variant.reduced));
-    notes.extend(extrapolation_warnings(&variant.reduced, &variant.model.programs, &result.series));
-    notes.extend(broken_rules(&variant.model.programs, &result.series));
-    notes.extend(vehicle_warnings(&variant.model, &result.series));
-    notes.extend(of_figures);
+    let own = prepared.requirements.iter().filter(|requirement| selects(&requirement.variants, &variant.name));
+    let judged: Vec<Judged> = own.map(|requirement| judge(requirement, &run.series, &ran, &figures)).collect();
+    run.notes.extend(variant.start_notes.iter().cloned());
+    run.notes.extend(redundancy_notes(&variant.reduced));
+    run.notes.extend(extrapolation_warnings(&variant.reduced, &variant.model.programs, &run.series));
+    run.notes.extend(broken_rules(&variant.model.programs, &run.series));
+    run.notes.extend(vehicle_warnings(&variant.model, &run.series));
+    run.notes.extend(of_figures);
     for Judged { result, note } in judged {
-        requirements.push(result);
-        notes.extend(note);
+        run.requirements.push(result);
+        run.notes.extend(note);
     }
-    if matches!(result.outcome, Outcome::Unbalanced { .. }) && !requirements.is_empty() {
+    if matches!(run.outcome, Outcome::Unbalanced { .. }) && !run.requirements.is_empty() {
         // The time from which its numbers are wrong is unknown.
-        requirements.iter_mut().for_each(|judged| judged.passed = false);
-        notes.push("All requirements count as not met: the energy balance of this run does not close, so that its numbers are wrong from some time on.".into());
+        run.requirements.iter_mut().for_each(|judged| judged.passed = false);
+        run.notes.push("All requirements count as not met: the energy balance of this run does not close, so that its numbers are wrong from some time on.".into());
     }
-    let mut run = Run {
-        name: variant.name.clone(),
-        parameters: variant.model.parameters.clone(),
-        series: result.series,
-        energy: result.energy,
-        events: result.events,
-        outcome: result.outcome,
-        requirements,
-        figures,
-        notes,
-        warnings: result.warnings,
-        motor_loads: result.motor_loads,
-        effort: result.effort,
-        accuracy: None,
-    };
+    let (name, parameters) = (variant.name.clone(), variant.model.parameters.clone());
+    run = Run { name, parameters, figures, ..run };
     if let Some(row) = &variant.swept {
         take_row(&mut run, row, prepared);
     }
@@ -455,17 +425,16 @@ pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, m
 
 /// Replaces results of a single run by those of a sweep, which differ in the last digits.
 fn take_row(run: &mut Run, row: &SweepRow, prepared: &Prepared) {
-    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
-    let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
-    let requirements = requirements.filter(|(one, _)| own(&one.variants)).map(|(_, found)| found);
-    let figures = prepared.figures.iter().zip(&row.figures).filter(|(one, _)| own(&one.variants));
-    let figures: Vec<f64> = figures.map(|(_, found)| *found).collect();
-    let requirements: Vec<(f64, f64)> = requirements.map(|(measured, passed)| (*measured, *passed)).collect();
     let number = |x: f64| Some(x).filter(|x| !x.is_nan());
-    for (found, (measured, passed)) in run.requirements.iter_mut().zip(requirements) {
-        (found.measured, found.passed) = (number(measured), passed == 1.0);
+    let requirements = prepared.requirements.iter().zip(row.measured.iter().zip(&row.passed));
+    let requirements = requirements.filter(|(one, _)| selects(&one.variants, &run.name));
+    for (found, (_, (measured, passed))) in run.requirements.iter_mut().zip(requirements) {
+        (found.measured, found.passed) = (number(*measured), *passed == 1.0);
     }
-    run.figures.iter_mut().zip(figures).for_each(|(found, value)| found.value = number(value));
+    let figures = prepared.figures.iter().zip(&row.figures).filter(|(one, _)| selects(&one.variants, &run.name));
+    for (found, (_, value)) in run.figures.iter_mut().zip(figures) {
+        found.value = number(*value);
+    }
     run.notes.push(
         "Figures and verdicts are those of the sweep, which computes its runs in SIMD lanes; curves are those of the \
          single run, which differs in the last digits."

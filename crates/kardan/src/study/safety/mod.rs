@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use judged::{Traces, judge};
 
 use crate::study::progress::Counted;
-use crate::study::read::variant_diagnostics::is_error;
+use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, SafetySpec, Settings};
 use kardan_math::units::format_quantity;
-use kardan_results::{MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
+use kardan_results::{EffectMeasured, MonitorOutcome, Outcome, Safety, SafetyRow, SafetyValue, SafetyVerdict};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::RawValue;
 
@@ -27,14 +27,6 @@ pub struct SafetySettings {
     pub origin: String,
     /// Changed values, in the form of `--set` there.
     pub changes: Vec<String>,
-}
-
-/// Runs every fault of a file; see [`Project::safety`].
-///
-/// # Errors
-/// All errors of the file (warnings do not count), and a file without faults.
-pub fn safety(source: &str, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
-    Project::open(source).safety(settings, progress)
 }
 
 impl Project {
@@ -61,9 +53,7 @@ impl Project {
     /// All errors (warnings do not count), and a file without faults.
     pub fn safety(&self, settings: &SafetySettings, progress: &dyn Progress) -> Result<Safety, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        without_errors(diagnostics)?;
         let spec = tried(prepared).map_err(|diagnostic| vec![diagnostic])?;
         let variants = chosen(prepared, spec).map_err(|diagnostic| vec![diagnostic])?;
         let lists = self.lists(spec);
@@ -76,11 +66,7 @@ impl Project {
             return Err(vec![Diagnostic::error("safety::rows", message).help(help)]);
         }
         let grid = combined(&lists);
-        let monitors = spec.monitors.iter().map(|name| MonitorOutcome {
-            name: name.clone(),
-            raised_by: Vec::new(),
-            false_alarms: Vec::new(),
-        });
+        let monitors = spec.monitors.iter().map(|name| MonitorOutcome { name: name.clone(), ..Default::default() });
         let mut out = Safety {
             model: prepared.name.clone(),
             description: prepared.description.clone(),
@@ -190,11 +176,11 @@ fn tried(prepared: &Prepared) -> Result<&SafetySpec, Diagnostic> {
 /// The variants of the runs.
 fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnostic> {
     let all = prepared.all().filter(|variant| match spec.variants.is_empty() {
-        true => !variant.has_faults,
+        true => variant.own.faults.is_empty(),
         false => spec.variants.contains(&variant.name),
     });
     let all: Vec<&PreparedVariant> = all.collect();
-    if let Some(own) = all.iter().find(|variant| variant.has_faults) {
+    if let Some(own) = all.iter().find(|variant| !variant.own.faults.is_empty()) {
         let message = format!("the variant `{}` has faults of its own, so no run of it is without a fault", own.name);
         return Err(Diagnostic::error("safety::variant", message).help("name a variant without `faults`"));
     }
@@ -208,7 +194,7 @@ fn chosen(prepared: &Prepared, spec: &SafetySpec) -> Result<Vec<String>, Diagnos
 
 /// Note on faults that occur in all runs.
 fn always(prepared: &Prepared) -> Option<String> {
-    let some = prepared.all().any(|variant| !variant.has_faults && !variant.scenario.faults.is_empty());
+    let some = prepared.all().any(|variant| variant.own.faults.is_empty() && !variant.scenario.faults.is_empty());
     some.then(|| "The faults of `[[scenario.fault]]` occur in all runs, also in the runs counted as fault-free.".into())
 }
 
@@ -252,7 +238,7 @@ impl Table<'_> {
         };
         let run = |faults: &[String]| {
             let settings = Settings { faults: faults.to_vec(), runs_only: true, ..Settings::default() };
-            let run = run_variant(0, variant, (prepared, &settings), counted);
+            let (run, _) = run_variant(0, variant, (prepared, &settings), counted, false);
             // An early stop of the command is no result about the model.
             let whole = !matches!(run.outcome, Outcome::Failed { .. }) || counted.stop().is_none();
             counted.count(1);
@@ -304,8 +290,7 @@ impl Table<'_> {
             (None, None) => SafetyVerdict::NoAlarm,
         };
         let row = self.row(name, &[], verdict, free.failed.clone());
-        let none = kardan_results::EffectMeasured { measured: None, within_bounds: None };
-        let effects = vec![none; spec.effects.len()];
+        let effects = vec![EffectMeasured::default(); spec.effects.len()];
         SafetyRow { detection_time: alarm.map(|row| free.time[row]), effects, ..row }
     }
 
@@ -323,15 +308,10 @@ impl Table<'_> {
             faults: faults.to_vec(),
             variant: variant.to_string(),
             values: self.values.to_vec(),
-            fault_time: None,
-            detection_time: None,
-            detection_resolution: None,
-            reaction: Vec::new(),
-            effects: Vec::new(),
-            worst: None,
             verdict,
             note,
             command: self.command(variant, faults),
+            ..SafetyRow::default()
         }
     }
 

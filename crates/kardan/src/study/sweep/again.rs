@@ -2,16 +2,13 @@
 
 use super::batch::Batch;
 use super::integrated;
-use super::recorded_signals::recorded_signals;
-use super::rows::{blank, sampled, seed_of, settings_with};
-use crate::study::read::variant_diagnostics::is_error;
+use super::rows::{blank, sampled};
+use crate::study::read::variant_diagnostics::{is_error, without_errors};
 use crate::study::requests::varied::Varied;
-use crate::study::run::runs::tolerance;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
-use kardan_model::{Setting, VariantSettings};
+use kardan_model::Setting;
 use kardan_results::{ParameterValue, RowAgain, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_simulate::Method;
 
 /// Most rows of one repetition.
 const MOST_ROWS: usize = 100;
@@ -38,9 +35,7 @@ impl Project {
     /// that cannot be prepared.
     pub fn rows_again(&self, identity: &str, rows: &[RowAgain], settings: &Settings) -> Result<Self, Vec<Diagnostic>> {
         let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        without_errors(diagnostics)?;
         let refused = |message: String, help: &str| Err(vec![Diagnostic::error("sweep::rerun", message).help(help)]);
         let (origin, integrated) = (self.origin(), integrated(settings));
         if !identity.starts_with(&format!("{origin},")) {
@@ -55,13 +50,12 @@ impl Project {
             let message = format!("{} rows selected to run again: the allowed number is 1 to {MOST_ROWS}", rows.len());
             return refused(message, "choose some with `--sample 17,203` and `--variant NAME`");
         }
-        let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.varied)).unwrap_or_default();
+        let varied = prepared.sweep.as_ref().map(|spec| self.with_laws(&spec.space.varied)).unwrap_or_default();
         let searched = [", --worst ", ", --rare "].iter().any(|search| identity.contains(search));
-        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.sampling.draws()) && !searched;
-        let all_settings = self.document().variant_settings();
+        let draws = prepared.sweep.as_ref().is_some_and(|spec| spec.space.sampling.draws()) && !searched;
         let mut variants = Vec::new();
         for row in rows {
-            let matched = prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == row.variant);
+            let matched = prepared.all().find(|variant| variant.name == row.variant);
             let value = |name: &str| {
                 row.values
                     .iter()
@@ -69,19 +63,17 @@ impl Project {
                     .map(|(_, value)| *value)
             };
             let values: Option<Vec<f64>> = varied.iter().map(|one| value(&one.name)).collect();
-            let (Some((variant, own)), Some(values)) = (matched, values) else {
+            let (Some(variant), Some(values)) = (matched, values) else {
                 let names = quoted(varied.iter().map(|one| one.name.as_str()));
                 let message = format!("row {} of `{}` does not have {names}", row.sample, row.variant);
                 return refused(message, "run with the model that made the rows");
             };
-            let seed = draws.then(|| seed_of(variant.scenario.seed, row.sample));
-            let all = settings_with(own, varied.iter().zip(values.iter().copied()));
-            let found = sampled(self.document(), (variant, own), &varied, (&values, seed));
+            let found = sampled(self.document(), variant, &varied, (&values, draws.then_some(row.sample)));
             let mut found = found.map_err(|diagnostics| refused_row(row, diagnostics))?;
             found.name = format!("{}_sample-{}", row.variant, row.sample);
             for one in &varied {
                 let parameters = &mut found.model.parameters;
-                let setting = all.iter().find(|setting| setting.name == one.name);
+                let setting = found.own.settings.iter().find(|setting| setting.name == one.name);
                 if let Some(Setting { name, text, value }) =
                     setting.filter(|_| parameters.iter().all(|two| two.name != one.name))
                 {
@@ -89,36 +81,24 @@ impl Project {
                     parameters.push(ParameterValue { name, value: value.to_f64(), unit, text });
                 }
             }
-            let from = (variant, own, values.as_slice());
-            found.swept = self.swept(from, (&varied, settings), (row.sample, draws)).map(Box::new);
+            found.swept = self.swept((variant, &values), (&varied, settings), (row.sample, draws)).map(Box::new);
             variants.push(found.into());
         }
-        let prepared = Prepared {
-            name: prepared.name.clone(),
-            description: prepared.description.clone(),
-            named: prepared.named,
-            variants,
-            requirements: prepared.requirements.clone(),
-            figures: prepared.figures.clone(),
-            plots: prepared.plots.clone(),
-            tolerance: prepared.tolerance,
-            ..Prepared::default()
-        };
+        let prepared = Prepared { variants, safety: None, sweep: None, ..prepared.clone() };
         Ok(self.with_ready(renamed(prepared, rows), diagnostics.to_vec()))
     }
 
     /// The result of a row in lanes, if it ran in lanes.
     fn swept(
         &self,
-        (variant, own, values): (&PreparedVariant, &VariantSettings, &[f64]),
+        (variant, values): (&PreparedVariant, &[f64]),
         (spread, settings): (&[Varied], &Settings),
         (sample, draws): (u64, bool),
     ) -> Option<SweepRow> {
         let prepared = self.prepared();
         let number = prepared.all().position(|candidate| candidate.name == variant.name)?;
-        let (recorded, one_lane) = (recorded_signals(prepared), Some(1));
-        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, &Silent));
-        let lanes = Batch::new(self, (variant, own), spread, (tolerance, &recorded, (one_lane, draws))).ok()?;
+        let one_lane = (Some(1), draws);
+        let lanes = Batch::new(self, variant, spread, (settings, &Silent), one_lane).ok()?;
         let mut row = blank(prepared, (sample, number), values);
         let filled = lanes.fill(prepared, &mut [&mut row], &|| ());
         filled.into_iter().all(|filled| filled).then_some(row)

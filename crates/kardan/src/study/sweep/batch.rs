@@ -5,20 +5,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::recorded_signals::recorded_signals;
 use super::rows::{fill, sampled, seed_of};
-use crate::study::measure::figure::FigureOf;
-use crate::study::measure::requirement_verdict::Requirement;
 use crate::study::requests::varied::Varied;
-use crate::study::run::runs::judged;
-use crate::study::{Prepared, PreparedVariant, Project};
+use crate::study::run::runs::{judged, tolerance};
+use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings};
 use kardan_math::num::rational_from_f64;
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::CoefficientKind;
 use kardan_mechanics::reduce::Reduced;
-use kardan_model::VariantSettings;
 use kardan_model::tables::Measure;
-use kardan_results::{Effort, Energy, IntegrationMethod, Outcome, Run, Series, SweepRow};
-pub use kardan_simulate::{Ensemble, LaneRun, Recorded, RunResult, Scenario, Setup, Tolerance};
+use kardan_results::{Effort, IntegrationMethod, Run, Series, SweepRow};
+use kardan_simulate::{Ensemble, LaneRun, Method, Scenario, Setup, Tolerance};
 
 /// Quantiles of the varied parameters for the analysis of their effects: the base, and others to compare.
 const BASE: f64 = 0.5;
@@ -106,30 +104,28 @@ fn followed(
 }
 
 impl<'p> Batch<'p> {
-    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values. Without a tolerance
-    /// the user requested a method.
+    /// A variant whose runs differ only in coefficients, each of them a multiple of one of the values.
     ///
     /// # Errors
     /// The further difference that prevents lanes; empty if the user requested a method.
     pub fn new(
         project: &Project,
-        (variant, own): (&'p PreparedVariant, &VariantSettings),
+        variant: &'p PreparedVariant,
         spread: &[Varied],
-        (tolerance, recorded, (count, draws)): (Option<Tolerance>, &Recorded, (Option<usize>, bool)),
+        (settings, progress): (&Settings, &dyn Progress),
+        (count, draws): (Option<usize>, bool),
     ) -> Result<Self, String> {
-        let (prepared, tolerance) = (project.prepared(), tolerance.ok_or_else(String::new)?);
-        let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
-            FigureOf::Measure(measure) => Some(&**measure),
-            FigureOf::Value(_) => None,
-        });
+        if settings.method != Method::Automatic {
+            return Err(String::new());
+        }
+        let prepared = project.prepared();
         // Lanes report no events.
-        let of_events = |one: &Requirement| matches!(one.measure, Measure::Events | Measure::TimeAtLimit);
-        if prepared.requirements.iter().chain(measures).any(of_events) {
+        if prepared.measured().any(|one| matches!(one.measure, Measure::Events | Measure::TimeAtLimit)) {
             return Err("figures or requirements count events".into());
         }
         let base: Vec<f64> = spread.iter().map(|varied| varied.distribution.quantile(BASE)).collect();
         let prepared_with = |values: &[f64]| {
-            let found = sampled(project.document(), (variant, own), spread, (values, None)).ok();
+            let found = sampled(project.document(), variant, spread, (values, None)).ok();
             found.filter(|found| has_same_laws(found, variant))
         };
         let first = prepared_with(&base).ok_or("laws or programs depend on the varied parameters")?;
@@ -153,7 +149,8 @@ impl<'p> Batch<'p> {
             *coefficient = coefficient.clone().named(name.clone());
             reduced.equations.run_parameters.push(name);
         }
-        let scenario = Scenario { recorded: Some(recorded.clone()), ..first.scenario.clone() };
+        let scenario = Scenario { recorded: Some(recorded_signals(prepared)), ..first.scenario.clone() };
+        let tolerance = tolerance(prepared, settings, progress);
         let (varying, from) = varying.into_iter().unzip();
         let out =
             Self { variant, reduced, scenario, varying, from, tolerance, count, draws, ready: Mutex::new(Vec::new()) };
@@ -209,19 +206,9 @@ impl<'p> Batch<'p> {
     /// The result of a run.
     fn record(&self, prepared: &Prepared, row: &mut SweepRow, series: &mut Series) {
         let own = series.signals.len();
-        let result = RunResult {
-            series: std::mem::take(series),
-            energy: Energy { input: 0.0, stored: 0.0, dissipated: 0.0, residual: 0.0, exchanged: 0.0 },
-            events: Vec::new(),
-            outcome: Outcome::Completed,
-            notes: Vec::new(),
-            warnings: Vec::new(),
-            encoder_readings: Vec::new(),
-            sampled: false,
-            motor_loads: Vec::new(),
-            effort: Effort { method: IntegrationMethod::Taylor, ..Effort::default() },
-        };
-        let run: Run = judged(self.variant, prepared, result);
+        let effort = Effort { method: IntegrationMethod::Taylor, ..Effort::default() };
+        let run = Run { series: std::mem::take(series), effort, ..Run::default() };
+        let run = judged(self.variant, prepared, run);
         fill(row, prepared, &run);
         *series = run.series;
         series.signals.truncate(own);

@@ -1,10 +1,9 @@
 //! Goals of a sweep besides its samples: the requirement of a search, and the stopping rule.
 
+use super::intervals::{CONFIDENCE, clopper_pearson};
 use super::rows::is_refusal;
-use super::statistics::{CONFIDENCE, clopper_pearson};
-use crate::study::measure::figure::FigureOf;
-use crate::study::requests::varied::Varied;
-use crate::study::{Prepared, Requirement};
+use crate::study::measure::selected_variants::selects;
+use crate::study::{Figure, Prepared, Requirement};
 use kardan_model::tables::Measure;
 use kardan_results::{SweepHead, SweepRow, SweptUntil};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
@@ -73,7 +72,6 @@ pub(super) fn target(
     prepared: &Prepared,
     (option, name): (&str, &str),
     variants: &mut Vec<String>,
-    varied: &[Varied],
 ) -> Result<Target, Diagnostic> {
     let all: Vec<String> = prepared.requirements.iter().map(Requirement::describe).collect();
     let help = || {
@@ -103,10 +101,10 @@ pub(super) fn target(
     let requirement = &prepared.requirements[number];
     let measured = match &requirement.figure {
         None => requirement.measure,
-        Some(figure) => match prepared.figures.iter().find(|one| one.name == *figure).map(|one| &one.of) {
-            Some(FigureOf::Measure(measure)) => measure.measure,
-            _ => Measure::Final,
-        },
+        Some(figure) => {
+            let found = prepared.figures.iter().find(|one| one.name == *figure).and_then(Figure::measure);
+            found.map_or(Measure::Final, |found| found.measure)
+        }
     };
     if measured == Measure::Events {
         let message = format!(
@@ -118,13 +116,10 @@ pub(super) fn target(
             "name a requirement of a signal, or estimate with samples how often it is satisfied".into(),
         ));
     }
-    variants.retain(|name| requirement.variants.is_empty() || requirement.variants.contains(name));
+    variants.retain(|name| selects(&requirement.variants, name));
     if variants.is_empty() {
         let message = format!("`{}` applies to no chosen variant", all[number]);
         return Err(refused(message, format!("choose one of its variants: `--variant {}`", requirement.variants[0])));
-    }
-    if varied.is_empty() {
-        return Err(refused("no parameter varies".into(), "write tolerances, or `[[sweep.vary]]`".into()));
     }
     Ok(Target { requirement: number, below: requirement.below, above: requirement.above })
 }

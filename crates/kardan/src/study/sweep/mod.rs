@@ -4,6 +4,7 @@ mod again;
 mod batch;
 mod goal;
 mod indices;
+mod intervals;
 mod laws;
 mod plan;
 mod points;
@@ -19,6 +20,7 @@ mod summary;
 mod tree;
 mod worst;
 
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
@@ -27,28 +29,28 @@ use batch::Batch;
 pub use goal::SweepGoal;
 use goal::target;
 pub use plan::{Shard, SweepPlan, SweepSettings};
-use points::{axes, combinations, moved};
+use points::axes;
 use rare::{CHAIN, MOST_LEVELS};
 use recorded_signals::recorded_signals;
 pub use row_identity::swept_model;
-use rows::{blank, difference, fill, refusal, sampled, seed_of};
+use rows::{blank, difference, fill, refusal, sampled};
 use stopping_rule::StoppingRule;
 use summary::summarise;
 
 use crate::study::measure::requirement_verdict::Requirement;
+use crate::study::measure::selected_variants::selects;
 use crate::study::progress::Counted;
-use crate::study::read::variant_diagnostics::is_error;
-use crate::study::requests::correlated::factors;
+use crate::study::read::variant_diagnostics::without_errors;
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::requests::sweep_spec::MOST_SAMPLES;
 use crate::study::requests::varied::{SWEEP, Varied};
-use crate::study::run::runs::{check_variants, run_variant, tolerance};
+use crate::study::run::runs::{check_variants, run_variant};
 use crate::study::{Prepared, PreparedVariant, Progress, Project, Settings, Silent, SweepSpec};
 use kardan_math::num::Random;
-use kardan_model::VariantSettings;
 use kardan_results::{Sweep, SweepHead, SweepRequirement, SweepRow, SweepRows, SweptParameter};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
-use kardan_simulate::{Method, Recorded, Tolerance};
+use kardan_simulate::{Recorded, Tolerance};
 
 /// Fewest samples of a block.
 const LEAST_BLOCK: u64 = 64;
@@ -75,24 +77,21 @@ impl Project {
     pub fn sweep_plan(&self, settings: &SweepSettings) -> Result<SweepPlan, Vec<Diagnostic>> {
         let (prepared, mut diagnostics) = (self.prepared(), self.diagnostics().to_vec());
         check_variants(prepared, &settings.variants, &mut diagnostics);
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics);
-        }
+        without_errors(&diagnostics)?;
         let nothing = || {
             let help = "write tolerances after values, \"100 N m/rad ± 10 %\", or a table `[sweep]`; `kardan elements sweep` shows one";
             vec![Diagnostic::error("sweep::no-variation", "no value of the file varies").help(help)]
         };
-        let spec = prepared.sweep.as_ref().filter(|spec| !spec.varied.is_empty()).ok_or_else(nothing)?;
+        let spec = prepared.sweep.as_ref().filter(|spec| !spec.space.varied.is_empty()).ok_or_else(nothing)?;
+        let space = SampleSpace { varied: self.with_laws(&spec.space.varied), ..spec.space.clone() };
         let seed = settings.seed.unwrap_or(spec.seed);
         let (samples, block) = sizes(spec, settings).map_err(|diagnostic| vec![diagnostic])?;
         let chosen = if settings.variants.is_empty() { &spec.variants } else { &settings.variants };
         let variants = prepared.all().map(|variant| variant.name.clone());
-        let mut variants: Vec<String> = variants.filter(|name| chosen.is_empty() || chosen.contains(name)).collect();
+        let mut variants: Vec<String> = variants.filter(|name| selects(chosen, name)).collect();
         let sought = settings.goal.sought();
-        let target = sought.map(|sought| target(prepared, sought, &mut variants, &spec.varied)).transpose();
+        let target = sought.map(|sought| target(prepared, sought, &mut variants)).transpose();
         let target = target.map_err(|diagnostic| vec![diagnostic])?;
-        let factors = factors(spec.varied.len(), &spec.correlated);
-        let spread = spec.varied.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
         let swept_parameter = |varied: &Varied| SweptParameter {
             name: varied.name.clone(),
             unit: varied.dimension.si(),
@@ -105,16 +104,14 @@ impl Project {
                 samples,
                 seed,
                 variants,
-                varied: spec.varied.iter().map(swept_parameter).collect(),
+                varied: space.varied.iter().map(swept_parameter).collect(),
                 requirements: prepared.requirements.iter().map(required).collect(),
                 figures: prepared.figures.iter().map(|figure| (figure.name.clone(), figure.unit.clone())).collect(),
             },
             shard: None,
             // A search generates its own ones.
-            axes: if search.is_some() { Vec::new() } else { axes(spec.sampling, (seed, samples), spread, &factors) },
-            spread: self.with_laws(&spec.varied),
-            correlated: spec.correlated.clone(),
-            sampling: spec.sampling,
+            axes: if search.is_some() { Vec::new() } else { axes(space.sampling, (seed, samples), &space) },
+            space,
             goal: settings.goal.clone(),
             target,
             block,
@@ -173,69 +170,45 @@ impl Project {
         progress: &dyn Progress,
         write: &mut TakeRows<'_>,
     ) -> Result<Sweep, Vec<Diagnostic>> {
-        let (prepared, diagnostics) = (self.prepared(), self.diagnostics());
-        if diagnostics.iter().any(is_error) {
-            return Err(diagnostics.to_vec());
-        }
+        let prepared = self.prepared();
+        without_errors(self.diagnostics())?;
         if let (Some(_), false) = (plan.shard, plan.goal == SweepGoal::Samples) {
             let message = "a shard is a part of samples known in advance: a search has no shards, nor has a sweep with a stopping rule";
             return Err(vec![Diagnostic::error("sweep::shard", message).help("run it on one machine")]);
         }
-        let all_settings = self.document().variant_settings();
-        let named = |name: &String| prepared.all().zip(&all_settings).find(|(variant, _)| variant.name == *name);
-        let chosen: Vec<(&PreparedVariant, &VariantSettings)> = plan.head.variants.iter().filter_map(named).collect();
+        let named = |name: &String| prepared.all().find(|variant| variant.name == *name);
+        let chosen: Vec<&PreparedVariant> = plan.head.variants.iter().filter_map(named).collect();
         let requested = plan.samples_of(plan.own_blocks()).count();
         let counted = Counted::new(progress, rows.len(), requested.saturating_mul(chosen.len())).of_whole_runs();
         let previous = std::mem::take(rows).in_order();
-        let rows_of_block = |block: u64| previous.range(plan.samples_of(block..block + 1));
-        let mut stopping_rule = StoppingRule::of(plan);
         let recorded = recorded_signals(prepared);
-        let tolerance = (settings.method == Method::Automatic).then(|| tolerance(prepared, settings, progress));
-        let lanes =
-            |variant| Batch::new(self, variant, &plan.spread, (tolerance, &recorded, (plan.lanes, plan.draws())));
-        let found: Vec<Result<Batch<'_>, String>> = chosen.iter().copied().map(lanes).collect();
-        if plan.own_blocks().any(|block| rows_of_block(block).is_empty()) {
+        let lanes = (plan.lanes, plan.draws());
+        let batch = |variant| Batch::new(self, variant, &plan.space.varied, (settings, progress), lanes);
+        let found: Vec<Result<Batch<'_>, String>> = chosen.iter().copied().map(batch).collect();
+        if plan.own_blocks().any(|block| previous.range(plan.samples_of(block..block + 1)).is_empty()) {
             note_scalar_runs(&chosen, &found, progress);
         }
         let batch: Vec<Option<Batch<'_>>> = found.into_iter().map(Result::ok).collect();
         let mut ended = None;
-        for block in plan.own_blocks() {
-            let block_rows = rows_of_block(block);
-            let found = match block_rows.is_empty() {
-                false => {
-                    let found: Vec<SweepRow> = block_rows.map(|number| previous.get(number).to_row()).collect();
-                    follows(plan, &mut stopping_rule, block, &found)?;
-                    found
-                }
-                true => {
-                    // The current block is finished, and written.
-                    ended = progress.stop();
-                    if ended.is_some() {
-                        break;
-                    }
-                    let Some(values) = stopping_rule.values(plan, plan.samples_of(block..block + 1)) else { break };
-                    let cases = plan.samples_of(block..block + 1).zip(&values);
-                    let found = self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &batch), &counted);
-                    if let Err(why) = write(block, &found) {
-                        ended = Some(why);
-                        break;
-                    }
-                    found
-                }
-            };
-            stopping_rule.take(plan, block, &found);
-            rows.extend(found);
-            if stopping_rule.is_done() {
-                break;
+        let mut run = |block: u64, values: &[Vec<f64>]| {
+            // The current block is finished, and written.
+            ended = progress.stop();
+            if ended.is_some() {
+                return None;
             }
+            let cases = plan.samples_of(block..block + 1).zip(values);
+            let found = self.rows((prepared, settings, &recorded), plan, cases, (&chosen, &batch), &counted);
+            ended = write(block, &found).err();
+            ended.is_none().then_some(found)
+        };
+        let mut stopping_rule = StoppingRule::of(plan);
+        if let Err(samples) = replay(plan, &mut stopping_rule, previous, rows, &mut run) {
+            let Range { start, end } = samples;
+            let message = format!("the rows of samples {start} to {} do not follow from those before them", end - 1);
+            let help = "some before them are missing or were changed: restart with `--force`";
+            return Err(vec![Diagnostic::error("sweep::resume", message).help(help)]);
         }
-        if !stopping_rule.is_done() {
-            // Existing rows after the stop.
-            let next = rows.iter().next_back().map_or(0, |row| row.sample + 1);
-            rows.extend(previous.range(next..u64::MAX).map(|number| previous.get(number).to_row()));
-        }
-        drop(previous);
-        let mut out = self.sweep_summary(plan, rows);
+        let mut out = self.summary(plan, rows, &stopping_rule);
         out.warnings.extend(ended.map(|why| format!("{why}: results not computed by then are missing")));
         Ok(out)
     }
@@ -245,28 +218,20 @@ impl Project {
     pub fn sweep_summary(&self, plan: &SweepPlan, rows: &mut SweepRows) -> Sweep {
         *rows = std::mem::take(rows).in_order();
         let mut stopping_rule = StoppingRule::of(plan);
-        let own = rows.range(plan.samples_of(plan.own_blocks()));
-        rows.restrict(own);
-        if !stopping_rule.is_plain() {
-            let mut used = 0;
-            for block in plan.own_blocks() {
-                let samples = plan.samples_of(block..block + 1);
-                let range = rows.range(samples.clone());
-                // Rows that depend on missing ones have no meaning.
-                if range.is_empty() || stopping_rule.is_led() && stopping_rule.values(plan, samples).is_none() {
-                    break;
-                }
-                used = range.end;
-                let found: Vec<SweepRow> = range.map(|number| rows.get(number).to_row()).collect();
-                stopping_rule.take(plan, block, &found);
-                if stopping_rule.is_done() {
-                    break;
-                }
+        match stopping_rule.is_plain() {
+            true => rows.restrict(rows.range(plan.samples_of(plan.own_blocks()))),
+            false => {
+                // Rows that depend on missing or on other ones have no meaning.
+                let previous = std::mem::take(rows);
+                let _ = replay(plan, &mut stopping_rule, previous, rows, &mut |_, _| None);
             }
-            rows.restrict(0..used);
         }
-        let mut out = summarise(self.prepared(), plan, rows, &stopping_rule);
-        out.notes.extend(laws::designed_anew(&plan.spread));
+        self.summary(plan, rows, &stopping_rule)
+    }
+
+    fn summary(&self, plan: &SweepPlan, rows: &SweepRows, stopping_rule: &StoppingRule) -> Sweep {
+        let mut out = summarise(self.prepared(), plan, rows, stopping_rule);
+        out.notes.extend(laws::designed_anew(&plan.space.varied));
         out.warnings.splice(0..0, self.diagnostics().iter().map(ToString::to_string));
         out
     }
@@ -277,7 +242,7 @@ impl Project {
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         cases: impl Iterator<Item = (u64, &'v Vec<f64>)>,
-        (chosen, batch): (&[(&PreparedVariant, &VariantSettings)], &[Option<Batch<'_>>]),
+        (chosen, batch): (&[&PreparedVariant], &[Option<Batch<'_>>]),
         counted: &Counted<'_>,
     ) -> Vec<SweepRow> {
         let of_sample = |(sample, values): (u64, &'v Vec<f64>)| {
@@ -309,9 +274,9 @@ impl Project {
     }
 
     /// The varied parameters, with the laws for those that occur in laws only.
-    fn with_laws(&self, spread: &[Varied]) -> Vec<Varied> {
-        let laws = |varied: &Varied| laws::laws_of(self.entries(), &varied.name).unwrap_or_default();
-        spread.iter().map(|varied| Varied { laws: laws(varied), ..varied.clone() }).collect()
+    fn with_laws(&self, varied: &[Varied]) -> Vec<Varied> {
+        let laws = |one: &Varied| laws::laws_of(self.entries(), &one.name).unwrap_or_default();
+        varied.iter().map(|one| Varied { laws: laws(one), ..one.clone() }).collect()
     }
 
     /// A run.
@@ -320,23 +285,23 @@ impl Project {
         (prepared, settings, recorded): (&Prepared, &Settings, &Recorded),
         plan: &SweepPlan,
         row: &mut SweepRow,
-        (variant, own): (&PreparedVariant, &VariantSettings),
+        variant: &PreparedVariant,
         progress: &dyn Progress,
     ) {
         let number = row.variant;
         let run = || {
-            let seed = plan.draws().then(|| seed_of(variant.scenario.seed, row.sample));
-            let found = sampled(self.document(), (variant, own), &plan.spread, (&row.values, seed));
+            let drawn = plan.draws().then_some(row.sample);
+            let found = sampled(self.document(), variant, &plan.space.varied, (&row.values, drawn));
             let mut ready = found.map_err(|diagnostics| refusal(&diagnostics))?;
             ready.scenario.recorded = Some(recorded.clone());
-            Ok(run_variant(number, &ready, (prepared, settings), progress))
+            Ok(run_variant(number, &ready, (prepared, settings), progress, false).0)
         };
         match answering(run) {
             Ok(run) => fill(row, prepared, &run),
             Err(reason) => {
                 row.reason = reason;
                 for (k, requirement) in prepared.requirements.iter().enumerate() {
-                    if requirement.variants.is_empty() || requirement.variants.contains(&variant.name) {
+                    if selects(&requirement.variants, &variant.name) {
                         row.passed[k] = 0.0;
                     }
                 }
@@ -346,13 +311,9 @@ impl Project {
 }
 
 /// Reports the variants that run one by one, with the reason.
-fn note_scalar_runs(
-    chosen: &[(&PreparedVariant, &VariantSettings)],
-    found: &[Result<Batch<'_>, String>],
-    progress: &dyn Progress,
-) {
+fn note_scalar_runs(chosen: &[&PreparedVariant], found: &[Result<Batch<'_>, String>], progress: &dyn Progress) {
     let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
-    for ((variant, _), why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
+    for (variant, why) in chosen.iter().zip(found).filter_map(|(one, found)| Some((one, found.as_ref().err()?))) {
         let name = format!("`{}`", variant.name);
         match reasons.iter_mut().find(|(reason, _)| reason == why) {
             _ if why.is_empty() => {}
@@ -398,14 +359,14 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
     if requested == 0 || requested > MOST_SAMPLES {
         return too_many(requested);
     }
-    let drawn = spec.sampling.group(2) == 1 && !matches!(spec.sampling, SamplingMethod::Levels(_));
+    let (space, sampling) = (&spec.space, spec.space.sampling);
     match &settings.goal {
         SweepGoal::Until(width) if !(1e-5..0.5).contains(width) => {
             let message = format!("`--until`: the half-width of intervals must be between 1e-5 and 0.5, not {width}");
             return refused("sweep::stopping-rule", message, "0.01 requests probabilities to 1 %");
         }
-        SweepGoal::Until(_) if !drawn => {
-            let word = spec.sampling.word();
+        SweepGoal::Until(_) if !sampling.draws() => {
+            let word = sampling.word();
             let message =
                 format!("`--until`: the samples of `points = \"{word}\"` are a fixed set, and not drawn one by one");
             return refused("sweep::stopping-rule", message, "choose other points, or omit it");
@@ -428,19 +389,19 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
         }
         SweepGoal::Samples | SweepGoal::Until(_) => {}
     }
-    let samples = match spec.sampling {
+    let samples = match sampling {
         SamplingMethod::Levels(levels) => {
-            let all = combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
+            let all = space.combinations(levels);
             if settings.samples.is_some_and(|requested| requested != all) {
                 let message = format!("{requested} samples: the grid has {all} combinations");
                 return refused("sweep::samples", message, "omit the number, or choose other `points`");
             }
             if all > MOST_SAMPLES {
-                return Err(too_large(levels, spec, all));
+                return Err(too_large(levels, space));
             }
             all
         }
-        sampling => requested.next_multiple_of(sampling.group(moved(&factors(spec.varied.len(), &spec.correlated)))),
+        _ => requested.next_multiple_of(space.group()),
     };
     if samples == 0 || samples > MOST_SAMPLES {
         return too_many(samples);
@@ -449,58 +410,82 @@ fn sizes(spec: &SweepSpec, settings: &SweepSettings) -> Result<(u64, u64), Diagn
 }
 
 /// The error of a grid with more combinations than the sample limit.
-fn too_large(levels: u64, spec: &SweepSpec, all: u64) -> Diagnostic {
-    let (word, count) = (spec.sampling.word(), spec.varied.len());
+fn too_large(levels: u64, space: &SampleSpace) -> Diagnostic {
+    let (word, count, all) = (space.sampling.word(), space.varied.len(), space.combinations(levels));
     let more = if all == u64::MAX { "more than " } else { "" };
     let message = format!(
         "{SWEEP}: `points = \"{word}\"` with {levels} levels of {count} parameters has {more}{all} samples: the limit is {MOST_SAMPLES}"
     );
-    let of = |levels: u64| combinations(levels, spec.varied.iter().map(|varied| &varied.distribution));
     // The largest permitted number of levels.
     let (mut fit, mut over) = (1, levels);
     while over - fit > 1 {
         let middle = fit + (over - fit) / 2;
-        if of(middle) <= MOST_SAMPLES { fit = middle } else { over = middle }
+        if space.combinations(middle) <= MOST_SAMPLES { fit = middle } else { over = middle }
     }
     let fewer = if fit < 2 {
         String::new()
     } else {
-        format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", of(fit))
+        format!("write `points = \"grid\"` with `levels = {fit}`, which has {}, ", space.combinations(fit))
     };
     let row_note =
         "vary fewer parameters, or choose `points = \"latin_hypercube\"`, which has as many samples as requested";
     Diagnostic::error("sweep::samples", message).help(format!("{fewer}{row_note}"))
 }
 
-/// Whether existing rows of a search are consistent with the rows before them.
-fn follows(
+/// The rows of a block from the values of its samples; none where the sweep ends before it.
+type RunBlock<'r> = dyn FnMut(u64, &[Vec<f64>]) -> Option<Vec<SweepRow>> + 'r;
+
+/// Adds the rows of a plan block by block: previous ones, in order, and otherwise those that `run` makes. It ends at the goal, and where `run` makes
+/// none; samples that depend only on their numbers keep their previous rows after that end.
+///
+/// # Errors
+/// The samples of previous rows of a search that do not follow from those before them.
+fn replay(
     plan: &SweepPlan,
     stopping_rule: &mut StoppingRule,
-    block: u64,
-    rows: &[SweepRow],
-) -> Result<(), Vec<Diagnostic>> {
-    if !stopping_rule.is_led() {
-        return Ok(());
-    }
-    let samples = plan.samples_of(block..block + 1);
-    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    let same = stopping_rule.values(plan, samples.clone()).is_some_and(|values| {
-        let variants = plan.head.variants.len();
-        let own = values.iter().flat_map(|own| std::iter::repeat_n(own, variants));
-        values.len() * variants == rows.len() && own.zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
-    });
-    match same {
-        true => Ok(()),
-        false => {
-            let message = format!(
-                "the rows of samples {} to {} do not follow from those before them",
-                samples.start,
-                samples.end - 1
-            );
-            let help = "some before them are missing or were changed: restart with `--force`";
-            Err(vec![Diagnostic::error("sweep::resume", message).help(help)])
+    previous: SweepRows,
+    rows: &mut SweepRows,
+    run: &mut RunBlock<'_>,
+) -> Result<(), Range<u64>> {
+    let own = plan.own_blocks();
+    for block in own.clone() {
+        let samples = plan.samples_of(block..block + 1);
+        let range = previous.range(samples.clone());
+        let found = if range.is_empty() {
+            let values = stopping_rule.values(plan, samples.clone());
+            match values.and_then(|values| run(block, &values)) {
+                Some(found) => found,
+                None if stopping_rule.is_plain() => {
+                    let rest = previous.range(samples.start..plan.samples_of(own).end);
+                    rows.extend(rest.map(|number| previous.get(number).to_row()));
+                    return Ok(());
+                }
+                None => return Ok(()),
+            }
+        } else {
+            let found: Vec<SweepRow> = range.map(|number| previous.get(number).to_row()).collect();
+            if stopping_rule.is_led() && !follows(stopping_rule.values(plan, samples.clone()), plan, &found) {
+                return Err(samples);
+            }
+            found
+        };
+        stopping_rule.take(plan, block, &found);
+        rows.extend(found);
+        if stopping_rule.is_done() {
+            return Ok(());
         }
     }
+    Ok(())
+}
+
+/// Whether rows are those of samples with these values.
+fn follows(values: Option<Vec<Vec<f64>>>, plan: &SweepPlan, rows: &[SweepRow]) -> bool {
+    let variants = plan.head.variants.len();
+    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    values.is_some_and(|values| {
+        let own = values.iter().flat_map(|own| std::iter::repeat_n(own, variants));
+        values.len() * variants == rows.len() && own.zip(rows).all(|(own, row)| bits(own) == bits(&row.values))
+    })
 }
 
 /// The integration settings, as text.

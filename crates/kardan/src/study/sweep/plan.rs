@@ -5,9 +5,8 @@ use std::ops::Range;
 use super::goal::{SweepGoal, Target};
 use super::points::Axis;
 use crate::study::Settings;
-use crate::study::requests::correlated::{CorrelatedGroup, values_at};
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
-use crate::study::requests::varied::Varied;
 use kardan_results::SweepHead;
 
 /// Settings of a sweep.
@@ -37,9 +36,7 @@ pub struct SweepPlan {
     /// The shard of blocks to run; `None`: all of them.
     pub shard: Option<Shard>,
     pub(super) axes: Vec<Axis>,
-    pub(super) spread: Vec<Varied>,
-    pub(super) correlated: Vec<CorrelatedGroup>,
-    pub(super) sampling: SamplingMethod,
+    pub(super) space: SampleSpace,
     pub(super) goal: SweepGoal,
     pub(super) target: Option<Target>,
     pub(super) block: u64,
@@ -56,15 +53,20 @@ pub struct Shard {
 }
 
 impl SweepPlan {
+    /// Its sampling method; none of a search, which chooses its samples itself.
+    pub(super) fn method(&self) -> Option<SamplingMethod> {
+        self.goal.sought().is_none().then_some(self.space.sampling)
+    }
+
     /// Whether its samples are draws, each with its own noise; searches and pairwise comparisons use the same noise in all samples.
     pub(super) fn draws(&self) -> bool {
-        self.sampling.draws() && self.goal.sought().is_none()
+        self.method().is_some_and(SamplingMethod::draws)
     }
 
     /// The values of a sample, SI: they depend only on the seed and its number; those of a search also depend on earlier samples, and are not available here.
     pub fn values(&self, sample: u64) -> Vec<f64> {
         let places: Vec<f64> = self.axes.iter().map(|axis| axis.at(sample)).collect();
-        values_at(&self.spread, &self.correlated, &places)
+        self.space.values_at(&places)
     }
 
     /// Samples of a block, which is written as a whole: at most a thousand blocks, except for small ones.
@@ -83,7 +85,7 @@ impl SweepPlan {
         match self.goal {
             SweepGoal::Worst(_) => "worst",
             SweepGoal::Rare(_) => "rare",
-            SweepGoal::Samples | SweepGoal::Until(_) => self.sampling.word(),
+            SweepGoal::Samples | SweepGoal::Until(_) => self.space.sampling.word(),
         }
     }
 

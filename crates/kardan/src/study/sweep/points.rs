@@ -1,8 +1,9 @@
 //! Sampling: points of a unit cube that depend only on a seed and the number of a sample.
 
-use crate::study::requests::distribution::Distribution;
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
-use kardan_math::num::Random;
+use crate::study::requests::varied::Varied;
+use kardan_math::num::{Random, is_prime};
 
 /// Step of the sequence of [`Random`], so that the draw of a number needs no earlier ones.
 pub(super) const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -51,32 +52,24 @@ pub(super) enum Axis {
     },
 }
 
-/// Axes of these distributions, each with its name, for the number of points; a grid has one point per combination. `factors`
-/// gives the factor of each axis, by number; empty: each axis separately.
-pub(super) fn axes<'d>(
-    sampling: SamplingMethod,
-    (seed, points): (u64, u64),
-    spread: impl Iterator<Item = (&'d str, &'d Distribution)>,
-    factors: &[usize],
-) -> Vec<Axis> {
-    let spread: Vec<_> = spread.collect();
+/// Axes of the varied parameters for the number of points by a method; a grid has one point per combination.
+pub(super) fn axes(sampling: SamplingMethod, (seed, points): (u64, u64), space: &SampleSpace) -> Vec<Axis> {
+    let varied = &space.varied;
     let mut directions = Vec::new();
     let dimensions = match sampling {
-        SamplingMethod::Sobol => spread.len(),
-        SamplingMethod::Saltelli => 2 * spread.len(),
+        SamplingMethod::Sobol => varied.len(),
+        SamplingMethod::Saltelli => 2 * varied.len(),
         _ => 0,
     };
     if dimensions > 0 {
         let parameters = sobol::params::JoeKuoD6::standard();
         directions = sobol::Sobol::<f64>::init_direction_vals(dimensions, SOBOL_DIGITS, &parameters);
     }
-    let draws: Vec<u64> = spread.iter().map(|(name, _)| Random::named(seed, name).next_u64()).collect();
-    let default_factors: Vec<usize> = (0..spread.len()).collect();
-    let factors = if factors.is_empty() { &default_factors } else { factors };
-    let group = sampling.group(moved(factors));
+    let draws: Vec<u64> = varied.iter().map(|one| Random::named(seed, &one.name).next_u64()).collect();
+    let (factors, group) = (space.factors(), space.group());
     let (mut samples_per_level, mut base) = (1u64, 1u64);
-    let axis = |(k, (name, distribution)): (usize, &(&str, &Distribution))| {
-        let mut random = Random::named(seed, name);
+    let axis = |(k, one): (usize, &Varied)| {
+        let mut random = Random::named(seed, &one.name);
         match sampling {
             SamplingMethod::Random => Axis::Random { draws: random.next_u64() },
             SamplingMethod::LatinHypercube => {
@@ -90,7 +83,7 @@ pub(super) fn axes<'d>(
                 Axis::Halton { base, shift: random.next_u64() as f64 / u64::MAX as f64 }
             }
             SamplingMethod::Levels(levels) => {
-                let count = distribution.levels(levels);
+                let count = one.distribution.levels(levels);
                 let own = samples_per_level;
                 samples_per_level = samples_per_level.saturating_mul(count);
                 Axis::Levels { samples_per_level: own, count }
@@ -99,37 +92,25 @@ pub(super) fn axes<'d>(
                 let mut sobol = |k: usize| {
                     Box::new(Axis::Sobol { directions: std::mem::take(&mut directions[k]), shift: random.next_u64() })
                 };
-                let (own, resampled) = (sobol(k), sobol(k + spread.len()));
+                let (own, resampled) = (sobol(k), sobol(k + varied.len()));
                 Axis::Saltelli { own, resampled, number: factors[k] as u64, group }
             }
             SamplingMethod::Morris => Axis::Morris { draws: draws[k], group_draws: draws.clone(), number: k },
         }
     };
-    spread.iter().enumerate().map(axis).collect()
-}
-
-/// The number of independent factors.
-pub(super) fn moved(factors: &[usize]) -> usize {
-    factors.iter().max().map_or(0, |last| last + 1)
-}
-
-/// The number of combinations of a grid.
-pub(super) fn combinations<'d>(levels: u64, spread: impl Iterator<Item = &'d Distribution>) -> u64 {
-    spread.map(|distribution| distribution.levels(levels)).fold(1, u64::saturating_mul)
+    varied.iter().enumerate().map(axis).collect()
 }
 
 fn next_prime(after: u64) -> u64 {
-    let is_prime = |n: &u64| (2..*n).take_while(|k| k * k <= *n).all(|k| !n.is_multiple_of(k));
-    (after + 1..).find(is_prime).unwrap_or(after)
+    (after + 1..).find(|n| is_prime(*n)).unwrap_or(after)
 }
 
 impl Axis {
     /// The coordinates of the point of a number, from 0 to 1; at an end only on a grid.
     pub fn at(&self, number: u64) -> f64 {
-        let drawn = |draws: u64| {
-            let draw = Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64() >> 11;
-            (draw as f64 + 0.5) / (1u64 << 53) as f64
-        };
+        // Between 0 and 1, never at an end.
+        let unit = |draw: u64| ((draw >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
+        let drawn = |draws: u64| unit(Random::new(draws.wrapping_add(number.wrapping_mul(STEP))).next_u64());
         let place = match self {
             Self::Random { draws } => drawn(*draws),
             Self::Strips { count, draws, keys } => {
@@ -138,8 +119,7 @@ impl Axis {
             Self::Sobol { directions, shift } => {
                 let gray = number ^ (number >> 1);
                 let own = directions.iter().enumerate().filter(|(digit, _)| gray >> digit & 1 == 1);
-                let digits = own.fold(*shift, |sum, (_, direction)| sum ^ direction);
-                ((digits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+                unit(own.fold(*shift, |sum, (_, direction)| sum ^ direction))
             }
             Self::Halton { base, shift } => (radical_inverse(number, *base) + shift).fract(),
             Self::Saltelli { own, resampled, number: axis, group } => {
@@ -155,7 +135,7 @@ impl Axis {
                 let turn = (0..group_draws.len()).filter(|i| key(*i) < key(*axis)).count();
                 // One draw: the next one is that of another path.
                 let own = draw(draws.wrapping_add(1)).next_u64();
-                let (start, up) = (((own >> 11) as f64 + 0.5) / (1u64 << 53) as f64, own & 1 == 1);
+                let (start, up) = (unit(own), own & 1 == 1);
                 let high = up == (step > turn);
                 (1.0 - MORRIS_STEP) * start + if high { MORRIS_STEP } else { 0.0 }
             }

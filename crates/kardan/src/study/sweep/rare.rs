@@ -4,11 +4,11 @@
 
 use kardan_rt::functions::{exp, ln};
 
+use super::intervals::{CONFIDENCE, clopper_pearson};
 use super::points::{Axis, STEP, axes};
-use super::statistics::{CONFIDENCE, clopper_pearson};
 use crate::study::requests::distribution::score;
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
-use crate::study::requests::varied::Varied;
 use kardan_math::num::Random;
 use kardan_results::SweptLevel;
 
@@ -51,11 +51,10 @@ pub(super) struct Rare {
 
 impl Rare {
     /// With this number of chains.
-    pub fn new(seed: u64, chains: u64, spread: &[Varied]) -> Self {
-        let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
+    pub fn new(seed: u64, chains: u64, space: &SampleSpace) -> Self {
         Self {
             seed: Random::named(seed, "rare").next_u64(),
-            axes: axes(SamplingMethod::Random, (seed, 0), named, &[]),
+            axes: axes(SamplingMethod::Random, (seed, 0), space),
             chains: chains as usize,
             members: Vec::new(),
             bound: f64::INFINITY,

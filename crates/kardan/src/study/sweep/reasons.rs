@@ -11,40 +11,24 @@ const DIFFERS: &str = "…";
 /// All reasons after the last separate one.
 const OTHER_REASONS: &str = "other reasons";
 
-/// A reason with its numbers extracted.
-#[derive(Debug)]
-struct Reason<'r> {
-    /// The text before each number, and after the last one.
-    parts: Vec<&'r str>,
-    /// The text of each number.
-    numbers: Vec<&'r str>,
-}
-
-impl<'r> Reason<'r> {
-    fn of(text: &'r str) -> Self {
-        let (mut parts, mut numbers) = (Vec::new(), Vec::new());
-        let (mut from, mut at) = (0, 0);
-        while at < text.len() {
-            let before = text[from..at].chars().next_back();
-            match number(before, &text[at..]) {
-                Some(length) => {
-                    parts.push(&text[from..at]);
-                    numbers.push(&text[at..at + length]);
-                    at += length;
-                    from = at;
-                }
-                None => at += text[at..].chars().next().map_or(1, char::len_utf8),
+/// The text before each number of a reason, and after the last one; and its numbers.
+fn split(text: &str) -> (Vec<&str>, Vec<&str>) {
+    let (mut parts, mut numbers) = (Vec::new(), Vec::new());
+    let (mut from, mut at) = (0, 0);
+    while at < text.len() {
+        let before = text[from..at].chars().next_back();
+        match number(before, &text[at..]) {
+            Some(length) => {
+                parts.push(&text[from..at]);
+                numbers.push(&text[at..at + length]);
+                at += length;
+                from = at;
             }
+            None => at += text[at..].chars().next().map_or(1, char::len_utf8),
         }
-        parts.push(&text[from..]);
-        Self { parts, numbers }
     }
-
-    /// With `…` for differing numbers.
-    fn describe(&self, differs: &[bool]) -> String {
-        let numbers = self.numbers.iter().zip(differs).map(|(number, differs)| if *differs { DIFFERS } else { number });
-        self.parts.iter().copied().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect()
-    }
+    parts.push(&text[from..]);
+    (parts, numbers)
 }
 
 /// The length of the number that a text begins with, with its sign, its divisor, and `…` after omitted digits; digits of names and of
@@ -72,9 +56,19 @@ fn number(before: Option<char>, text: &str) -> Option<usize> {
 
 /// Rows of the same reason.
 struct Group<'r> {
-    reason: Reason<'r>,
-    differs: Vec<bool>,
+    parts: Vec<&'r str>,
+    /// The numbers between the parts; none where they differ.
+    numbers: Vec<Option<&'r str>>,
     failure: SweptFailure,
+}
+
+impl Group<'_> {
+    fn failure(self) -> SweptFailure {
+        let numbers = self.numbers.into_iter().map(|number| number.unwrap_or(DIFFERS));
+        let reason =
+            self.parts.into_iter().zip(numbers.chain([""])).flat_map(|(word, number)| [word, number]).collect();
+        SweptFailure { reason, ..self.failure }
+    }
 }
 
 /// The reasons of rows, the most frequent first, each with that of its first row in full.
@@ -82,28 +76,28 @@ pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: 
     let mut found: Vec<Group<'r>> = Vec::new();
     let mut indices: BTreeMap<Vec<&'r str>, usize> = BTreeMap::new();
     for row in rows.filter(|row| !row.reason.is_empty()) {
-        let mut reason = Reason::of(row.reason);
-        if let Some(&number) = indices.get(&reason.parts) {
+        let (own_parts, own_numbers) = split(row.reason);
+        if let Some(&number) = indices.get(&own_parts) {
             let group = &mut found[number];
-            let numbers = group.reason.numbers.iter().zip(&reason.numbers);
-            group.differs.iter_mut().zip(numbers).for_each(|(differs, (one, other))| *differs |= one != other);
+            for (number, other) in group.numbers.iter_mut().zip(own_numbers) {
+                *number = number.filter(|number| *number == other);
+            }
             group.failure.count += 1;
             continue;
         }
-        if found.len() >= MOST_REASONS {
-            reason = Reason::of(OTHER_REASONS);
-        }
-        let (number, example) = (indices.get(&reason.parts).copied().unwrap_or(found.len()), row.reason.to_string());
-        indices.insert(Reason::of(row.reason).parts, number);
-        indices.insert(reason.parts.clone(), number);
+        let is_other = found.len() >= MOST_REASONS;
+        let (parts, numbers) = if is_other { split(OTHER_REASONS) } else { (own_parts.clone(), own_numbers) };
+        let number = indices.get(&parts).copied().unwrap_or(found.len());
+        indices.insert(own_parts, number);
+        indices.insert(parts.clone(), number);
         match found.get_mut(number) {
             Some(group) => group.failure.count += 1,
             None => found.push(Group {
-                differs: vec![false; reason.numbers.len()],
-                reason,
+                parts,
+                numbers: numbers.into_iter().map(Some).collect(),
                 failure: SweptFailure {
                     reason: String::new(),
-                    example,
+                    example: row.reason.to_string(),
                     count: 1,
                     first: row.sample,
                     variant: variants[row.variant].clone(),
@@ -111,8 +105,7 @@ pub(super) fn reasons<'r>(rows: impl Iterator<Item = SweepRowOf<'r>>, variants: 
             }),
         }
     }
-    let describe = |group: Group<'_>| SweptFailure { reason: group.reason.describe(&group.differs), ..group.failure };
-    let mut found: Vec<SweptFailure> = found.into_iter().map(describe).collect();
+    let mut found: Vec<SweptFailure> = found.into_iter().map(Group::failure).collect();
     found.sort_by_key(|one| std::cmp::Reverse(one.count));
     found
 }

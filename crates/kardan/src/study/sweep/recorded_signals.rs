@@ -3,18 +3,13 @@
 use std::collections::BTreeSet;
 
 use crate::study::Prepared;
-use crate::study::measure::figure::FigureOf;
 use kardan_math::units::Expression;
 use kardan_simulate::Recorded;
 
 /// The signals of requirements and figures, with those that their expressions name; they are bit-identical to those of a run
 /// that records all.
 pub(super) fn recorded_signals(prepared: &Prepared) -> Recorded {
-    let measures = prepared.figures.iter().filter_map(|figure| match &figure.of {
-        FigureOf::Measure(measure) => Some(&**measure),
-        FigureOf::Value(_) => None,
-    });
-    let texts = prepared.requirements.iter().chain(measures).flat_map(|one| [Some(&one.signal), one.over.as_ref()]);
+    let texts = prepared.measured().flat_map(|one| [Some(&one.signal), one.over.as_ref()]);
     let tracks = prepared.all().flat_map(|variant| &variant.computed.tracks);
     let texts = texts.chain(tracks.map(|track| Some(&track.cones.reached)));
     let mut names: BTreeSet<String> = BTreeSet::new();

@@ -4,7 +4,8 @@
 //! The tree is grown on a random half of the samples; its rules are counted on the other half, which it does not use. A leaf is a rule only if
 //! it fails more often there than chance explains for the best of this many leaves.
 
-use super::statistics::{CONFIDENCE, SweepStatistics, clopper_pearson};
+use super::intervals::{CONFIDENCE, clopper_pearson};
+use super::statistics::SweepStatistics;
 use super::tree::{Case, Count, SplitRange, leaves};
 use kardan_math::num::Random;
 use kardan_results::{SweptBound, SweptParameter, SweptRule};
@@ -18,15 +19,11 @@ pub(super) const NOTE: &str = "A tree of thresholds (CART), grown on a random ha
     kardan counts the samples inside, their failures and their share of all failures on the other half, which the tree does not use.";
 
 /// Where a requirement fails in a variant, sorted by covered failures; empty for few samples, and if no rule is better than chance.
-pub(super) fn failing_rules(
-    statistics: &SweepStatistics<'_>,
-    (requirement, variant): (usize, &str),
-    varied: &[SweptParameter],
-) -> Vec<SweptRule> {
+pub(super) fn failing_rules(statistics: &SweepStatistics<'_>, requirement: usize, variant: &str) -> Vec<SweptRule> {
     let judged = statistics.of(variant).filter(|row| !row.passed[requirement].is_nan());
     let cases =
         judged.map(|row| Case { sample: row.sample, values: row.values, failed: row.passed[requirement] <= 0.5 });
-    rules(&cases.collect::<Vec<_>>(), varied)
+    rules(&cases.collect::<Vec<_>>(), &statistics.plan.head.varied)
 }
 
 /// The rules of samples with their verdicts.

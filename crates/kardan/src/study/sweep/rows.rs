@@ -1,57 +1,48 @@
 //! Rows of a sweep: the settings of a sample, the results of a run, the difference of two rows.
 
+use crate::study::measure::selected_variants::selects;
 use crate::study::prepare::variants::prepare_sample;
 use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_math::num::{Random, rational_from_f64};
 use kardan_math::units::{Exact, format_quantity};
-use kardan_model::{Document, Setting, VariantSettings};
+use kardan_model::{Document, Setting};
 use kardan_results::{Run, SweepRow};
 use kardan_schema::diagnostics::{Diagnostic, Severity};
-
-/// The settings of a variant with the sampled values instead of its own.
-pub(super) fn settings_with<'v>(
-    own: &VariantSettings,
-    values: impl Iterator<Item = (&'v Varied, f64)>,
-) -> Vec<Setting> {
-    let mut all: Vec<Setting> = own.settings.clone();
-    for (varied, value) in values {
-        // Every value is finite, as its distribution is.
-        let value = Exact::new(rational_from_f64(value).unwrap_or_default(), 0);
-        all.retain(|setting| setting.name != varied.name);
-        all.push(Setting { name: varied.name.clone(), text: format_quantity(&value, varied.dimension), value });
-    }
-    all
-}
 
 /// The seed of the sensor noise in a sample, if that of the scenario is `own`.
 pub(super) fn seed_of(own: u64, sample: u64) -> u64 {
     Random::named(own, &format!("sample {sample}")).next_u64()
 }
 
-/// A variant with the values of a sample, and a seed for its sensor noise, if that is redrawn. Its laws use the values in the file, and those of the sample for parameters that occur in laws only.
+/// A variant with the values of a sample, and with its sensor noise, if that is redrawn for the sample of a number. Its laws use the values in the file, and those of the sample for parameters that occur in laws only.
 ///
 /// # Errors
 /// The errors of these values.
 pub(super) fn sampled(
     document: &Document,
-    (variant, own): (&PreparedVariant, &VariantSettings),
-    spread: &[Varied],
-    (values, seed): (&[f64], Option<u64>),
+    variant: &PreparedVariant,
+    varied: &[Varied],
+    (values, drawn): (&[f64], Option<u64>),
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
-    let pairs = || spread.iter().zip(values.iter().copied());
-    let with = |settings: &[Setting], designed: Option<&PreparedVariant>| {
-        let own = (settings, own.controls.as_deref(), &own.faults[..]);
-        let mut found = prepare_sample(document, (&variant.name, designed), own)?;
-        found.scenario.seed = seed.unwrap_or(found.scenario.seed);
+    let with = |only_of_laws: bool, designed: Option<&PreparedVariant>| {
+        let mut own = variant.own.clone();
+        for (varied, value) in varied.iter().zip(values).filter(|(one, _)| !only_of_laws || !one.laws.is_empty()) {
+            // Every value is finite, as its distribution is.
+            let value = Exact::new(rational_from_f64(*value).unwrap_or_default(), 0);
+            own.settings.retain(|setting| setting.name != varied.name);
+            let text = format_quantity(&value, varied.dimension);
+            own.settings.push(Setting { name: varied.name.clone(), text, value });
+        }
+        let mut found = prepare_sample(document, (&variant.name, designed), &own)?;
+        let seed = found.scenario.seed;
+        found.scenario.seed = drawn.map_or(seed, |sample| seed_of(variant.scenario.seed, sample));
         Ok(found)
     };
-    let all = settings_with(own, pairs());
-    if spread.iter().all(|varied| varied.laws.is_empty()) {
-        return with(&all, Some(variant));
+    if varied.iter().all(|one| one.laws.is_empty()) {
+        return with(false, Some(variant));
     }
-    let of_laws = settings_with(own, pairs().filter(|(varied, _)| !varied.laws.is_empty()));
-    with(&all, Some(&with(&of_laws, None)?))
+    with(false, Some(&with(true, None)?))
 }
 
 /// A row before its run.
@@ -83,13 +74,12 @@ pub(super) fn fill(row: &mut SweepRow, prepared: &Prepared, run: &Run) {
     if let Some(cause) = run.outcome.cause() {
         row.reason = cause.into();
     }
-    let own = |names: &[String]| names.is_empty() || names.contains(&run.name);
-    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    let requirements = prepared.requirements.iter().enumerate().filter(|(_, one)| selects(&one.variants, &run.name));
     for ((k, _), found) in requirements.zip(&run.requirements) {
         row.measured[k] = found.measured.unwrap_or(f64::NAN);
         row.passed[k] = if found.passed { 1.0 } else { 0.0 };
     }
-    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| own(&one.variants));
+    let figures = prepared.figures.iter().enumerate().filter(|(_, one)| selects(&one.variants, &run.name));
     for ((k, _), found) in figures.zip(&run.figures) {
         row.figures[k] = found.value.unwrap_or(f64::NAN);
     }

@@ -1,67 +1,39 @@
 //! Statistics of many rows.
 
-use statrs::distribution::{Beta, ContinuousCDF};
-
 use super::indices::{effects, sobol_indices};
-use super::points::Axis;
+use super::intervals::clopper_pearson;
+use super::plan::SweepPlan;
+use crate::study::requests::sampling_method::SamplingMethod;
 use kardan_math::num::Matrix;
 use kardan_results::{SweepRowOf, SweepRows, SweptEffect, SweptIndex, SweptRequirement, SweptShare, SweptValues};
 
-/// Confidence of intervals of probabilities.
-pub(super) const CONFIDENCE: f64 = 0.95;
 /// Probabilities of the reported quantiles.
 const PARTS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
 
-/// The origin of samples.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Sampled<'a> {
-    /// From the distributions.
-    Drawn,
-    /// All combinations of some values, or each depends on earlier ones.
-    NotDrawn,
-    /// Groups of A, B, and A with one axis after another of B.
-    Saltelli { group: u64 },
-    /// Paths.
-    Morris { group: u64, axes: &'a [Axis] },
-}
-
-impl Sampled<'_> {
-    /// Whether their fractions are probabilities.
-    pub fn is_drawn(self) -> bool {
-        matches!(self, Self::Drawn | Self::Saltelli { .. })
-    }
-
-    /// Whether a sample is an independent draw.
-    fn counts(self, sample: u64) -> bool {
-        !matches!(self, Self::Saltelli { group } if sample % group > 1)
-    }
-}
-
-/// Rows, by sample and variant, with their context: input of the statistics.
+/// Rows, by sample and variant, with their plan: input of the statistics.
 pub(super) struct SweepStatistics<'a> {
+    pub plan: &'a SweepPlan,
     pub rows: &'a SweepRows,
-    /// Names of the varied parameters.
-    pub parameters: Vec<String>,
-    /// The same, with parameters that vary together merged.
-    pub moving: Vec<String>,
-    /// Names of the variants.
-    pub variants: &'a [String],
-    /// Their origin.
-    pub sampled: Sampled<'a>,
-    /// Their seed.
-    pub seed: u64,
     /// Confidence of intervals of probabilities.
     pub confidence: f64,
 }
 
 impl SweepStatistics<'_> {
+    /// Whether fractions of the samples are probabilities.
+    pub fn is_drawn(&self) -> bool {
+        let is_drawn = |method| !matches!(method, SamplingMethod::Levels(_) | SamplingMethod::Morris);
+        self.plan.method().is_some_and(is_drawn)
+    }
+
     /// Rows of a variant, only the independent draws if there are others.
     pub fn of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
-        self.all_of(variant).filter(|row| self.sampled.counts(row.sample))
+        let has_others = self.plan.method() == Some(SamplingMethod::Saltelli);
+        let group = has_others.then(|| self.plan.space.group());
+        self.all_of(variant).filter(move |row| group.is_none_or(|group| row.sample % group <= 1))
     }
 
     fn all_of(&self, variant: &str) -> impl Iterator<Item = SweepRowOf<'_>> {
-        let number = self.variants.iter().position(|name| name == variant);
+        let number = self.plan.head.variants.iter().position(|name| name == variant);
         self.rows.iter().filter(move |row| Some(row.variant) == number)
     }
 
@@ -71,7 +43,7 @@ impl SweepStatistics<'_> {
             verdicts.fold((0, 0), |(yes, no), one| if one > 0.5 { (yes + 1, no) } else { (yes, no + 1) });
         (out.passed, out.failed) = (passed, failed);
         let all = passed + failed;
-        if all > 0 && self.sampled.is_drawn() {
+        if all > 0 && self.is_drawn() {
             out.probability = Some(passed as f64 / all as f64);
             out.interval = Some(clopper_pearson(passed, all, self.confidence));
         }
@@ -116,9 +88,11 @@ impl SweepStatistics<'_> {
 
     /// Sensitivity of a number from dedicated samples: from complete groups only.
     fn followed(&self, variant: &str, number: &impl Fn(SweepRowOf<'_>) -> f64) -> (Vec<SweptIndex>, Vec<SweptEffect>) {
-        let (Sampled::Saltelli { group } | Sampled::Morris { group, .. }) = self.sampled else {
+        let method = self.plan.method();
+        if !matches!(method, Some(SamplingMethod::Saltelli | SamplingMethod::Morris)) {
             return (Vec::new(), Vec::new());
-        };
+        }
+        let group = self.plan.space.group();
         let mut groups: Vec<(u64, Vec<f64>)> = Vec::new();
         for row in self.all_of(variant) {
             let first = row.sample / group * group;
@@ -128,23 +102,33 @@ impl SweepStatistics<'_> {
             }
         }
         groups.retain(|(_, numbers)| numbers.len() as u64 == group);
-        match self.sampled {
-            Sampled::Morris { axes, .. } => {
-                let place = |sample: u64, axis: usize| axes[axis].at(sample);
-                (Vec::new(), effects(&groups, place, &self.parameters))
-            }
-            _ => {
-                groups.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
-                let groups: Vec<Vec<f64>> = groups.into_iter().map(|(_, numbers)| numbers).collect();
-                (sobol_indices(&groups, &self.moving, self.seed), Vec::new())
+        if method == Some(SamplingMethod::Morris) {
+            let place = |sample: u64, axis: usize| self.plan.axes[axis].at(sample);
+            let names: Vec<String> = self.plan.head.varied.iter().map(|one| one.name.clone()).collect();
+            return (Vec::new(), effects(&groups, place, &names));
+        }
+        groups.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
+        let groups: Vec<Vec<f64>> = groups.into_iter().map(|(_, numbers)| numbers).collect();
+        (sobol_indices(&groups, &self.moving(), self.plan.head.seed), Vec::new())
+    }
+
+    /// Names of the independent factors; parameters that vary together are one.
+    fn moving(&self) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        for (varied, factor) in self.plan.head.varied.iter().zip(self.plan.space.factors()) {
+            match out.get_mut(factor) {
+                Some(together) => *together += &format!(" with {}", varied.name),
+                None => out.push(varied.name.clone()),
             }
         }
+        out
     }
 
     /// The standardised regression of numbers over all varied parameters; `None` for fewer samples than unknowns, for a constant
     /// number, and if parameters do not vary independently.
     fn shares(&self, with: &[(SweepRowOf<'_>, f64)], mean: f64, squares: f64) -> (Vec<SweptShare>, Option<f64>) {
-        let (n, k) = (with.len(), self.parameters.len());
+        let varied = &self.plan.head.varied;
+        let (n, k) = (with.len(), varied.len());
         if n < 2 * k + 2 || squares <= 0.0 {
             return (Vec::new(), None);
         }
@@ -161,8 +145,7 @@ impl SweepStatistics<'_> {
         let right = Matrix::from_fn(moving.len(), 1, |i, _| own(moving[i]));
         let Some(slopes) = correlations.solve(&right) else { return (Vec::new(), None) };
         let explained = (0..moving.len()).map(|i| slopes[(i, 0)] * right[(i, 0)]).sum::<f64>();
-        let share =
-            |(i, &j): (usize, &usize)| SweptShare { parameter: self.parameters[j].clone(), slope: slopes[(i, 0)] };
+        let share = |(i, &j): (usize, &usize)| SweptShare { parameter: varied[j].name.clone(), slope: slopes[(i, 0)] };
         let mut shares: Vec<SweptShare> = moving.iter().enumerate().map(share).collect();
         shares.sort_by(|a, b| b.slope.abs().total_cmp(&a.slope.abs()));
         (shares, Some(explained.clamp(0.0, 1.0)))
@@ -175,24 +158,6 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
     let (below, rest) = (place.floor() as usize, place.fract());
     let above = (below + 1).min(sorted.len() - 1);
     sorted[below] + rest * (sorted[above] - sorted[below])
-}
-
-/// The interval of a probability with `hits` of `all` observed.
-pub(super) fn clopper_pearson(hits: u64, all: u64, confidence: f64) -> [f64; 2] {
-    let (k, n, tail) = (hits as f64, all as f64, 0.5 * (1.0 - confidence));
-    let point = |a: f64, b: f64, part: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(part));
-    // At the ends there is a closed form.
-    let low = match hits {
-        0 => 0.0,
-        _ if hits == all => kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
-        _ => point(k, n - k + 1.0, tail),
-    };
-    let high = match hits {
-        _ if hits == all => 1.0,
-        0 => 1.0 - kardan_rt::functions::exp(kardan_rt::functions::ln(tail) / n),
-        _ => point(k + 1.0, n - k, 1.0 - tail),
-    };
-    [low, high]
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use super::goal::{InterimAnalyses, SweepGoal, Target};
 use super::plan::SweepPlan;
 use super::rare::Rare;
 use super::worst::Worst;
-use crate::study::requests::correlated::{values_at, values_of_scores};
 use kardan_results::SweepRow;
 
 /// The state of a sweep.
@@ -29,11 +28,10 @@ impl StoppingRule {
             (SweepGoal::Until(width), _) => Self::Until(InterimAnalyses::new(*width, plan.blocks(), &plan.head)),
             (SweepGoal::Worst(_), Some(target)) => {
                 let explore = plan.samples_of(0..plan.blocks().div_ceil(2)).end;
-                let mixed = |k: usize| plan.correlated.iter().any(|group| group.members.contains(&k));
-                Self::Worst(target.clone(), Box::new(Worst::new(seed, explore, &plan.spread, mixed)))
+                Self::Worst(target.clone(), Box::new(Worst::new(seed, explore, &plan.space)))
             }
             (SweepGoal::Rare(_), Some(target)) => {
-                Self::Rare(target.clone(), Box::new(Rare::new(seed, plan.block(), &plan.spread)))
+                Self::Rare(target.clone(), Box::new(Rare::new(seed, plan.block(), &plan.space)))
             }
             _ => Self::Plain,
         }
@@ -51,15 +49,14 @@ impl StoppingRule {
 
     /// Values of the samples of the next block; `None` at the end.
     pub fn values(&mut self, plan: &SweepPlan, samples: Range<u64>) -> Option<Vec<Vec<f64>>> {
-        let of = (&plan.spread[..], &plan.correlated[..]);
         match self {
             Self::Until(interim_analyses) if interim_analyses.status.converged => None,
             Self::Plain | Self::Until(_) => Some(samples.map(|sample| plan.values(sample)).collect()),
             Self::Worst(_, worst) => {
-                Some(worst.propose(samples).iter().map(|places| values_at(of.0, of.1, places)).collect())
+                Some(worst.propose(samples).iter().map(|places| plan.space.values_at(places)).collect())
             }
             Self::Rare(_, rare) => {
-                Some(rare.propose(samples)?.iter().map(|scores| values_of_scores(of.0, of.1, scores)).collect())
+                Some(rare.propose(samples)?.iter().map(|scores| plan.space.values_of_scores(scores)).collect())
             }
         }
     }

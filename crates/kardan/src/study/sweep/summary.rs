@@ -1,17 +1,19 @@
 //! The summary of the rows of a sweep, with notes.
 
 use super::goal::{InterimAnalyses, SweepGoal};
+use super::intervals::CONFIDENCE;
 use super::plan::{Shard, SweepPlan};
-use super::points::moved;
 use super::reasons::reasons;
 use super::region::{self, failing_rules};
-use super::statistics::{CONFIDENCE, Sampled, SweepStatistics};
+use super::statistics::SweepStatistics;
 use super::stopping_rule::StoppingRule;
-use crate::study::requests::correlated::factors;
+use crate::study::measure::selected_variants::selects;
 use crate::study::requests::sampling_method::SamplingMethod;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_mechanics::equations::Sensor;
-use kardan_results::{Sweep, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptWorst};
+use kardan_results::{
+    Sweep, SweepRequirement, SweepRows, SweptAt, SweptCompared, SweptFigure, SweptRare, SweptRequirement, SweptWorst,
+};
 
 /// Axes that Halton's sequence fills evenly with few samples.
 const MOST_OF_HALTON: usize = 8;
@@ -22,7 +24,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
         StoppingRule::Until(InterimAnalyses { status, .. }) => (Some(status.clone()), status.confidence),
         _ => (None, CONFIDENCE),
     };
-    let statistics = statistics(plan, rows, confidence);
+    let statistics = SweepStatistics { plan, rows, confidence };
     let own_samples = plan.samples_of(plan.own_blocks());
     let mut out = Sweep {
         model: prepared.name.clone(),
@@ -50,23 +52,17 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
         return out;
     }
     let own = |names: &[String]| {
-        let own = |name: &&String| names.is_empty() || names.contains(name);
-        plan.head.variants.iter().filter(own).cloned().collect::<Vec<_>>()
+        let own = plan.head.variants.iter().filter(|name| selects(names, name));
+        own.cloned().collect::<Vec<_>>()
     };
     for (k, requirement) in prepared.requirements.iter().enumerate() {
         for variant in own(&requirement.variants) {
-            let mut one = SweptRequirement {
-                text: plan.head.requirements[k].text.clone(),
-                unit: requirement.unit.clone(),
-                display: requirement.display.clone(),
-                below: requirement.below,
-                above: requirement.above,
-                variant,
-                ..SweptRequirement::default()
-            };
+            let SweepRequirement { text, unit, display, below, above, .. } = plan.head.requirements[k].clone();
+            let none = SweptRequirement::default();
+            let mut one = SweptRequirement { text, unit, display, below, above, variant, ..none };
             statistics.fill_requirement(k, &mut one);
-            if statistics.sampled.is_drawn() {
-                one.rules = failing_rules(&statistics, (k, &one.variant), &plan.head.varied);
+            if statistics.is_drawn() {
+                one.rules = failing_rules(&statistics, k, &one.variant);
             }
             out.requirements.push(one);
         }
@@ -90,7 +86,7 @@ pub(super) fn summarise(prepared: &Prepared, plan: &SweepPlan, rows: &SweepRows,
 
 /// Intervals of a sequence that fills many axes unevenly: bases of Halton's grow with their number, and long parts of their digits run in parallel.
 fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
-    let (axes, has_intervals) = (plan.spread.len(), found.requirements.iter().any(|one| one.interval.is_some()));
+    let (axes, has_intervals) = (plan.space.varied.len(), found.requirements.iter().any(|one| one.interval.is_some()));
     (has_intervals && axes > MOST_OF_HALTON && plan.points() == SamplingMethod::Halton.word()).then(|| {
         format!(
             "intervals of probabilities are those of random draws and may be too narrow: Halton's sequence fills {axes} axes unevenly; for more than about {MOST_OF_HALTON} \
@@ -99,40 +95,10 @@ fn uneven(plan: &SweepPlan, found: &Sweep) -> Option<String> {
     })
 }
 
-/// The statistics of its rows.
-fn statistics<'a>(plan: &'a SweepPlan, rows: &'a SweepRows, confidence: f64) -> SweepStatistics<'a> {
-    let parameters = plan.head.varied.iter().map(|varied| varied.name.clone()).collect();
-    let (variants, seed) = (&plan.head.variants[..], plan.head.seed);
-    SweepStatistics { rows, moving: moving(plan), parameters, variants, sampled: sampled(plan), seed, confidence }
-}
-
-/// Names of the independent factors; parameters that vary together are one.
-fn moving(plan: &SweepPlan) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
-    for (varied, factor) in plan.head.varied.iter().zip(factors(plan.spread.len(), &plan.correlated)) {
-        match out.get_mut(factor) {
-            Some(together) => *together += &format!(" with {}", varied.name),
-            None => out.push(varied.name.clone()),
-        }
-    }
-    out
-}
-
-/// The origin of its samples.
-fn sampled(plan: &SweepPlan) -> Sampled<'_> {
-    let group = plan.sampling.group(moved(&factors(plan.spread.len(), &plan.correlated)));
-    match (&plan.goal, plan.sampling) {
-        (SweepGoal::Worst(_) | SweepGoal::Rare(_), _) | (_, SamplingMethod::Levels(_)) => Sampled::NotDrawn,
-        (_, SamplingMethod::Saltelli) => Sampled::Saltelli { group },
-        (_, SamplingMethod::Morris) => Sampled::Morris { group, axes: &plan.axes },
-        _ => Sampled::Drawn,
-    }
-}
-
 /// The notes on the results.
 fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    match (&plan.goal, plan.sampling) {
+    match (&plan.goal, plan.space.sampling) {
         (SweepGoal::Worst(_), _) => notes.push(
             "The search found the worst case without proof: worse cases may exist. The search stays between the ends of the distributions, and within three \
              deviations where they have none."
@@ -171,7 +137,7 @@ fn notes(prepared: &Prepared, plan: &SweepPlan, found: &Sweep) -> Vec<String> {
             ));
         }
     }
-    if !plan.correlated.is_empty() {
+    if !plan.space.correlated.is_empty() {
         notes.push(
             "Correlations are those of the normal numbers that kardan maps to the distributions by quantiles; for normal distributions they are those of the values."
                 .into(),

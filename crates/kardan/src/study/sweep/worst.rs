@@ -3,8 +3,8 @@
 
 use super::points::{Axis, STEP, axes};
 use crate::study::requests::distribution::normal_below;
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
-use crate::study::requests::varied::Varied;
 use kardan_math::num::Random;
 
 /// Search range in deviations for an unbounded distribution.
@@ -47,11 +47,11 @@ pub(super) struct Worst {
 }
 
 impl Worst {
-    /// With this number of samples before the search; `mixed` contains the parameters that vary together.
-    pub fn new(seed: u64, explore: u64, spread: &[Varied], mixed: impl Fn(usize) -> bool) -> Self {
-        let named = spread.iter().map(|varied| (varied.name.as_str(), &varied.distribution));
+    /// With this number of samples before the search.
+    pub fn new(seed: u64, explore: u64, space: &SampleSpace) -> Self {
+        let mixed = |k: usize| space.correlated.iter().any(|group| group.members.contains(&k));
         let open = normal_below(-MOST_DEVIATIONS);
-        let bounds = spread.iter().enumerate().map(|(k, varied)| {
+        let bounds = space.varied.iter().enumerate().map(|(k, varied)| {
             let [low, high] = varied.distribution.is_open();
             let end = |is_open: bool| if is_open || mixed(k) { open } else { 0.0 };
             [end(low), 1.0 - end(high)]
@@ -59,7 +59,7 @@ impl Worst {
         Self {
             seed: Random::named(seed, "worst").next_u64(),
             bounds: bounds.collect(),
-            axes: axes(SamplingMethod::LatinHypercube, (seed, explore), named, &[]),
+            axes: axes(SamplingMethod::LatinHypercube, (seed, explore), space),
             explore,
             tried: Vec::new(),
             at: None,

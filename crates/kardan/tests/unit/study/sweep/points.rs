@@ -3,18 +3,26 @@
 use kardan_rt::functions::exp;
 
 use super::*;
+use crate::study::requests::distribution::Distribution;
+use kardan_math::units::Dimension;
 
 const UNIT: Distribution = Distribution::Uniform { from: 0.0, to: 1.0 };
 
 fn axis(sampling: SamplingMethod, seed_and_count: (u64, u64)) -> Axis {
-    axes(sampling, seed_and_count, [("x", &UNIT)].into_iter(), &[]).remove(0)
+    axes(sampling, seed_and_count, &space(sampling, &[("x", &UNIT)])).remove(0)
+}
+
+fn space(sampling: SamplingMethod, all: &[(&str, &Distribution)]) -> SampleSpace {
+    let varied = |(name, of): &(&str, &Distribution)| Varied::new(name, Dimension::NONE, (*of).clone());
+    SampleSpace { varied: all.iter().map(varied).collect(), correlated: Vec::new(), sampling }
 }
 
 /// Sobol's first 2^m points have one in each box of that area of the first two axes, whatever the shift; means over the cube come out far closer than
 /// those of draws.
 #[test]
 fn sequences_fill_the_square_evenly() {
-    let square = |sampling| axes(sampling, (5, 0), [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)].into_iter(), &[]);
+    let cube = [("x", &UNIT), ("y", &UNIT), ("z", &UNIT)];
+    let square = |sampling| axes(sampling, (5, 0), &space(sampling, &cube));
     let sobol = square(SamplingMethod::Sobol);
     for (m, split) in [(6, 0), (6, 1), (6, 3), (6, 5), (10, 4)] {
         let mut boxes = vec![0; 1 << m];
@@ -41,8 +49,9 @@ fn grids_have_every_combination() {
     let wide = Distribution::Uniform { from: 0.1, to: 0.7 };
     let listed = Distribution::Listed(vec![1.0, 2.0, 5.0]);
     let spread = [&wide, &listed, &wide];
-    assert_eq!(combinations(2, spread.into_iter()), 12);
-    let axes = axes(SamplingMethod::Levels(2), (0, 12), [("a", &wide), ("b", &listed), ("c", &wide)].into_iter(), &[]);
+    let space = space(SamplingMethod::Levels(2), &[("a", &wide), ("b", &listed), ("c", &wide)]);
+    assert_eq!(space.combinations(2), 12);
+    let axes = axes(SamplingMethod::Levels(2), (0, 12), &space);
     let mut found: Vec<[f64; 3]> =
         (0..12).map(|k| [0, 1, 2].map(|axis| spread[axis].quantile(axes[axis].at(k)))).collect();
     found.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -54,7 +63,7 @@ fn grids_have_every_combination() {
 }
 
 fn axes_of_three(of: &Distribution) -> [f64; 3] {
-    let axis = axes(SamplingMethod::Levels(3), (0, 3), [("a", of)].into_iter(), &[]).remove(0);
+    let axis = axes(SamplingMethod::Levels(3), (0, 3), &space(SamplingMethod::Levels(3), &[("a", of)])).remove(0);
     [0, 1, 2].map(|k| of.quantile(axis.at(k)))
 }
 

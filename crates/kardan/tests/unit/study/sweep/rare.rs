@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::study::requests::distribution::{Distribution, normal_below};
+use crate::study::requests::varied::Varied;
 use kardan_math::units::Dimension;
 
-fn spread(count: usize) -> Vec<Varied> {
+fn space(count: usize) -> SampleSpace {
     let open = Distribution::Normal { mean: 0.0, deviation: 1.0, from: f64::NEG_INFINITY, to: f64::INFINITY };
     let one = |k: usize| Varied {
         name: format!("x{k}"),
@@ -13,11 +14,11 @@ fn spread(count: usize) -> Vec<Varied> {
         text: String::new(),
         laws: Vec::new(),
     };
-    (0..count).map(one).collect()
+    SampleSpace { varied: (0..count).map(one).collect(), correlated: Vec::new(), sampling: SamplingMethod::Random }
 }
 
 fn ran(seed: u64, chains: u64, axes: usize, margin: impl Fn(&[f64]) -> f64) -> Rare {
-    let mut found = Rare::new(seed, chains, &spread(axes));
+    let mut found = Rare::new(seed, chains, &space(axes));
     let mut block = 0;
     while let Some(scores) = found.propose(block * chains..(block + 1) * chains) {
         let margins: Vec<f64> = scores.iter().map(|scores| margin(scores)).collect();

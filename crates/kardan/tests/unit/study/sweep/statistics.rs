@@ -3,7 +3,27 @@
 use kardan_rt::functions::powi;
 
 use super::*;
-use kardan_results::SweepRow;
+use crate::study::requests::sample_space::SampleSpace;
+use crate::study::sweep::SweepGoal;
+use crate::study::sweep::intervals::CONFIDENCE;
+use kardan_results::{SweepHead, SweepRow, SweptParameter};
+
+/// The plan of random samples of these parameters in one variant.
+fn drawn(parameters: &[&str]) -> SweepPlan {
+    let varied =
+        |name: &&str| SweptParameter { name: (*name).into(), unit: String::new(), distribution: String::new() };
+    let varied = parameters.iter().map(varied).collect();
+    SweepPlan {
+        head: SweepHead { varied, variants: vec!["only".into()], ..SweepHead::default() },
+        shard: None,
+        axes: Vec::new(),
+        space: SampleSpace { varied: Vec::new(), correlated: Vec::new(), sampling: SamplingMethod::Random },
+        goal: SweepGoal::Samples,
+        target: None,
+        block: 1,
+        lanes: None,
+    }
+}
 
 /// The defining equation: at each end the tail of the binomial distribution is half of what the confidence leaves.
 #[test]
@@ -28,10 +48,7 @@ fn figure_of(sample: u64, reason: &str, values: Vec<f64>, figure: f64) -> SweepR
 fn runs_that_ended_early_have_no_numbers() {
     let rows = [("", 1.0), ("it ended", 1e9), ("", 3.0), ("", f64::NAN), ("it was refused", f64::NAN)];
     let rows = rows.into_iter().zip(0..).map(|((reason, x), k)| figure_of(k, reason, vec![k as f64], x)).collect();
-    let (variants, parameters) = (&["only".to_string()], vec!["a".to_string()]);
-    let (sampled, moving) = (Sampled::Drawn, Vec::new());
-    let statistics =
-        SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+    let statistics = SweepStatistics { plan: &drawn(&["a"]), rows: &rows, confidence: CONFIDENCE };
     let found = statistics.spread("only", |row| row.figures[0]);
     assert_eq!(
         (found.runs, found.invalid_runs, found.count, found.mean, found.extreme_samples),
@@ -47,11 +64,7 @@ fn straight_lines_are_explained() {
         figure_of(k, "", vec![a, b, 4.0], 5.0 + 3.0 * a - 2.0 * b)
     };
     let rows: SweepRows = (0..40).map(row).collect();
-    let parameters = ["a", "b", "same"].map(String::from).to_vec();
-    let (variants, sampled) = (&["only".to_string()], Sampled::Drawn);
-    let moving = Vec::new();
-    let statistics =
-        SweepStatistics { rows: &rows, moving, parameters, variants, sampled, seed: 0, confidence: CONFIDENCE };
+    let statistics = SweepStatistics { plan: &drawn(&["a", "b", "same"]), rows: &rows, confidence: CONFIDENCE };
     let found = statistics.spread("only", |row| row.figures[0]);
     let deviation = |of: &dyn Fn(SweepRowOf<'_>) -> f64| {
         let mean = rows.iter().map(of).sum::<f64>() / 40.0;

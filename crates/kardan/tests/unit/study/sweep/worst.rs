@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::study::requests::distribution::Distribution;
+use crate::study::requests::varied::Varied;
 use kardan_math::units::Dimension;
 
 fn searched(axes: usize, samples: u64, margin: impl Fn(&[f64]) -> f64) -> (Worst, Vec<Vec<f64>>) {
@@ -12,9 +13,10 @@ fn searched(axes: usize, samples: u64, margin: impl Fn(&[f64]) -> f64) -> (Worst
         text: String::new(),
         laws: Vec::new(),
     };
-    let spread: Vec<Varied> = (0..axes).map(one).collect();
+    let varied: Vec<Varied> = (0..axes).map(one).collect();
+    let space = SampleSpace { varied, correlated: Vec::new(), sampling: SamplingMethod::LatinHypercube };
     let (block, mut all) = (40, Vec::new());
-    let mut search = Worst::new(5, samples / 2 / block * block, &spread, |_| false);
+    let mut search = Worst::new(5, samples / 2 / block * block, &space);
     for first in (0..samples).step_by(block as usize) {
         let places = search.propose(first..(first + block).min(samples));
         let margins: Vec<f64> = places.iter().map(|place| margin(place)).collect();
