@@ -71,9 +71,9 @@ fn least_distance(one: u64, other: u64) -> usize {
 }
 
 /// Names in backquotes for a sentence, at most a dozen of them: `` `a`, `b` and 3 more ``.
-pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn quoted(names: impl IntoIterator<Item: AsRef<str>>) -> String {
     const MOST: usize = 12;
-    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name))).collect();
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name.as_ref()))).collect();
     match names.len() {
         0..=MOST => names.join(", "),
         count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),

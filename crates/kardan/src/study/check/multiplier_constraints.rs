@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use crate::study::check::equilibrium::{Rest, format_position};
+use crate::study::check::model_checks::no_motion;
 use crate::study::read::initial_state::Entry;
-use crate::study::read::locations::{at_each, place_of};
+use crate::study::read::locations::{first_places, place_of};
 use crate::study::read::positions::generic_positions;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_analysis::{Dependent, dependent_row};
@@ -61,9 +62,7 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
     } else if no_motion {
         let message = format!("the constraints leave no motion: {free} coordinates and {rows} more constraints");
-        let diagnostic = Diagnostic::error("constraint::no-motion", message)
-            .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-        out.push(at_each(document, multiplier_elements(reduced), "a constraint", diagnostic));
+        out.push(no_motion(message).at_each(first_places(document, multiplier_elements(reduced)), "a constraint"));
     }
     out.len() == before
 }
@@ -78,14 +77,13 @@ fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dep
         ),
         several => format!(
             "at every position `{name}` is a sum of multiples of {}: it constrains nothing more",
-            quoted(several.iter().map(String::as_str))
+            quoted(several)
         ),
     };
-    let element_names = dependent.elements.iter().map(String::as_str);
-    let diagnostic = Diagnostic::error("constraint::dependent", message)
+    Diagnostic::error("constraint::dependent", message)
         .at(place_of(document, name), "this constraint")
-        .help("remove it, or correct what should be another constraint");
-    at_each(document, element_names, "it follows from this one", diagnostic)
+        .at_each(first_places(document, &dependent.elements), "it follows from this one")
+        .help("remove it, or correct what should be another constraint")
 }
 
 /// A multiplier constraint that follows from those before it, if all their coefficients are numbers.
@@ -225,14 +223,12 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             )
         }
     };
-    let mut diagnostic = Diagnostic::error("constraint::initial-position", message);
-    if places.is_empty() {
-        diagnostic = diagnostic.at(TableReader::place(&document.scenario, "initial"), "from here");
-    }
-    for place in places {
-        diagnostic = diagnostic.at(place, "this one");
-    }
-    at_each(document, rows.iter().map(|k| element(*k)), "this constraint", diagnostic.help(help))
+    let whole = places.is_empty().then(|| TableReader::place(&document.scenario, "initial"));
+    Diagnostic::error("constraint::initial-position", message)
+        .at_each(whole, "from here")
+        .at_each(places, "this one")
+        .at_each(first_places(document, rows.iter().map(|k| element(*k))), "this constraint")
+        .help(help)
 }
 
 /// The model for an analysis: multiplier constraints with their coefficients at the start.
@@ -270,12 +266,8 @@ pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<Prep
 
 /// Elements that prescribe a speed or an acceleration.
 fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
-    reduced
-        .equations
-        .multiplier_constraints
-        .iter()
-        .filter(|constraint| constraint.law.prescribes())
-        .map(|constraint| constraint.element.as_str())
+    let constraints = reduced.equations.multiplier_constraints.iter();
+    constraints.filter(|constraint| constraint.law.prescribes()).map(|constraint| constraint.element.as_str())
 }
 
 /// Elements whose offset, position, speed or acceleration is a function of time.
@@ -289,7 +281,7 @@ pub(in crate::study) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
     (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
         let message = format!(
             "no free motion remains: {} prescribe{} all motion",
-            quoted(names.iter().copied()),
+            quoted(&names),
             if names.len() == 1 { "s" } else { "" }
         );
         Diagnostic::error("analysis::no-motion", message).help(
@@ -407,7 +399,7 @@ impl RestPoint {
 pub(in crate::study) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     let rounded = &reduced.equations.rounded;
     (!rounded.is_empty()).then(|| {
-        let names = quoted(rounded.iter().map(String::as_str));
+        let names = quoted(rounded);
         format!(
             "the coefficients of {names} are rounded to 16 digits at the operating point: exact verdicts are for the \
              rounded rows"

@@ -1,6 +1,7 @@
 //! The operating point of the loop of a variant, at which its laws are designed.
 
 use super::design_in_motion::MotionRequest;
+use super::working_point::no_slope;
 use crate::study::check::equilibrium::{format_currents, format_position};
 use crate::study::read::locations::place_of_value;
 use crate::study::read::read_values::read_word;
@@ -301,12 +302,7 @@ pub(in crate::study) fn check_smooth(
     let before = out.len();
     for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.undefined.is_empty()) {
         let element = &slopes.element;
-        let message = format!(
-            "control `{}`: `{element}` has no slope at the operating point, so the model has no linearisation there: \
-             {}",
-            control.name,
-            slopes.undefined.join(" and ")
-        );
+        let message = format!("control `{}`: {}", control.name, no_slope(slopes));
         out.push(
             Diagnostic::error("control::not-differentiable", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")

@@ -147,10 +147,8 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = point_in_motion(variant, request).map_err(|diagnostic| {
-            vec![at().into_iter().fold(diagnostic, |one, (place, label)| one.at(place, label))]
-        })?;
+        let found = point_in_motion(variant, request)
+            .map_err(|diagnostic| vec![diagnostic.at_each(spec.places.get("at").cloned(), "at this point")])?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
         let point = OperatingPoint { side: variant.point.side.clone(), ..found.point.clone() };
@@ -213,7 +211,7 @@ fn working_position(
     let reduced = &variant.reduced;
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
-        let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
+        let moving = quoted(reduced.equations.moving.keys());
         notes.push(format!("{moving}: an offset that depends on the time keeps its value at time zero"));
     }
     let laws = &reduced.equations.laws;
@@ -250,17 +248,12 @@ fn check_slopes(
     for slopes in all {
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
-            let message = format!(
-                "`{name}` has no slope at the operating point, so the model has no linearisation there: {}",
-                slopes.undefined.join(" and ")
-            );
-            let diagnostic = Diagnostic::error("analysis::not-differentiable", message)
-                .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
             let spec = &variant.analysis;
-            let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));
-            let places = law.chain(spec.places.get("at").into_iter().map(|at| (at, "at this point")));
             return Err(vec![
-                places.fold(diagnostic, |diagnostic, (place, label)| diagnostic.at(place.clone(), label)),
+                Diagnostic::error("analysis::not-differentiable", no_slope(&slopes))
+                    .at_each(spec.laws.get(name).cloned(), "it has no derivative there")
+                    .at_each(spec.places.get("at").cloned(), "at this point")
+                    .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there"),
             ]);
         }
         if slopes.rounded {
@@ -269,6 +262,12 @@ fn check_slopes(
     }
     notes.extend(kinks.opposite().map(|_| kinks.explained("the model", "all results")));
     Ok(kinks)
+}
+
+/// That a law of torque has no slope at the operating point.
+pub(super) fn no_slope(slopes: &LawSlopes) -> String {
+    let (element, undefined) = (&slopes.element, slopes.undefined.join(" and "));
+    format!("`{element}` has no slope at the operating point, so the model has no linearisation there: {undefined}")
 }
 
 /// The source of ratios that depend on the position, and their accuracy there.
