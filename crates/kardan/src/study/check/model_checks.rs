@@ -5,7 +5,7 @@ use crate::study::read::locations::{
     MOST_LABELS, all_places, first_places, in_file_order, place_of, place_of_value, places_in_control,
 };
 use crate::study::read::positions::{generic_positions, is_finite_at};
-use crate::study::read::state_names::sign_in_sum;
+use crate::study::read::state_names::signed_sum;
 use kardan_analysis::{combination, massless_direction};
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
@@ -213,13 +213,11 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     };
     // Coefficients scaled so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);
-    let mut sum = String::new();
-    for (name, x) in elements {
+    let sum = signed_sum(elements.iter().map(|(name, x)| {
         let share = x / unit;
-        let sign = sign_in_sum(&sum, share < 0.0);
         let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
-        sum += &format!("{sign}{size}{name}");
-    }
+        (share < 0.0, format!("{size}{name}"))
+    }));
     let message = format!(
         "the constraints {names} are linearly dependent ({sum} = 0), and {verdict}; {rows} rows have the rank {rank}"
     );

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use crate::study::equations::latex_lines::{index, word};
+use crate::study::equations::latex_lines::{index, motion, word};
 use kardan_expr::expr::parenthesised;
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
@@ -168,21 +168,10 @@ impl<'a> Names<'a> {
 
     /// A coordinate, its rate or its acceleration.
     pub(super) fn motion(&self, k: usize, order: usize, form: Form) -> String {
-        if form == Form::Text {
-            return format!("{}{}", self.coordinates[k], "'".repeat(order));
+        match form {
+            Form::Text => format!("{}{}", self.coordinates[k], "'".repeat(order)),
+            Form::Latex => motion(self.equations.domain(k), order, &self.equations.coordinates[k]),
         }
-        let letter = match self.equations.domain(k) {
-            Domain::Charge => " q",
-            Domain::Number => " z",
-            Domain::Translation => " s",
-            Domain::Rotation => r"\varphi",
-        };
-        let (dots, letter) = match order {
-            0 => ("", letter.trim_start()),
-            1 => (r"\dot", letter),
-            _ => (r"\ddot", letter),
-        };
-        format!("{dots}{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 
     /// The prescribed motion of an element, or a rate of it.
