@@ -238,14 +238,16 @@ pub(in crate::study) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
 }
 
 /// Rejects laws that read rates of motions without inertia: these follow algebraically from the motors.
+///
+/// # Errors
+/// If a law reads one.
 pub(in crate::study) fn check_readings(
     document: &Document,
     (control, plant): (&ControlSpec, &Plant),
     law: &dyn Law,
-    out: &mut Vec<Diagnostic>,
-) -> bool {
+) -> Result<(), Diagnostic> {
     if plant.linear.moving().len() == plant.linear.coordinates.len() {
-        return true;
+        return Ok(());
     }
     let linear = law.linear();
     let read = |shaft: &usize| {
@@ -254,7 +256,7 @@ pub(in crate::study) fn check_readings(
     let names = plant.motion_names();
     let shafts = (0..names.len()).filter(|shaft| !plant.linear.accelerates(*shaft)).filter(read);
     let shafts: Vec<usize> = shafts.collect();
-    let Some(first) = shafts.first() else { return true };
+    let Some(first) = shafts.first() else { return Ok(()) };
     let shaft_list = quoted(shafts.iter().map(|shaft| &names[*shaft][1]));
     let message = format!(
         "control `{}` reads {shaft_list}, which has no inertia behind it: it follows algebraically from the commands \
@@ -270,8 +272,7 @@ pub(in crate::study) fn check_readings(
         }
         false => "let it read positions, or speeds of shafts with an inertia",
     };
-    out.push(Diagnostic::error("control::massless", message).at(place, "this reading").help(help));
-    false
+    Err(Diagnostic::error("control::massless", message).at(place, "this reading").help(help))
 }
 
 /// Rejects starts that are impossible for motions without inertia: speeds, which follow from the positions, and springs that make a friction slip at once.
