@@ -4,7 +4,7 @@ use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::operating_point::working_point::{AnalyzeSettings, WorkingPoint};
 use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::{Prepared, PreparedVariant, Project};
-use kardan_analysis::{LinearSystem, linear_system};
+use kardan_analysis::LinearSystem;
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Domain;
 use kardan_results::signal_name::{Quantity, SignalName};
@@ -111,16 +111,9 @@ fn system_at(
     non_angle_domains: &NonAngleDomains,
     notes: &mut Vec<String>,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
-    let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
-    if coordinates.is_empty() {
-        let message = "with this friction stuck no motion is possible";
-        let help = "let some of the elements in `stuck` slide";
-        return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
-    }
-    let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
-    let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
-    let settled = Mechanical::new(pencil, names).settled();
-    let (mut system, massless) = settled.map_err(|error| not_eliminated(error, non_angle_domains, variant))?;
+    let mechanical = Mechanical::of(&point.system, &variant.reduced.coordinates, &point.outputs)?;
+    let (mut system, massless) =
+        mechanical.settled().map_err(|error| not_eliminated(error, non_angle_domains, variant))?;
     if massless {
         notes.push("motions without inertia are eliminated: variables that follow algebraically are no states".into());
     }

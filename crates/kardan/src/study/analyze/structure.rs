@@ -16,9 +16,8 @@ use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, P
 use kardan_analysis::{
     BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
     StructureError, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, modular_properties,
-    multiplier_constraint_classes, needs_modes, properties, realisations, reduction, stability_proofs, state_modular,
-    structure,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, modes, modular_properties, multiplier_constraint_classes,
+    needs_modes, properties, realisations, reduction, stability_proofs, state_modular, structure,
 };
 use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, length, rational_to_f64};
 use kardan_mechanics::equations::Domain;
@@ -127,17 +126,9 @@ pub(in crate::study) fn analyze_variant(
     let mut notes = Vec::new();
     let point = &WorkingPoint::of(variant, settings, &mut notes)?;
     let WorkingPoint { outputs, system, kinks, .. } = point;
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    if coordinates.is_empty() {
-        return Err(vec![
-            Diagnostic::error("analysis::no-motion", "with this friction stuck no motion is possible")
-                .help("let some of the elements in `stuck` slide"),
-        ]);
-    }
-    let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
+    let mechanical = Mechanical::of(system, &reduced.coordinates, outputs)?;
+    let (names, basis) = (mechanical.coordinates.clone(), mechanical.basis.clone());
     let non_angle_domains = non_angle_domains(reduced);
-    let pencil = linear_system(system, &coordinates, &basis, outputs);
-    let mechanical = Mechanical::new(pencil, names.clone());
     let (massless, mut linear, elimination) = if mechanical.is_regular() {
         (None, mechanical.into_pencil(), None)
     } else {

@@ -14,8 +14,8 @@ use kardan_expr::expr::{Expr, Side};
 use kardan_math::num::{Matrix, Rational, echelon};
 use kardan_mechanics::equations::{InputKind, MultiplierLaw};
 use kardan_mechanics::reduce::{
-    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, StartValues,
-    follows_everywhere, frozen, start_on_rows, trim,
+    Equilibrium, Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows,
+    StartValues, follows_everywhere, frozen, start_on_rows, trim,
 };
 use kardan_model::{ControlSpec, Document, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -343,7 +343,8 @@ impl RestPoint {
             return Ok(Self { point: OperatingPoint::unloaded(&start), multipliers: vec![0.0; count], point_notes });
         }
         if spec.at.is_empty() {
-            let Rest { position, rates, multipliers, found, more, .. } = Rest::near(own, &start)?;
+            let Rest { equilibrium: Equilibrium { position, rates, multipliers, .. }, found, more, .. } =
+                Rest::near(own, &start)?;
             point_notes = vec![format!("operating point: {found}")];
             point_notes.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
             return Ok(Self {

@@ -173,7 +173,7 @@ fn design_own(
     }
     let reserved = overridden_signals(variant, &inputs);
     if !reserved.is_empty() {
-        let names = quoted(reserved.iter().map(String::as_str));
+        let names = quoted(&reserved);
         let own = "`signals` of `[scenario]`";
         notes.push(format!(
             "left out of {own}: {names}; the controller that is designed takes {}",
@@ -280,9 +280,9 @@ fn keys(
             let message = format!(
                 "the law `{keyword}` takes as many motors as outputs, and there are {} motors ({}) and {} outputs ({})",
                 inputs.len(),
-                quoted(inputs.iter().map(String::as_str)),
+                quoted(inputs),
                 outputs.len(),
-                quoted(outputs.iter().map(String::as_str))
+                quoted(&outputs)
             );
             let help = "name as many with `--inputs` and `--outputs`";
             return Err(vec![Diagnostic::error("control::channel-count", message).help(help)]);
@@ -432,7 +432,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         ));
     }
     if let Some(names) = control.values.names("excluded_elements").filter(|names| !names.is_empty()) {
-        design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
+        design.design_model += &format!(", without {}", quoted(names));
     }
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {

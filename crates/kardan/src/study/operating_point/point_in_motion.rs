@@ -235,7 +235,7 @@ fn describe_nonsmooth_elements(
     let elements: Vec<&str> = equations.set_valued().map(|(element, _)| element).collect();
     let of = |choose: &dyn Fn(usize) -> bool| {
         let names: BTreeSet<&str> = (0..elements.len()).filter(|k| choose(*k)).map(|k| elements[k]).collect();
-        (!names.is_empty()).then(|| quoted(names.iter().copied()))
+        (!names.is_empty()).then(|| quoted(names))
     };
     let kind =
         |k: usize| k.checked_sub(equations.frictions.len()).map(|unilateral| &equations.unilaterals[unilateral].value);
@@ -286,15 +286,14 @@ fn no_steady_motion(
         let (shaft, speed) = motion_spec.speeds[k];
         format!("`{}`", format_speed(base, shaft, speed))
     };
-    let inputs = |list: &[usize]| quoted(list.iter().map(|k| equations.inputs[*k].element.as_str()));
+    let inputs = |list: &[usize]| quoted(list.iter().map(|k| &equations.inputs[*k].element));
     match why {
         NoSteadyMotion::Turns(k) => {
             let shaft = motion_spec.speeds[k].0;
             let name = &equations.coordinates[shaft];
             let [angle, _] = equations.domain(shaft).motion();
             let depends = depending(base, shaft);
-            let what =
-                if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
+            let what = if depends.is_empty() { "what it moves".into() } else { quoted(depends) };
             refused(
                 format!("{} is not steady: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
                 &format!(
@@ -341,7 +340,7 @@ fn no_steady_motion(
         NoSteadyMotion::Slides(list) => refused(
             format!(
                 "no steady motion was found: the sliding direction of the frictions of {} is not decided",
-                quoted(list.iter().map(String::as_str))
+                quoted(list)
             ),
             "list the sticking ones in `stuck` of `[analysis]`, or give their sliding speeds",
         ),

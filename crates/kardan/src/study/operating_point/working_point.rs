@@ -230,7 +230,7 @@ fn working_position(
         })?;
         notes.push(format!("operating point: {}", rest.found));
         notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-        (rest.position, rest.off)
+        (rest.equilibrium.position, rest.off)
     } else {
         (position, 0.0)
     };

@@ -168,7 +168,7 @@ pub(in crate::study) fn not_settable(
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = control.law.all_references(&control.values).into_iter().map(|r| r.name).collect();
         let message = format!("control `{}` commands the {kind} `{head}`, so {who} cannot set `{shown}`", control.name);
-        return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
+        return Some((message, format!("set {} instead", quoted(references))));
     }
     if quantity == Some(Quantity::Current) && is_kind("current_source") {
         let message = format!("the `current` of `{head}` prescribes its current, so {who} cannot set `{shown}`");

@@ -139,7 +139,7 @@ impl<'a> Reader<'a, '_> {
                 None
             }
             [_, second, ..] => {
-                let message = format!("it names {}, but a fault concerns one part", quoted(named.iter().copied()));
+                let message = format!("it names {}, but a fault concerns one part", quoted(&named));
                 let help = "write one fault for each; they may be at the same time".to_string();
                 out.push(self.diagnostic("fault::component", &message, (second, "a second part"), help));
                 None
@@ -182,7 +182,7 @@ impl<'a> Reader<'a, '_> {
         if found.is_none() {
             let article = if part == "element" { "an" } else { "a" };
             let message = format!("{article} {part} cannot be `{word}`");
-            let help = format!("choose one of {}", quoted(kinds.iter().copied()));
+            let help = format!("choose one of {}", quoted(kinds));
             out.push(self.diagnostic("fault::kind", &message, ("kind", "not of this part"), help));
         }
         found
@@ -461,32 +461,18 @@ impl<'a> Reader<'a, '_> {
 /// The quantity of a sensor, or of a signal of a shaft.
 fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
     let signal = SignalName::new(name);
-    let domain = |carrier: &str| {
-        let found = equations.coordinates.iter().position(|candidate| candidate == carrier);
-        found.map(|k| equations.domain(k))
-    };
-    let effort = |domain: Domain| match domain {
-        Domain::Rotation | Domain::Number => Dimension::TORQUE,
-        Domain::Translation => Dimension::FORCE,
-        Domain::Charge => Dimension::VOLTAGE,
-    };
     let Some((_, sensor)) = equations.sensors.iter().find(|(sensor, _)| sensor == signal.element) else {
-        let [position, rate] = domain(signal.element)?.dimensions();
+        let carrier = equations.coordinates.iter().position(|candidate| candidate == signal.element)?;
+        let [position, rate] = equations.domain(carrier).dimensions();
         return Some(if signal.is_rate() { rate } else { position });
     };
     match &sensor.measured {
-        Measured::Angle(carrier) => Some(domain(carrier)?.dimensions()[0]),
-        Measured::Speed(carrier) => Some(domain(carrier)?.dimensions()[1]),
-        Measured::SpringTorque(element) => {
-            let spring = equations.springs.iter().find(|spring| spring.element == *element)?;
-            Some(effort(equations.domain(spring.row.first()?.0)))
-        }
-        Measured::ConstraintTorque(_, carrier)
-        | Measured::ComplianceTorque(_, carrier)
-        | Measured::NetTorque(carrier) => domain(carrier).map(effort),
         Measured::Signal(_) => None,
+        Measured::SpringTorque(element) if equations.springs.iter().all(|spring| spring.element != *element) => None,
+        measured => Some(equations.reading(measured).physical().dimension()),
     }
 }
+
 /// Why a sensor with these readings cannot fail, and the remedy.
 fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) -> Option<(String, String)> {
     let shown = shortened(sensor);
@@ -500,7 +486,7 @@ fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) ->
             None if names.is_empty() => {
                 "sensors are read by observers, programs and blocks with a `sample_time`".to_string()
             }
-            None => format!("controllers read {}", quoted(names.iter().copied())),
+            None => format!("controllers read {}", quoted(names)),
         };
         return Some((format!("no controller reads a sensor `{shown}`"), help));
     };

@@ -84,7 +84,7 @@ impl Project {
             return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
         }
         if let Some(group) = reduced.redundant_groups().first() {
-            let all = quoted(group.iter().map(String::as_str));
+            let all = quoted(group);
             let message = format!(
                 "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );

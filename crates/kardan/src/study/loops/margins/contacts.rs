@@ -113,26 +113,27 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
         OperatingPoint { position, rates, torques: point.torques.clone(), side: point.side.clone() }
     };
     let point = at(&model, &variant.point);
-    let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
-    for (plant, own) in design_models.iter_mut().zip(&variant.design_models) {
-        plant.frozen.clone_from(&own.frozen);
-    }
-    PreparedVariant { design_models, ..variant.with_model(model, point) }
+    with_plants(variant, model, point)
 }
 
-/// The plants of the laws of a variant with another model, except those that leave elements out.
-pub(in crate::study) fn replaced_plants(variant: &PreparedVariant, plant: &dyn Fn() -> Plant) -> Vec<Plant> {
-    let own = variant.design_models.iter().enumerate();
-    own.map(|(number, own)| {
+/// A variant with another model of its loop, also of its laws, except those that leave elements out.
+pub(in crate::study) fn with_plants(
+    variant: &PreparedVariant,
+    model: Reduced,
+    point: OperatingPoint,
+) -> PreparedVariant {
+    let plant = |(number, own): (usize, &Plant)| {
         if variant.leaves_out(number) {
             return own.clone();
         }
-        let mut plant = plant();
+        let mut plant = Plant::at(model.clone(), point.clone());
         plant.signals.clone_from(&own.signals);
         plant.elements.clone_from(&own.elements);
+        plant.frozen.clone_from(&own.frozen);
         plant
-    })
-    .collect()
+    };
+    let design_models = variant.design_models.iter().enumerate().map(plant).collect();
+    PreparedVariant { design_models, ..variant.with_model(model, point) }
 }
 
 /// The nearest position at which these contacts just touch.
@@ -184,18 +185,16 @@ fn describe_contact(one: &ContactMargins) -> String {
     };
     let open = match one.open.is_empty() {
         true => String::new(),
-        false => format!(" and {} open", quoted(one.open.iter().map(String::as_str))),
+        false => format!(" and {} open", quoted(&one.open)),
     };
-    format!("{} in contact ({flank}){open}", quoted(one.closed.iter().map(String::as_str)))
+    format!("{} in contact ({flank}){open}", quoted(&one.closed))
 }
 
 /// Text for a loop with backlash: which contacts its margins leave open, and the least disk margin in contact.
 pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     let first = margins.contacts.first()?;
-    let mut out = vec![format!(
-        "All results above are with {} open (backlash).",
-        quoted(first.closed.iter().chain(&first.open).map(String::as_str))
-    )];
+    let mut out =
+        vec![format!("All results above are with {} open (backlash).", quoted(first.closed.iter().chain(&first.open)))];
     for one in &margins.contacts {
         let least = one.channels.iter().filter(|one| !one.is_sensor).min_by(|a, b| a.disk.total_cmp(&b.disk));
         out.push(match (one.stable, least) {
