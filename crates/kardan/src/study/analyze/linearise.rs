@@ -82,8 +82,8 @@ fn linear_model(
     let coordinates = variant.reduced.coordinate_names();
     let places = coordinates.iter().zip(&point.position);
     let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &non_angle_domains));
-    let motion = if point.moves { point.signals(variant) } else { Vec::new() };
-    let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
+    let motion = point.motion.iter();
+    let motion = motion.map(|one| (NamedUnit { name: one.name.clone(), unit: one.unit.clone() }, one.value));
     let opposite = || point.kinks.opposite().filter(|_| variant.point.side.below.is_empty());
     let opposite_side = opposite().map(|side| linear_model(prepared, &variant.on_side(&side), settings, descriptor));
     Ok(Linearised {

@@ -93,7 +93,7 @@ pub(in crate::study) fn parity(
         return Ok(None);
     }
     // With multiplier constraints the model belongs to the operating point of the variant, which other values would move.
-    if variant.unfrozen.is_none() && !subject.at.moves {
+    if variant.unfrozen.is_none() && subject.at.motion.is_empty() {
         subject.ends = Varied::of(document, prepared, variant, &subject.at).ends(&subject.at.inputs);
     }
     let all = subject.pencil(&subject.system, &subject.outputs);

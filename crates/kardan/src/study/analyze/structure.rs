@@ -95,8 +95,8 @@ fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
 /// The class of a model, and its operating point; for constraints enforced by multipliers the class of the original ones, not of their linearisation at the operating point.
 fn class_of(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
     let mut found = class(&variant.reduced, &point.position, &point.stuck);
-    found.operating_point.in_motion = point.moves;
-    found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
+    found.operating_point.in_motion = !point.motion.is_empty();
+    found.operating_point.motion.clone_from(&point.motion);
     let Some(unfrozen) = &variant.unfrozen else { return found };
     let classes = multiplier_constraint_classes(unfrozen);
     let is_classified = |element: &str| classes.iter().any(|(class, _)| class.element == element);

@@ -61,12 +61,9 @@ impl Default for ParitySettings {
 pub(in crate::study) struct WorkingPoint {
     /// The reduced position, rad.
     pub position: Vec<f64>,
-    /// The speeds of the coordinates, rad/s.
-    pub speeds: Vec<f64>,
-    /// The nonzero torques of inputs there, N m.
-    pub torques: Vec<(String, f64)>,
-    /// Whether it is one in motion, or balanced by torques, so that its model is not that of the variant with other values.
-    pub moves: bool,
+    /// In motion the speeds of the coordinates and the nonzero torques of inputs, in the syntax of the file: its model is not that of the variant
+    /// with other values. Empty at rest.
+    pub motion: Vec<OperatingSignal>,
     /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
     /// Elements whose friction sticks.
@@ -120,23 +117,7 @@ impl WorkingPoint {
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
-        let speeds = vec![0.0; position.len()];
-        Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, kinks, inputs, outputs, system })
-    }
-
-    /// Speeds of the coordinates, and torques of inputs, in the syntax of the file.
-    pub fn signals(&self, variant: &PreparedVariant) -> Vec<OperatingSignal> {
-        let (equations, coordinates) = (&variant.reduced.equations, &variant.reduced.coordinates);
-        let speeds = coordinates.iter().zip(&self.speeds).map(|(shaft, speed)| {
-            let [_, quantity] = equations.domain(*shaft).motion();
-            (quantity.of(&equations.coordinates[*shaft]), quantity.unit(), *speed)
-        });
-        let torques = self.torques.iter().filter_map(|(name, torque)| {
-            let effort = equations.domain_of(equations.inputs.iter().find(|input| input.element == *name)?).effort();
-            Some((effort.of(name), effort.unit(), *torque))
-        });
-        let signal = |(name, unit, value): (String, &str, f64)| OperatingSignal { name, unit: unit.into(), value };
-        speeds.chain(torques).map(signal).collect()
+        Ok(Self { position, motion: Vec::new(), off, stuck, kinks, inputs, outputs, system })
     }
 
     /// In steady motion, or at the state of a run at a time.
@@ -157,14 +138,22 @@ impl WorkingPoint {
         notes.extend(describe_contacts(&found.model, &found.point.position, request.stuck));
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
-        let torques = found.model.equations.inputs.iter().zip(found.point.torques.iter().flatten());
-        let torques =
-            torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
+        let equations = &reduced.equations;
+        let speeds = reduced.coordinates.iter().zip(&speeds).map(|(shaft, speed)| {
+            let [_, rate] = equations.domain(*shaft).motion();
+            (rate, &equations.coordinates[*shaft], speed)
+        });
+        let torques = equations.inputs.iter().zip(found.point.torques.iter().flatten());
+        let torques = torques.filter(|(_, torque)| **torque != 0.0);
+        let torques = torques.map(|(input, torque)| (equations.domain_of(input).effort(), &input.element, torque));
+        let signal = |(quantity, of, value): (Quantity, &String, &f64)| OperatingSignal {
+            name: quantity.of(of),
+            unit: quantity.unit().into(),
+            value: *value,
+        };
         Ok(Self {
             position,
-            speeds,
-            torques: torques.collect(),
-            moves: true,
+            motion: speeds.chain(torques).map(signal).collect(),
             off: 0.0,
             stuck: found.closed,
             kinks,
