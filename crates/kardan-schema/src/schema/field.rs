@@ -280,6 +280,11 @@ impl Table {
         Some(names)
     }
 
+    /// The names of a key without their places; none if the key is absent.
+    pub fn words(&self, key: &str) -> Vec<String> {
+        self.names(key).unwrap_or_default().iter().map(|name| name.value.clone()).collect()
+    }
+
     /// The entries of a key by their names.
     pub fn map(&self, key: &str) -> Option<&[(Placed<String>, Placed<Scalar>)]> {
         let Value::Map(entries) = &self.values.get(key)?.value else { return None };

@@ -1,6 +1,6 @@
 //! Checks that the time windows of `[safety]` contain rows of the results.
 
-use crate::study::read::read_values::{read_tables, read_word};
+use crate::study::read::read_values::read_word;
 use crate::study::requests::safety_spec::{Effect, SAFETY};
 use crate::study::{NamedFault, Prepared, PreparedVariant};
 use kardan_model::{Document, TableReader};
@@ -9,7 +9,7 @@ use kardan_schema::diagnostics::Diagnostic;
 /// Rejects times shorter than the row interval of the results after the start of a fault: they would contain no row.
 pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out: &mut Vec<Diagnostic>) {
     let (Some(spec), table) = (&prepared.safety, &document.safety) else { return };
-    let effects = read_tables(table, "effect");
+    let effects = table.tables("effect");
     let window = |effect: &Effect| {
         let place = effects.iter().find(|table| read_word(table, "name") == Some(&effect.definition.name));
         let place = place.map(|table| TableReader::place(table, "window")).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Mapping of log channels to signals of the model.
 
-use crate::study::read::read_values::{quantity, read_scalar, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_math::names::{did_you_mean, unknown_name};
 use kardan_math::units::{Dimension, Exact, header_unit};
 use kardan_mechanics::equations::Domain;
@@ -313,7 +313,7 @@ impl Channel<'_, '_> {
 
     /// A value in the unit of the measured quantity, SI.
     fn of_quantity(&self, key: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
-        let scalar = read_scalar(self.table, key)?;
+        let scalar = self.table.scalar_or_default(key, &self.table.place)?;
         let label = format!("`{key}` of {}", self.what);
         let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
         let expected = quantity.dimension();

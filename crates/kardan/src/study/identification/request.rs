@@ -4,7 +4,7 @@ use super::extra::{ExtraTerm, declared_terms};
 use super::laws::law_terms;
 use super::settings::IdentifySettings;
 use super::unknowns::{UnknownParameter, parameter_name, possible, unknown_parameter};
-use crate::study::read::read_values::{quantity, read_names, read_scalar, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use kardan_identify::{Excitation, Loss, Steadiness};
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
@@ -88,7 +88,7 @@ pub(super) fn request(
     let word = |option: &Option<String>, key| option.clone().or_else(|| read_word(table, key).map(str::to_string));
     let method = word(&options.method, "method").map(|word| Method::of(&word));
     let mut names: Vec<String> = match options.parameters.as_slice() {
-        [] => name_list(table, "parameters"),
+        [] => table.words("parameters"),
         options => options.iter().map(|name| name.trim().to_string()).collect(),
     };
     let all = names.is_empty();
@@ -134,8 +134,8 @@ pub(super) fn request(
         rest_speed: rest_speed(document, out),
         steadiness: Steadiness { tolerance, ..Steadiness::default() },
         shortest: number(document, "shortest_segment", Dimension::TIME, out),
-        inactive_inputs: name_list(table, "inactive_inputs"),
-        nonnegative: name_list(table, "nonnegative"),
+        inactive_inputs: table.words("inactive_inputs"),
+        nonnegative: table.words("nonnegative"),
         loss: match word(&options.loss, "loss").as_deref() {
             Some("huber") => Loss::Huber,
             Some("bisquare") => Loss::Bisquare,
@@ -246,18 +246,14 @@ fn candidates(table: &Table, names: &[String]) -> Vec<CandidateSpec> {
         return Vec::new();
     };
     let candidate = |own: &Table| {
-        let parameters = name_list(own, "parameters");
+        let parameters = own.words("parameters");
         Some(CandidateSpec {
             name: read_word(own, "name")?.to_string(),
             parameters: if parameters.is_empty() { names.to_vec() } else { parameters },
-            extras: name_list(own, "extras"),
+            extras: own.words("extras"),
         })
     };
     tables.iter().filter_map(candidate).collect()
-}
-
-fn name_list(table: &Table, key: &str) -> Vec<String> {
-    read_names(table, key).iter().map(|word| word.value.clone()).collect()
 }
 
 fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
@@ -269,7 +265,7 @@ fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Di
 /// A speed of shafts, or one of masses.
 fn rest_speed(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(f64, Domain)> {
     let (table, reader) = (&document.identification, TableReader::new(document, &[]));
-    let scalar = read_scalar(table, "rest_speed")?;
+    let scalar = table.scalar_or_default("rest_speed", &table.place)?;
     let (value, dimension) = reader.scalar(&scalar, None, "`rest_speed` of `[identification]`", out)?;
     let domain = match dimension {
         Dimension::VELOCITY => Domain::Translation,

@@ -1,6 +1,6 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
-use crate::study::read::read_values::{read_names, read_scalar, read_word};
+use crate::study::read::read_values::read_word;
 use crate::study::read::variant_diagnostics::is_error;
 use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
@@ -209,7 +209,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
     };
     let has_order = |table: &Table| {
         let FileLaw::Cogging(order) = term.law else { return true };
-        let scalar = read_scalar(table, "order").map(|scalar| scalar.value);
+        let scalar = table.scalar_or_default("order", &table.place).map(|scalar| scalar.value);
         matches!(scalar, Some(Scalar::Literal(value, _)) if value.to_f64() == order)
     };
     let kind = match term.law {
@@ -230,7 +230,7 @@ fn entry(document: &Document, term: &FileTerm) -> Option<usize> {
 fn with_names(text: &str, document: &Document, old: &[String], new: &[String]) -> String {
     let table = &document.identification;
     let Some(entry) = table.values.get("parameters") else { return text.to_string() };
-    let mut retained: Vec<String> = read_names(table, "parameters").iter().map(|word| word.value.clone()).collect();
+    let mut retained: Vec<String> = table.words("parameters");
     let replaces = retained.iter().any(|name| old.contains(name)) || old.is_empty();
     retained.retain(|name| !old.contains(name));
     if replaces {

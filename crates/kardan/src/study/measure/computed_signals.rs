@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::read::read_values::{read_names, read_tables, read_word};
+use crate::study::read::read_values::read_word;
 use crate::study::read::signal_table::{SignalContext, signal_kind};
 use kardan_elements::manoeuvre::Cones;
 use kardan_expr::expr::{Graph, Named};
@@ -179,8 +179,8 @@ impl Computed {
         let names_in = |table: &Table| -> Vec<String> {
             // The opposite of a signal is a reference of its own.
             let opposite = |text: &str| text.strip_prefix('-').is_some_and(is_declared);
-            let references = read_names(table, "references").iter().filter(|word| !opposite(&word.value));
-            let lists = read_names(table, "signals").iter().chain(references);
+            let references = table.names("references").unwrap_or_default().iter().filter(|word| !opposite(&word.value));
+            let lists = table.names("signals").unwrap_or_default().iter().chain(references);
             let single =
                 ["signal", "over", "detected"].into_iter().filter_map(|key| read_word(table, key)).map(str::to_string);
             lists.map(|word| word.value.clone()).chain(single).collect()
@@ -191,7 +191,7 @@ impl Computed {
             .chain(&document.figures)
             .chain(&document.plots)
             .chain([&document.safety])
-            .chain(read_tables(&document.safety, "effect"));
+            .chain(document.safety.tables("effect"));
         let reached = document.cones.iter().map(|cones| cones.reached.clone());
         let texts: BTreeSet<String> =
             tables.flat_map(names_in).chain(reached).filter(|text| !is_declared(text)).collect();

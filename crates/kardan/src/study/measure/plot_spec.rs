@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::study::measure::computed_signals::{reference, resolve_signal};
 use crate::study::measure::spectrum::LEAST_ROWS;
-use crate::study::read::read_values::{quantity, read_names, read_word};
+use crate::study::read::read_values::{quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::split_unit;
 use kardan_model::TableReader;
@@ -95,8 +95,8 @@ pub(in crate::study) fn plots(
         }
         let variants = selected_variants(table, variants, context, &what, out);
         let mut kinds = Vec::new();
-        let drawn: Vec<String> = read_names(table, "signals").iter().map(|word| word.value.clone()).collect();
-        for word in read_names(table, "signals") {
+        let drawn: Vec<String> = table.words("signals");
+        for word in table.names("signals").unwrap_or_default() {
             kinds.extend(resolve_signal(&word.value, &word.place, context, &what, out).map(|found| found.physical));
         }
         let mut drawn_beside = |word: &Placed<String>| {
@@ -104,8 +104,9 @@ pub(in crate::study) fn plots(
             resolve_signal(&reference.signal, &word.place, context, &what, out);
             reference
         };
-        let references: Vec<PlottedReference> = read_names(table, "references").iter().map(&mut drawn_beside).collect();
-        let labels: Vec<String> = read_names(table, "labels").iter().map(|word| word.value.clone()).collect();
+        let references: Vec<PlottedReference> =
+            table.names("references").unwrap_or_default().iter().map(&mut drawn_beside).collect();
+        let labels: Vec<String> = table.words("labels");
         let curves = drawn.len() + references.len();
         if labels.len() > curves && !table.unread.contains(&"signals") && !table.unread.contains(&"references") {
             let message = format!("{what}: {} labels for {curves} signals and references", labels.len());

@@ -6,7 +6,7 @@ use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, quantity, read_scalar, read_word};
+use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
@@ -165,7 +165,7 @@ impl Measuring<'_> {
         if expected.word().is_some() {
             return self.number(table, key, (expected, Sign::Any), what, out);
         }
-        let scalar = read_scalar(table, key)?;
+        let scalar = table.scalar_or_default(key, &table.place)?;
         let label = format!("`{key}` of {what}");
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if !expected.is_like(&found) {
@@ -177,7 +177,7 @@ impl Measuring<'_> {
 
     /// The tolerance of a signal around its target: in its unit, or a fraction of its way.
     fn band(&self, table: &Table, dimension: Dimension, what: &str, out: &mut Vec<Diagnostic>) -> Option<Band> {
-        let scalar = read_scalar(table, "band")?;
+        let scalar = table.scalar_or_default("band", &table.place)?;
         let label = format!("`band` of {what}");
         let (value, found) = self.reader.scalar(&scalar, None, &label, out)?;
         if value.signum() <= 0 {
@@ -375,7 +375,7 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
 /// Reports values that differ between the variants.
 fn check_varied(table: &Table, document: &Document, keys: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
     for key in keys {
-        let Some(Placed { value, place }) = read_scalar(table, key) else { continue };
+        let Some(Placed { value, place }) = table.scalar_or_default(key, &table.place) else { continue };
         let names: Vec<String> = match value {
             SchemaScalar::Parameter(name) => vec![name],
             SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),

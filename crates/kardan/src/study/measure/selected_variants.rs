@@ -1,7 +1,6 @@
 //! The variants that a table of a study applies to.
 
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::read_names;
 use crate::study::read::signal_table::SignalContext;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::{Placed, Table};
@@ -13,7 +12,7 @@ pub(in crate::study) fn selected_variants(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<String> {
-    let chosen = read_names(table, "variants");
+    let chosen = table.names("variants").unwrap_or_default();
     let suppressed = &context.document.suppressed;
     let named = |word: &str| context.document.named_variants.iter().any(|variant| variant.name.value == word);
     let declared = |word: &str| names.iter().any(|name| name == word) || named(word);

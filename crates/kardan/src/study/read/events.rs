@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::locations::places_in_control;
-use super::read_values::{quantity, read_tables, read_word};
+use super::read_values::{quantity, read_word};
 use super::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, Exact};
@@ -241,7 +241,7 @@ pub(in crate::study) fn events(
     let mut accepted: Vec<EventSpec> = Vec::new();
     let mut at_times: HashMap<(usize, u64), Vec<usize>> = HashMap::new();
     let prescribed = prescribed(document);
-    for (i, table) in read_tables(&document.scenario, "event").iter().enumerate() {
+    for (i, table) in document.scenario.tables("event").iter().enumerate() {
         let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
         let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
         let (at, over) = (time("at"), time("over"));

@@ -2,7 +2,7 @@
 
 use super::events::check_late;
 use super::locations::unknown_name_or;
-use super::read_values::{is_given, quantity, quantity_like, read_tables, read_word};
+use super::read_values::{is_given, quantity, quantity_like, read_word};
 use super::state_names::motors;
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
@@ -34,7 +34,7 @@ pub(in crate::study) fn faults(
         Reader { reader, table, what, document, model, equations, readings, settled }.add(duration, faults, out);
     };
     let mut faults = Faults::default();
-    for (i, table) in read_tables(&document.scenario, "fault").iter().enumerate() {
+    for (i, table) in document.scenario.tables("fault").iter().enumerate() {
         add(table, &format!("entry {} of `fault` of `[scenario]`", i + 1), &mut faults);
     }
     let mut named = Vec::new();

@@ -1,6 +1,6 @@
 //! Initial values: `initial` of `[scenario]`.
 
-use super::read_values::{of_dimension, read_map};
+use super::read_values::of_dimension;
 use kardan_math::names::unknown_name;
 use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{Reduced, StartConflict, StartValue, start_position, start_speed};
@@ -109,7 +109,7 @@ fn entries(
         found => found.and_then(Instance::body).unwrap_or_default(),
     };
     let mut found = Vec::new();
-    for (name, scalar) in read_map(&document.scenario, "initial") {
+    for (name, scalar) in document.scenario.map("initial").unwrap_or_default() {
         let (signal, body) = (SignalName::new(&name.value), carrier(&name.value));
         let quantities = domain(body).motion();
         let rate = quantities.iter().position(|quantity| signal.is(*quantity)).filter(|_| moving.contains(&body));

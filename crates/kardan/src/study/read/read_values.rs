@@ -5,16 +5,7 @@ use kardan_model::TableReader;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
 
-pub(in crate::study) fn read_scalar(table: &Table, key: &str) -> Option<Placed<SchemaScalar>> {
-    match table.values.get(key) {
-        Some(Placed { value: Value::Scalar(scalar), place }) => {
-            Some(Placed { value: scalar.clone(), place: place.clone() })
-        }
-        Some(_) => None,
-        None => table.default_scalar(key).map(|value| Placed { value, place: table.place.clone() }),
-    }
-}
-
+/// The word of a key, or its default.
 pub(in crate::study) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
     match table.values.get(key) {
         Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
@@ -23,31 +14,8 @@ pub(in crate::study) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a
     }
 }
 
-pub(in crate::study) fn read_names<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {
-    table.values.get(key).map_or(&[], |spanned| match &spanned.value {
-        Value::Names(names) => names,
-        _ => &[],
-    })
-}
-
-/// The tables of a key; none if it is absent or unreadable.
-pub(in crate::study) fn read_tables<'a>(table: &'a Table, key: &str) -> &'a [Table] {
-    match table.values.get(key).map(|found| &found.value) {
-        Some(Value::Tables(tables)) => tables,
-        _ => &[],
-    }
-}
-
 /// A name and its value.
 pub(in crate::study) type Entry = (Placed<String>, Placed<SchemaScalar>);
-
-/// The entries of a key from names to values; none if it is absent or unreadable.
-pub(in crate::study) fn read_map<'a>(table: &'a Table, key: &str) -> &'a [Entry] {
-    match table.values.get(key).map(|found| &found.value) {
-        Some(Value::Map(entries)) => entries,
-        _ => &[],
-    }
-}
 
 /// Whether the file has a key, even if its value is unreadable.
 pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
@@ -63,7 +31,7 @@ pub(in crate::study) fn quantity(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
-    let scalar = read_scalar(table, key)?;
+    let scalar = table.scalar_or_default(key, &table.place)?;
     let label = format!("`{key}` of {what}");
     of_dimension(reader, &scalar, (dimension, sign), &label, out)
 }
@@ -77,7 +45,7 @@ pub(in crate::study) fn quantity_like(
     what: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
-    let scalar = read_scalar(table, key)?;
+    let scalar = table.scalar_or_default(key, &table.place)?;
     let label = format!("`{key}` of {what}");
     fitting(reader, &scalar, (expected, Dimension::is_like), &label, out)
 }

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use super::events::{not_settable, settable};
 use super::locations::places_in_control;
-use super::read_values::read_map;
 use kardan_elements::manoeuvre::quoted;
 use kardan_expr::expr::OfTime;
 use kardan_math::units::Expression;
@@ -22,7 +21,7 @@ pub(in crate::study) fn source_signals(
     (duration, seed): (f64, u64),
     out: &mut Vec<Diagnostic>,
 ) -> Vec<SourceSignal> {
-    let explicit = read_map(&document.scenario, "signals");
+    let explicit = document.scenario.map("signals").unwrap_or_default();
     if explicit.is_empty() && document.signals.is_empty() {
         return Vec::new();
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::study::read::locations::place_of_value;
 use crate::study::read::positions::is_finite_at;
-use crate::study::read::read_values::{Entry, of_dimension, read_map, read_names, read_scalar, read_tables, read_word};
+use crate::study::read::read_values::{Entry, of_dimension, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::names::unknown_name;
@@ -123,7 +123,7 @@ pub(in crate::study) fn analysis_spec(
     let targets = coordinates.as_deref();
     let own = (table, what);
     let (at, conditions) = operating_point(own, (context.document, equations), targets, &reader, out);
-    let entries = read_map(table, "motion");
+    let entries = table.map("motion").unwrap_or_default();
     let motion = targets_of((what, "motion"), entries, (context.document, targets), &reader, out);
     let moves = motion.iter().any(|(_, value)| *value != 0.0);
     if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
@@ -164,7 +164,7 @@ fn outputs(
     table: &Table,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Vec<String>> {
-    let names = read_names(table, "outputs");
+    let names = table.names("outputs").unwrap_or_default();
     table.values.get("outputs")?;
     if names.is_empty() && !table.unread.contains(&"outputs") {
         out.push(
@@ -299,7 +299,7 @@ pub(in crate::study) fn operating_point(
 ) -> (Vec<(String, f64)>, OperatingConditions) {
     let (mut conditions, mut rest) = (OperatingConditions::default(), Vec::new());
     let body = |name: &str| document.elements.iter().filter(|e| e.name == name).find_map(Instance::body);
-    for entry in read_map(table, "at") {
+    for entry in table.map("at").unwrap_or_default() {
         let (name, scalar) = entry;
         let signal = SignalName::new(&name.value);
         let label = format!("`{}` in `at` of {what}", name.value);
@@ -406,7 +406,7 @@ fn places(
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Site> {
-    let tables = read_tables(table, key);
+    let tables = table.tables(key);
     if tables.is_empty() && table.values.contains_key(key) && !table.unread.contains(&key) {
         out.push(
             Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
@@ -427,7 +427,8 @@ fn places(
         };
         // `TableReader::values` of the whole table has reported unreadable values.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
-        let cost = read_scalar(table, "cost")
+        let cost = table
+            .scalar_or_default("cost", &table.place)
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         // If it is unreadable, the location is checked nevertheless.
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };
@@ -459,7 +460,7 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
     let with: BTreeSet<&str> = equations.frictions.iter().map(|friction| friction.element.as_str()).collect();
     let with: BTreeSet<&str> =
         with.into_iter().chain(stickable.map(|unilateral| unilateral.element.as_str())).collect();
-    for word in read_names(&context.document.analysis, "stuck") {
+    for word in context.document.analysis.names("stuck").unwrap_or_default() {
         let name = word.value.as_str();
         let element = context.document.elements.get(name);
         let rubs = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));

@@ -1,7 +1,7 @@
 //! Settings of `[bench]`.
 
 use super::bench_truth::Truth;
-use crate::study::read::read_values::{Entry, of_dimension, quantity, read_map, read_names, read_word};
+use crate::study::read::read_values::{Entry, of_dimension, quantity, read_word};
 use crate::study::read::scenario::whole;
 use kardan_math::names::unknown_name;
 use kardan_math::units::Dimension;
@@ -75,13 +75,13 @@ impl BenchSpec {
             bench.refuse("bench::bandwidth", "bandwidth", &wrong, "too fast for the sample time", &help);
         }
         Self {
-            truth: table.values.contains_key("truth").then(|| read_map(table, "truth").to_vec()),
+            truth: table.values.contains_key("truth").then(|| table.map("truth").unwrap_or_default().to_vec()),
             spread,
             period,
             seed,
             plan: read_word(table, "plan").and_then(ExcitationPlan::of).unwrap_or(ExcitationPlan::ConstantSpeeds),
-            parameters: read_names(table, "parameters").to_vec(),
-            signals: read_names(table, "signals").to_vec(),
+            parameters: table.names("parameters").unwrap_or_default().to_vec(),
+            signals: table.names("signals").unwrap_or_default().to_vec(),
             speed_limits,
             least_speeds,
             speeds,
@@ -140,7 +140,7 @@ impl BenchTable<'_> {
     /// Speeds by shaft, rad/s.
     fn speeds(&mut self, key: &str, (sign, help): (Sign, &str)) -> Vec<(String, f64)> {
         let mut speeds = Vec::new();
-        for (name, scalar) in read_map(self.table, key) {
+        for (name, scalar) in self.table.map(key).unwrap_or_default() {
             let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
             let moves = |e: &&Instance| matches!(e.kind.keyword, "shaft" | "mass");
             let bodies = || self.document.elements.iter().filter(moves);

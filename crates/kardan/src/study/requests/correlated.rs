@@ -5,7 +5,7 @@ use std::str;
 use super::distribution::{Distribution, score};
 use super::varied::{Varied, add, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
-use crate::study::read::read_values::{read_names, read_tables, read_word};
+use crate::study::read::read_values::read_word;
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
 use kardan_model::{Document, TableReader};
@@ -93,7 +93,7 @@ pub(in crate::study) fn correlated(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<CorrelatedGroup> {
     let mut found: Vec<CorrelatedGroup> = Vec::new();
-    for (number, table) in read_tables(&document.sweep, "correlated").iter().enumerate() {
+    for (number, table) in document.sweep.tables("correlated").iter().enumerate() {
         let what = format!("entry {} of `[[sweep.correlated]]`", number + 1);
         let before = out.len();
         let Some(correlation) = correlation(document, table, &what, out) else { continue };
@@ -176,7 +176,7 @@ fn correlation(document: &Document, table: &Table, what: &str, out: &mut Vec<Dia
         let place = TableReader::place(table, key);
         out.push(Diagnostic::error("sweep::correlation", format!("{what}: {message}")).at(place, "here").help(help));
     };
-    let names: Vec<String> = read_names(table, "parameters").iter().map(|name| name.value.clone()).collect();
+    let names: Vec<String> = table.words("parameters");
     // Duplicate names were reported.
     if table.unread.contains(&"parameters") {
         return None;

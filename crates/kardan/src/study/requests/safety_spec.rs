@@ -5,7 +5,7 @@ use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::Measuring;
 use crate::study::measure::selected_variants::selected_variants;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, quantity, read_map, read_names, read_scalar, read_tables, read_word};
+use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::Dimension;
 use kardan_model::tables::Measure;
@@ -89,7 +89,7 @@ pub(in crate::study) fn safety_spec<'a>(
     check_missing_keys(document, &spec, out);
     let tried = |name: &String| spec.variants.is_empty() || spec.variants.contains(name);
     let duration = ends.iter().filter(|(name, _)| tried(name)).map(|(_, end)| *end).fold(f64::INFINITY, f64::min);
-    for table in read_tables(table, "effect") {
+    for table in table.tables("effect") {
         let Some(effect) = effect(context, &reader, (table, variants, ends), out) else { continue };
         let late = |fault: &&NamedFault| {
             let (begins, end) = (fault.begins(), fault.begins() + effect.window);
@@ -163,7 +163,7 @@ fn value_names(
     let sets = |variant: &VariantSettings, name: &str| variant.settings.iter().any(|one| one.name == name);
     let setter = |name: &str| all.iter().filter(is_tried).find(|variant| sets(variant, name));
     let mut names: Vec<String> = Vec::new();
-    for (name, scalar) in read_map(&document.safety, "values") {
+    for (name, scalar) in document.safety.map("values").unwrap_or_default() {
         let shown = shortened(&name.value);
         let label = format!("`{shown}` of `values` of {SAFETY}");
         let Some(parameter) = document.declared(&name.value) else {
@@ -234,7 +234,7 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
         }
         return None;
     };
-    Some((name.to_string(), read_names(&block.table, "states").iter().map(|word| word.value.clone()).collect()))
+    Some((name.to_string(), block.table.words("states")))
 }
 
 /// Reports keys without effect because another one is missing.
@@ -290,7 +290,7 @@ fn effect<'a>(
 /// Reports a bound that differs between the variants.
 fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
     let varied = |name: &str| document.is_varied(name);
-    let found: Option<(String, Place)> = match read_scalar(table, key) {
+    let found: Option<(String, Place)> = match table.scalar_or_default(key, &table.place) {
         Some(Placed { value: SchemaScalar::Parameter(name), place }) if varied(&name) => Some((name, place)),
         _ => None,
     };

@@ -5,7 +5,7 @@ use super::distribution::Distribution;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{of_dimension, quantity, read_map, read_tables, read_word};
+use crate::study::read::read_values::{of_dimension, quantity, read_word};
 use crate::study::read::scenario::whole;
 use crate::study::read::signal_table::SignalContext;
 use kardan_identify::two_sided_normal;
@@ -55,7 +55,7 @@ pub(in crate::study) fn sweep_spec(
         out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
-    for table in read_tables(table, "vary") {
+    for table in table.tables("vary") {
         add(&mut varied, vary(&reader, document, table, out), table, out);
     }
     lists(&reader, document, &mut varied, out);
@@ -219,7 +219,7 @@ fn shape(
 fn lists(reader: &TableReader<'_>, document: &Document, varied: &mut Vec<Varied>, out: &mut Vec<Diagnostic>) {
     let table = &document.sweep;
     let mut found: Vec<(&Parameter, Vec<f64>)> = Vec::new();
-    for (name, scalar) in read_map(table, "lists") {
+    for (name, scalar) in table.map("lists").unwrap_or_default() {
         let label = format!("`{}` of `lists` of {SWEEP}", shortened(&name.value));
         let position = found.iter().position(|(parameter, _)| parameter.name == name.value);
         let number = match position {
