@@ -9,7 +9,7 @@ use crate::study::PreparedVariant;
 use crate::study::read::locations::place_in_control;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
-use kardan_mechanics::equations::{Formula, Meaning};
+
 use kardan_mechanics::program::{Read, Task, TaskOutput};
 use kardan_model::{Document, Model};
 use kardan_results::signal_name::SignalName;
@@ -186,7 +186,7 @@ pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVari
         );
     }
     for law in &reduced.equations.laws {
-        let blocks: Vec<&str> = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name)).collect();
+        let blocks: Vec<&str> = law.value.blocks().filter(|name| moving.contains(*name)).collect();
         if blocks.is_empty() {
             continue;
         }
@@ -210,15 +210,6 @@ pub(in crate::study) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> 
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
     let place = document.elements.get(element).map(|own| own.place.clone());
     Diagnostic::warning("block::not-in-design", message).at_each(place, "this element").help(help)
-}
-
-/// The blocks in a formula.
-fn blocks_of(formula: &Formula) -> Vec<&str> {
-    formula
-        .all_names()
-        .into_iter()
-        .filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name.as_str()) } else { None })
-        .collect()
 }
 
 /// Rejects controllers whose commands are multiplied by a signal that nothing sets: they would be off.

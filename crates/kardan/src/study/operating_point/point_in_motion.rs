@@ -11,7 +11,7 @@ use kardan_expr::expr::Side;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
 use kardan_mechanics::reduce::{
     Instant, MotionSpec, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
-    motion_of, steady_motion, with_enforced, with_sliding,
+    motion_of, reads_blocks, steady_motion, with_enforced, with_sliding,
 };
 use kardan_results::signal_name::Quantity;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -263,8 +263,7 @@ fn describe_nonsmooth_elements(
         out.extend(of(is_so).map(|names| format!("{what}: {names}{more}")));
     }
     let (mut laws, unilaterals) = (own.equations.laws.iter(), own.equations.unilaterals.iter());
-    let blocks =
-        laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
+    let blocks = laws.clone().any(|law| reads_blocks(&law.value));
     let mut formulas = unilaterals.filter_map(|unilateral| unilateral.value.formula());
     if laws.any(|law| law.value.is_of_time()) || formulas.any(|formula| formula.is_of_time()) {
         let outputs_text =
@@ -398,7 +397,7 @@ fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Dia
     let torques: Vec<f64> = (own.equations.inputs.iter())
         .map(|input| value(&own.equations.domain_of(input).effort().of(&input.element)).unwrap_or(0.0))
         .collect();
-    let outputs = blocks_of(own).into_iter().filter_map(|name| Some((name.clone(), value(&name)?))).collect();
+    let outputs = blocks_of(own).into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
     let instant = Instant { time, outputs };
     let (enforced, sliding) = modes(own, &run.modes());
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
@@ -440,17 +439,10 @@ fn elements_of(reduced: &Reduced, directions: &BTreeSet<usize>) -> BTreeSet<Stri
 }
 
 /// Names of the blocks that torques, clutches and locks of a model read.
-fn blocks_of(reduced: &Reduced) -> BTreeSet<String> {
+fn blocks_of(reduced: &Reduced) -> BTreeSet<&str> {
     let laws = reduced.equations.laws.iter().map(|law| &law.value);
     let unilaterals = reduced.equations.unilaterals.iter().filter_map(|unilateral| unilateral.value.formula());
-    let mut out = BTreeSet::new();
-    for formula in laws.chain(unilaterals) {
-        out.extend(formula.all_names().into_iter().filter_map(|(_, meaning)| match meaning {
-            Meaning::Block(name, _) => Some(name.clone()),
-            _ => None,
-        }));
-    }
-    out
+    laws.chain(unilaterals).flat_map(|formula| formula.blocks()).collect()
 }
 
 /// The signs of set-valued directions in a run (0: at rest): which of them are enforced, and with which signs frictions slide.
