@@ -66,7 +66,7 @@ fn linear_model(
     if !descriptor {
         system = system.explicit().ok_or_else(|| {
             let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
-            vec![Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")]
+            Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")
         })?;
     }
     let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };

@@ -28,12 +28,12 @@ impl Mechanical {
         system: &ConstrainedSystem,
         preferred: &[usize],
         outputs: &[OutputSignal],
-    ) -> Result<Self, Vec<Diagnostic>> {
+    ) -> Result<Self, Diagnostic> {
         let (coordinates, basis) = system.explicit_basis(preferred);
         if coordinates.is_empty() {
             let message = "with this friction stuck no motion is possible";
             let help = "let some of the elements in `stuck` slide";
-            return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
+            return Err(Diagnostic::error("analysis::no-motion", message).help(help));
         }
         let pencil = linear_system(system, &coordinates, &basis, outputs);
         let coordinates = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
@@ -118,7 +118,7 @@ pub(in crate::study) fn not_eliminated(
     error: MasslessError,
     non_angle_domains: &NonAngleDomains,
     variant: &PreparedVariant,
-) -> Vec<Diagnostic> {
+) -> Diagnostic {
     let rename = |direction: Vec<(String, Rational)>| -> Vec<(String, Rational)> {
         direction.into_iter().map(|(name, factor)| (state_name(&name, non_angle_domains), factor)).collect()
     };
@@ -137,5 +137,5 @@ pub(in crate::study) fn not_eliminated(
     if let Some(massless) = variant.massless.first() {
         diagnostic.labels.clone_from(&massless.labels);
     }
-    vec![diagnostic]
+    diagnostic
 }

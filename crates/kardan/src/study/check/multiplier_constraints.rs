@@ -249,9 +249,7 @@ pub(in crate::study) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Di
 /// # Errors
 /// Why its multiplier constraints have no linearisation.
 pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
-    if let Some(diagnostic) = nothing_free(&variant.reduced) {
-        return Err(diagnostic);
-    }
+    free_motion(&variant.reduced)?;
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
     let refused =
         |message: String, help: String| Diagnostic::error("analysis::multiplier-constraint", message).help(help);
@@ -275,19 +273,19 @@ pub(in crate::study) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item
     reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
 }
 
-/// The error that all motion is prescribed, for requests that need free motion.
-pub(in crate::study) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
+/// Whether a free motion remains, for requests that need one.
+///
+/// # Errors
+/// If all motion is prescribed.
+pub(in crate::study) fn free_motion(reduced: &Reduced) -> Result<(), Diagnostic> {
     let names: Vec<&str> = moves_by_itself(reduced).collect();
-    (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
-        let message = format!(
-            "no free motion remains: {} prescribe{} all motion",
-            quoted(&names),
-            if names.len() == 1 { "s" } else { "" }
-        );
-        Diagnostic::error("analysis::no-motion", message).help(
-            "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model",
-        )
-    })
+    if names.is_empty() || reduced.degrees_of_freedom() != reduced.equations.multiplier_constraints.len() {
+        return Ok(());
+    }
+    let s = if names.len() == 1 { "s" } else { "" };
+    let message = format!("no free motion remains: {} prescribe{s} all motion", quoted(names));
+    let help = "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model";
+    Err(Diagnostic::error("analysis::no-motion", message).help(help))
 }
 
 /// Reports requests for free motion if there is none; true if there is no error.
@@ -299,7 +297,7 @@ pub(in crate::study) fn check_free(document: &Document, reduced: &Reduced, out: 
         .map(|control| control.table.place.clone())
         .chain(tables.map(|table| table.place.clone()));
     let asking = places.min_by_key(Place::start);
-    let Some((place, diagnostic)) = asking.zip(nothing_free(reduced)) else { return true };
+    let Some((place, diagnostic)) = asking.zip(free_motion(reduced).err()) else { return true };
     out.push(diagnostic.at(place, "needs a free motion"));
     false
 }

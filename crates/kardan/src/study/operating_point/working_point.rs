@@ -7,7 +7,7 @@ use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
-use crate::study::check::multiplier_constraints::nothing_free;
+use crate::study::check::multiplier_constraints::free_motion;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::state_names::{motors, non_angle_domains, state_name};
@@ -83,9 +83,7 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (reduced, spec) = (&variant.reduced, &variant.analysis);
-        if let Some(diagnostic) = nothing_free(reduced) {
-            return Err(vec![diagnostic]);
-        }
+        free_motion(reduced)?;
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
@@ -129,7 +127,7 @@ impl WorkingPoint {
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
         let found = point_in_motion(variant, request)
-            .map_err(|diagnostic| vec![diagnostic.at_each(spec.places.get("at").cloned(), "at this point")])?;
+            .map_err(|diagnostic| diagnostic.at_each(spec.places.get("at").cloned(), "at this point"))?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
         let point = OperatingPoint { side: variant.point.side.clone(), ..found.point.clone() };
@@ -215,7 +213,7 @@ fn working_position(
         let rest = Rest::near(reduced, &position).map_err(|message| {
             let help = "name the operating point by `at` of `[analysis]`, or add an element that supports the model: a \
                         spring, or a friction, stop, clutch or lock in `stuck`";
-            vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
+            Diagnostic::error("analysis::equilibrium", message).help(help)
         })?;
         notes.push(format!("operating point: {}", rest.found));
         notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
@@ -238,12 +236,12 @@ fn check_slopes(
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
             let spec = &variant.analysis;
-            return Err(vec![
-                Diagnostic::error("analysis::not-differentiable", no_slope(&slopes))
-                    .at_each(spec.laws.get(name).cloned(), "it has no derivative there")
-                    .at_each(spec.places.get("at").cloned(), "at this point")
-                    .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there"),
-            ]);
+            let help = "name another operating point by `at` of `[analysis]`, or make the expression smooth there";
+            return Err(Diagnostic::error("analysis::not-differentiable", no_slope(&slopes))
+                .at_each(spec.laws.get(name).cloned(), "it has no derivative there")
+                .at_each(spec.places.get("at").cloned(), "at this point")
+                .help(help)
+                .into());
         }
         if slopes.rounded {
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, all later steps are exact"));

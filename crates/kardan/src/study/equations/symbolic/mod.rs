@@ -48,7 +48,7 @@ impl Project {
             EquationsForm::Latex => page::latex(variant, &found),
             EquationsForm::Plan => {
                 let message = "a plan needs numbers, not symbols";
-                return Err(vec![Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON")]);
+                return Err(Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON").into());
             }
         };
         Ok((text, diagnostics))
@@ -60,7 +60,7 @@ impl Project {
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
             let help = "give them an inertia, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::massless", message).help(help).into());
         }
         unilateral::refuse_tables(&variant.reduced)?;
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
@@ -70,7 +70,7 @@ impl Project {
         let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
             let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
             let help = "name other coordinates in `[model]`, or print the equations without --symbolic";
-            vec![Diagnostic::error("symbolic::explicit", message).help(help)]
+            Diagnostic::error("symbolic::explicit", message).help(help)
         })?;
         let behind = reduced
             .equations
@@ -81,7 +81,7 @@ impl Project {
             let message =
                 format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");
             let help = "prescribe the end that drives the curve, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::curve", message).help(help).into());
         }
         if let Some(group) = reduced.redundant_groups().first() {
             let all = quoted(group);
@@ -89,14 +89,14 @@ impl Project {
                 "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );
             let help = "remove one of them, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::redundant", message).help(help).into());
         }
         let start = &variant.scenario.position;
         let (meanings, functions) = (named.meanings.clone(), &named.functions);
         let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
             let help = "print the numbers without --symbolic, or use a part of the model";
-            vec![Diagnostic::error("symbolic::size", message).help(help)]
+            Diagnostic::error("symbolic::size", message).help(help)
         })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))
     }
