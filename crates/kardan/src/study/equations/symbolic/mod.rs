@@ -4,6 +4,8 @@ mod names;
 mod page;
 mod unilateral;
 
+use std::collections::BTreeSet;
+
 use self::names::{Names, both};
 use crate::study::equations::form::EquationsForm;
 use crate::study::equations::latex_lines::index;
@@ -136,11 +138,8 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
     let own = |name: &String| values.iter().any(|value| value.name == *name);
-    let excluded =
-        named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
-    let mut excluded: Vec<String> = excluded.cloned().collect();
-    excluded.sort();
-    excluded.dedup();
+    let is_zero = |name: &&String| named.values.get(*name).is_some_and(|one| one.value.is_zero());
+    let excluded: BTreeSet<&String> = named.used.iter().filter(|name| is_zero(name) && !own(name)).collect();
     SymbolicEquations {
         intermediate_symbols: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
         dependent_coordinates: dependents,
@@ -159,7 +158,7 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
-        zero_parameters: excluded,
+        zero_parameters: excluded.into_iter().cloned().collect(),
         ripples: unilateral::ripples(reduced),
         values,
         functions,
@@ -215,13 +214,11 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
 
 fn functions(names: &Names<'_>, used: &[Letter]) -> Vec<SymbolicFunction> {
     let element = |letter: &Letter| match names.letters.symbol(*letter) {
-        Symbol::Curve(element, ..) => Some(element.clone()),
+        Symbol::Curve(element, ..) => Some(element),
         _ => None,
     };
-    let mut elements: Vec<String> = used.iter().filter_map(element).collect();
-    elements.sort();
-    elements.dedup();
-    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), element: of }).collect()
+    let elements: BTreeSet<&String> = used.iter().filter_map(element).collect();
+    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(of), element: of.clone() }).collect()
 }
 
 fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicFormula> {
