@@ -159,9 +159,7 @@ impl Terms {
     fn at(equations: &Equations, work: &Work) -> Self {
         let project = |row: Vec<(usize, f64)>| -> Row {
             let mut out = vec![0.0; work.kinematics.row(0).len()];
-            for (shaft, c) in row {
-                out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
-            }
+            work.kinematics.project(&row, &mut out);
             out.into_iter().enumerate().filter(|(_, x)| *x != 0.0).collect()
         };
         Self {

@@ -142,14 +142,10 @@ fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Ve
     kinematics.update(position, &vec![0.0; position.len()]);
     let all = contacts(reduced, position);
     let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.unilateral)).collect();
-    let row = |one: &Contact| -> Vec<f64> {
-        let mut out = vec![0.0; position.len()];
-        for (shaft, a) in reduced.equations.unilaterals[one.unilateral].row_f64() {
-            out.iter_mut().zip(kinematics.row(shaft)).for_each(|(out, x)| *out += a * x);
-        }
-        out
-    };
-    let rows: Vec<Vec<f64>> = gaps.iter().map(|one| row(one)).collect();
+    let mut rows = vec![vec![0.0; position.len()]; gaps.len()];
+    for (one, row) in gaps.iter().zip(&mut rows) {
+        kinematics.project(&reduced.equations.unilaterals[one.unilateral].row_f64(), row);
+    }
     let matrix = Matrix::from_fn(rows.len(), position.len(), |i, j| rows[i][j]);
     let gap = Matrix::from_fn(gaps.len(), 1, |i, _| gaps[i].gap);
     let Some(shares) = matrix.multiply(&matrix.transpose()).solve(&gap) else { return position.to_vec() };
