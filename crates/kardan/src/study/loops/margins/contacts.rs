@@ -107,13 +107,9 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
     let reduced = &variant.reduced;
     let position = touching(reduced, &variant.point.position, closed);
     let model = closed_contacts(reduced, closed, &position);
-    let at = |model: &Reduced, point: &OperatingPoint| {
-        let whole = OperatingPoint { position: position.clone(), ..point.clone() };
-        let [position, rates] = motion_of(model, reduced, &whole);
-        OperatingPoint { position, rates, torques: point.torques.clone(), side: point.side.clone() }
-    };
-    let point = at(&model, &variant.point);
-    with_plants(variant, model, point)
+    let whole = OperatingPoint { position, ..variant.point.clone() };
+    let [position, rates] = motion_of(&model, reduced, &whole);
+    with_plants(variant, model, OperatingPoint { position, rates, ..whole })
 }
 
 /// A variant with another model of its loop, also of its laws, except those that leave elements out.
