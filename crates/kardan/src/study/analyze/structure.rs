@@ -64,18 +64,18 @@ impl Project {
         let (prepared, diagnostics) = self.for_analysis()?;
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-        let toleranced = !variant.model.tolerances.is_empty();
-        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion) {
+        let in_motion = analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion);
+        if variant.model.tolerances.is_empty() {
+            // Nothing varies.
+        } else if in_motion {
             let note = "the effect of the tolerances is not analysed: the operating point is one in motion";
             analysis.notes.push(note.into());
-        } else if variant.unfrozen.is_none() {
-            if toleranced {
-                store_partial(progress, &analysis, "the effects of the tolerances");
-            }
-            sensitivity(self.document(), prepared, variant, settings, &mut analysis, progress)?;
-        } else if toleranced {
+        } else if variant.unfrozen.is_some() {
             let note = "the effect of the tolerances is not analysed: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
+        } else {
+            store_partial(progress, &analysis, "the effects of the tolerances");
+            sensitivity(self.document(), prepared, variant, settings, &mut analysis, progress)?;
         }
         analysis.parity = parity(self.document(), prepared, variant, settings, &mut analysis.notes)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
@@ -430,13 +430,11 @@ fn decide(
 ) -> Result<(), Vec<Diagnostic>> {
     let failed = |error: StructureError| vec![Diagnostic::error("analysis::structure", error.to_string())];
     progress.advance(0, name, 0.0);
+    analysis.structure = structure(system).map_err(failed)?;
     if certify {
-        analysis.structure = structure(system).map_err(failed)?;
         store_partial(progress, analysis, &format!("the requested proofs, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
-    } else {
-        analysis.structure = structure(system).map_err(failed)?;
     }
     store_partial(progress, analysis, rest);
     Ok(())

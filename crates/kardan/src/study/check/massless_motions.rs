@@ -263,8 +263,7 @@ pub(in crate::study) fn check_readings(
          of the law, which would form an algebraic loop",
         control.name
     );
-    let places = places_in_control(document, control, &names[*first][1]);
-    let place = places.first().cloned().unwrap_or_else(|| control.place.clone());
+    let place = places_in_control(document, control, &names[*first][1]).swap_remove(0);
     let is_circuit = shafts.iter().all(|shaft| plant.reduced.equations.domain(*shaft) == Domain::Charge);
     let help = match is_circuit {
         true => {

@@ -47,10 +47,9 @@ pub(in crate::study) fn sources(
             if let Some(conflict) = conflict {
                 let message =
                     format!("control `{}`: the name `{}` is already that {conflict}", control.name, reference.name);
-                let places = places_in_control(document, control, &reference.name);
                 out.push(
                     Diagnostic::error("name::duplicate", message)
-                        .at(places[places.len() - 1].clone(), "this name")
+                        .at_each(places_in_control(document, control, &reference.name).pop(), "this name")
                         .help("give the reference a name of its own, such as `ref_rack`"),
                 );
             } else if declared.is_none() {
@@ -129,9 +128,8 @@ fn of_block(
             expected.noun(),
             output.noun()
         );
-        let places = places_in_control(document, control, name);
-        let diagnostic =
-            Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
+        let diagnostic = Diagnostic::error("unit::dimension", message)
+            .at_each(places_in_control(document, control, name).pop(), "this reference");
         out.push(diagnostic.help(format!("choose an output unit of the block such as {}", expected.example())));
     }
 }

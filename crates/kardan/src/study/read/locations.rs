@@ -33,7 +33,7 @@ pub(in crate::study) fn place_of_value(document: &Document, element: &str, key: 
     })
 }
 
-/// The spans of a word in a controller's table, of its header if the word is absent.
+/// The spans of a word in a controller's table, of its header if the word is absent; at least one.
 pub(in crate::study) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
     let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
     let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
