@@ -162,6 +162,12 @@ pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> S
     near.map_or_else(otherwise, |near| format!("did you mean `{near}`?"))
 }
 
+/// The name, with the first free number behind it if it is used: `K`, `K_2`.
+pub fn unused(name: &str, first: usize, is_used: impl Fn(&str) -> bool) -> String {
+    let numbered = (first..).map(|number| format!("{name}_{number}"));
+    std::iter::once(name.to_string()).chain(numbered).find(|name| !is_used(name)).unwrap_or_default()
+}
+
 #[cfg(test)]
 #[path = "../../tests/unit/names.rs"]
 mod tests;

@@ -22,7 +22,7 @@ use crate::study::read::state_names::motors;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
-use kardan_math::names::unknown_name;
+use kardan_math::names::{unknown_name, unused};
 use kardan_math::num::{Matrix, discretise};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::Domain;
@@ -162,7 +162,7 @@ fn design_own(
         .map(|one| one.name.as_str())
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
-    let own = free(OWN, &reserved);
+    let own = unused(OWN, 1, |name| reserved.contains(&name));
     let mut keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &reserved)?;
     for (signal, value) in &settings.at {
         keys.table_mut("at").set(signal, RawValue::Text(value.clone()));
@@ -291,21 +291,12 @@ fn keys(
         for channel in keys.list_mut("channels") {
             let RawValue::Table(channel) = &mut channel.value else { continue };
             if let Some(RawValue::Text(reference)) = channel.get("reference") {
-                let name = free(reference, reserved);
+                let name = unused(reference, 1, |name| reserved.contains(&name));
                 channel.set("reference", RawValue::Text(name));
             }
         }
     }
     Ok(keys)
-}
-
-/// The name, with a number appended if it is already in use.
-fn free(name: &str, reserved: &[&str]) -> String {
-    let numbered = (1..).map(|k| format!("{name}_{k}"));
-    std::iter::once(name.to_string())
-        .chain(numbered)
-        .find(|name| !reserved.contains(&name.as_str()))
-        .unwrap_or_default()
 }
 
 /// The model with another decoupling feedback of a controller, if its law supports that.

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::locations::places_in_control;
 use super::read_values::{quantity, read_word};
 use super::signal_table::SignalContext;
-use kardan_math::names::NamedList;
+use kardan_math::names::{NamedList, did_you_mean};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::InputKind;
@@ -148,11 +148,10 @@ pub(in crate::study) fn not_settable(
         let message = format!("`{shown}` is {}, so {who} cannot set it", block.description);
         return Some((message, "set what it follows from, or give it another name".into()));
     }
-    let listed = || match settable().next() {
+    let all = || match settable().next() {
         None => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
         _ => format!("{all} can set {}", quoted(names())),
     };
-    let all = listed;
     let name = SignalName::new(signal);
     let (head, quantity) = (name.unqualified().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
@@ -189,7 +188,7 @@ pub(in crate::study) fn not_settable(
     if context.may_have(signal) {
         return None;
     }
-    let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
+    let help = did_you_mean(nearest(signal, names()), all);
     Some((format!("there is no signal `{shown}` that {who} can set"), help))
 }
 

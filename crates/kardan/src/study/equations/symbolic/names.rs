@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::study::equations::latex_lines::{index, motion, word};
 use kardan_expr::expr::parenthesised;
+use kardan_math::names::unused;
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, InputKind};
@@ -279,9 +280,7 @@ fn enclosed(text: &str, latex: bool) -> String {
 
 /// An unused name.
 fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
-    let more = (2..).map(|k| format!("{preferred}_{k}"));
-    let free = std::iter::once(preferred.to_string()).chain(more).find(|name| !used_names.contains(name));
-    let name = free.unwrap_or_default();
+    let name = unused(preferred, 2, |name| used_names.contains(name));
     used_names.insert(name.clone());
     name
 }
