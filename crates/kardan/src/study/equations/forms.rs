@@ -7,7 +7,7 @@ use crate::study::check::multiplier_constraints::multiplier_elements;
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::form::{EquationsForm, kinds};
 use crate::study::equations::latex_lines::{aligned, index, motion, one_line};
-use crate::study::equations::multiplier_equations::{multiplier_lines, of_time};
+use crate::study::equations::multiplier_equations::{effort_mark, multiplier_lines, of_time};
 use crate::study::read::state_names::{SignedTerm, motors, scaled_term, signed_sum};
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
@@ -145,12 +145,7 @@ fn lines(
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &DirectionalTerm<InputKind>| match input.value {
-        InputKind::Motor(_) => match variant.reduced.equations.domain_of(input) {
-            Domain::Charge => mark(&input.element, 6),
-            Domain::Translation => mark(&input.element, 7),
-            Domain::Number => mark(&input.element, 5),
-            Domain::Rotation => mark(&input.element, 3),
-        },
+        InputKind::Motor(_) => mark(&input.element, effort_mark(variant.reduced.equations.domain_of(input))),
         InputKind::Disturbance => mark(&input.element, 5),
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();

@@ -52,14 +52,7 @@ pub(in crate::study) fn multiplier_lines(
         None => product(&formatted(expr), style, of),
     };
     let line = |(k, constraint): (usize, &kardan_mechanics::assemble::MultiplierConstraint)| {
-        let effort = match equations.domain_of_multiplier(constraint) {
-            Some(Domain::Rotation) => 3,
-            Some(Domain::Charge) => 6,
-            Some(Domain::Number) => 5,
-            Some(Domain::Translation) => 7,
-            None => 9,
-        };
-        let multiplier = mark(&constraint.element, effort);
+        let multiplier = mark(&constraint.element, equations.domain_of_multiplier(constraint).map_or(9, effort_mark));
         let direction = &motion.frictions[first + k];
         let shares = (0..r).map(|i| direction.get(&i).map(|entry| term(*entry, &multiplier))).collect();
         let left_side = |order: usize| {
@@ -76,6 +69,16 @@ pub(in crate::study) fn multiplier_lines(
         MultiplierLine { element: constraint.element.clone(), shares, equation }
     };
     equations.multiplier_constraints.iter().enumerate().map(line).collect()
+}
+
+/// How a torque, a force, a voltage or a rate is marked.
+pub(in crate::study) fn effort_mark(domain: Domain) -> usize {
+    match domain {
+        Domain::Rotation => 3,
+        Domain::Number => 5,
+        Domain::Charge => 6,
+        Domain::Translation => 7,
+    }
 }
 
 /// A coefficient in text form, times a factor.
