@@ -48,8 +48,8 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
         refuse(message, place.clone(), "this table", "take it out");
     }
     let (free, rows) = (reduced.degrees_of_freedom(), equations.multiplier_constraints.len());
-    let no_motion = rows > free || rows == free && !equations.prescribes();
-    let follows = || no_motion.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
+    let leaves_none = rows > free || rows == free && !equations.prescribes();
+    let follows = || leaves_none.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
     if let Some(dependent) = dependent_row(reduced) {
         out.push(dependency_diagnostic(document, reduced, &dependent));
     } else if let Some(row) = superfluous(reduced).or_else(follows) {
@@ -60,7 +60,7 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
                     redundant sums of rows of speeds in the same unit";
         let diagnostic = Diagnostic::error("constraint::dependent", message);
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
-    } else if no_motion {
+    } else if leaves_none {
         let message = format!("the constraints leave no motion: {free} coordinates and {rows} more constraints");
         out.push(no_motion(message).at_each(first_places(document, multiplier_elements(reduced)), "a constraint"));
     }

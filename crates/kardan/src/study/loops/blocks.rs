@@ -9,7 +9,6 @@ use crate::study::PreparedVariant;
 use crate::study::read::locations::place_in_control;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
-
 use kardan_mechanics::program::{Read, Task, TaskOutput};
 use kardan_model::{Document, Model};
 use kardan_results::signal_name::SignalName;

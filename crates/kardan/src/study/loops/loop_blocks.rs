@@ -7,7 +7,6 @@ use crate::study::PreparedVariant;
 use crate::study::prepared::Settled;
 use kardan_expr::expr::Symbol;
 use kardan_math::num::Matrix;
-
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
 use kardan_simulate::{Profile, Scenario};

@@ -2,7 +2,6 @@
 
 use kardan_math::names::unknown_name;
 use kardan_model::{ControlSpec, Document, TableReader, occurrences};
-
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Value;
 
