@@ -309,17 +309,15 @@ fn no_steady_motion(
             ),
             "remove one of them: values that are not given follow",
         ),
-        NoSteadyMotion::Undetermined(list) => refused(
-            format!("more than one choice of the torques of {} balances it", inputs(&list)),
-            &format!(
-                "give all torques except the unknown ones in `at`: `\"{}\" = \"0 {}\"`",
-                equations
-                    .domain_of(&equations.inputs[list[list.len() - 1]])
-                    .effort()
-                    .of(&equations.inputs[list[list.len() - 1]].element),
-                equations.domain_of(&equations.inputs[list[list.len() - 1]]).effort().unit(),
-            ),
-        ),
+        NoSteadyMotion::Undetermined(list) => {
+            let last = &equations.inputs[list[list.len() - 1]];
+            let effort = equations.domain_of(last).effort();
+            let example = format!("`\"{}\" = \"0 {}\"`", effort.of(&last.element), effort.unit());
+            refused(
+                format!("more than one choice of the torques of {} balances it", inputs(&list)),
+                &format!("give all torques except the unknown ones in `at`: {example}"),
+            )
+        }
         NoSteadyMotion::Unbalanced(name, torque, _) => {
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
             let by = match (motion_spec.inputs.as_slice(), request.conditions.torques.is_empty()) {
