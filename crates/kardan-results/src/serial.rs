@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use kardan_math::names::unused;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
@@ -12,9 +13,7 @@ pub fn by_name<'a, S: Serializer, V: Serialize>(
 ) -> Result<S::Ok, S::Error> {
     let mut used_keys = BTreeSet::new();
     to.collect_map(pairs.map(|(name, value)| {
-        let numbered = (2..).map(|k| format!("{name}_{k}"));
-        let key = std::iter::once(name.to_string()).chain(numbered).find(|key| !used_keys.contains(key));
-        let key = key.unwrap_or_default();
+        let key = unused(name, 2, |key| used_keys.contains(key));
         used_keys.insert(key.clone());
         (key, value)
     }))

@@ -118,6 +118,21 @@ impl Diagnostic {
     }
 }
 
+/// Several places at once.
+impl Diagnostic {
+    /// Adds places with one label.
+    pub fn at_each(self, places: impl IntoIterator<Item: Into<Place>>, text: &str) -> Self {
+        places.into_iter().fold(self, |diagnostic, place| diagnostic.at(place, text))
+    }
+}
+
+/// One error, where all are expected.
+impl From<Diagnostic> for Vec<Diagnostic> {
+    fn from(one: Diagnostic) -> Self {
+        vec![one]
+    }
+}
+
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}[{}]: {}", self.severity.word(), self.code, self.message)?;

@@ -6,7 +6,6 @@ use super::{Motion, Regressor, RegressorOptions, direction};
 use crate::extra::Extra;
 use kardan_math::num::dot;
 use kardan_mechanics::assemble::CoefficientKind as Kind;
-use kardan_mechanics::reduce::Kinematics;
 
 impl Regressor {
     /// Fills [`Self::all`] and rotates its rows; whether all signs are known.
@@ -21,7 +20,7 @@ impl Regressor {
         self.all.fill(0.0);
         for (input, (row, torque)) in self.inputs.iter().zip(torques).enumerate() {
             if !self.unmeasured.contains(&input) {
-                project(row, &self.kinematics, &mut self.direction);
+                self.kinematics.project(row, &mut self.direction);
                 (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
                 if let Some(variances) = variances {
                     let spread = variances[input].sqrt();
@@ -51,7 +50,7 @@ impl Regressor {
                 let signal = self.signal(*kind, term);
                 let term = &self.terms[*kind][term];
                 certain &= signal.is_some();
-                project(&term.row, &self.kinematics, &mut self.direction);
+                self.kinematics.project(&term.row, &mut self.direction);
                 (0..r).for_each(|i| self.all[i * n + column] += self.direction[i] * signal.unwrap_or(0.0));
             }
         }
@@ -72,12 +71,12 @@ impl Regressor {
             if let Extra::Law { parameter } = *extra {
                 for (law, row) in self.laws.iter().enumerate() {
                     let share = laws.torques.share(law, parameter);
-                    project(row, &self.kinematics, &mut self.direction);
+                    self.kinematics.project(row, &mut self.direction);
                     (0..r).for_each(|i| self.all[i * n + w + column] -= self.direction[i] * share);
                 }
                 continue;
             }
-            project(direction(extra, &self.terms, &self.inputs, teeth), &self.kinematics, &mut self.direction);
+            self.kinematics.project(direction(extra, &self.terms, &self.inputs, teeth), &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * signal.unwrap_or(0.0));
         }
         certain
@@ -91,7 +90,7 @@ impl Regressor {
             let signal = self.signal(kind, term);
             let term = &self.terms[kind][term];
             certain &= signal.is_some();
-            project(&term.row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(&term.row, &mut self.direction);
             let torque = value * signal.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
@@ -100,19 +99,19 @@ impl Regressor {
             let term = &self.terms[Kind::Friction as usize][friction];
             certain &= sign.is_some();
             let ratio = term.projection(&self.kinematics.speeds) / scale;
-            project(&term.row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(&term.row, &mut self.direction);
             let torque = excess * exp(-ratio * ratio) * sign.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
         for (law, row) in self.laws.iter().enumerate() {
             let torque = self.options.laws.torques.torque(law);
-            project(row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(row, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
         }
         for k in 0..self.options.teeth.len() {
             let lost = self.lost(k);
             certain &= lost.is_some();
-            project(&self.options.teeth[k].row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(&self.options.teeth[k].row, &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + p] -= lost.unwrap_or(0.0) * self.direction[i]);
         }
         certain
@@ -126,7 +125,7 @@ impl Regressor {
         let of_motion = &variances[self.inputs.len()..];
         for (kind, terms) in self.terms[..3].iter().enumerate() {
             for term in terms {
-                project(&term.row, &self.kinematics, &mut self.direction);
+                self.kinematics.project(&term.row, &mut self.direction);
                 for k in 0..r {
                     let share = term.nominal * self.direction[k] * of_motion[kind * r + k].sqrt();
                     (0..r).for_each(|i| self.all[i * n + first + kind * r + k] += share * self.direction[i]);
@@ -134,7 +133,7 @@ impl Regressor {
             }
         }
         for (law, row) in self.laws.iter().enumerate() {
-            project(row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(row, &mut self.direction);
             for (shaft, by_speed, slope) in self.options.laws.torques.slopes(law) {
                 let kind = if by_speed { 1 } else { 2 };
                 for k in 0..r {
@@ -151,7 +150,7 @@ impl Regressor {
         let (r, n, m) = (self.degrees_of_freedom, self.width, self.inputs.len());
         let first = self.columns() + 1 + m + 3 * r;
         for input in (0..m).filter(|input| !self.unmeasured.contains(input)) {
-            project(&self.inputs[input], &self.kinematics, &mut self.direction);
+            self.kinematics.project(&self.inputs[input], &mut self.direction);
             (0..r).for_each(|i| self.all[i * n + first + input] = self.direction[i]);
         }
         let fixed = self.fixed.iter().filter(|(kind, ..)| *kind != Kind::Friction as usize);
@@ -160,13 +159,13 @@ impl Regressor {
             self.coefficients[*column].1.iter().map(move |term| (m + (3 + k) * r, *kind, *term, 1.0))
         });
         for (place, kind, term, value) in fixed.chain(sought) {
-            project(&self.terms[kind][term].row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(&self.terms[kind][term].row, &mut self.direction);
             for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
                 self.all[i * n + first + place + k] -= value * self.direction[i] * self.direction[k];
             }
         }
         for (law, row) in self.laws.iter().enumerate() {
-            project(row, &self.kinematics, &mut self.direction);
+            self.kinematics.project(row, &mut self.direction);
             for (shaft, by_speed, slope) in self.options.laws.torques.slopes(law) {
                 let place = first + m + if by_speed { r } else { 2 * r };
                 for (i, k) in (0..r).flat_map(|i| (0..r).map(move |k| (i, k))) {
@@ -182,7 +181,7 @@ impl Regressor {
         for k in 0..self.unmeasured.len() {
             let (before, rest) = self.reflections.split_at_mut(k);
             let own = &mut rest[0];
-            project(&self.inputs[self.unmeasured[k]], &self.kinematics, own);
+            self.kinematics.project(&self.inputs[self.unmeasured[k]], own);
             for (first, reflection) in before.iter().enumerate() {
                 let share = 2.0 * dot(&reflection[first..], &own[first..]);
                 own[first..].iter_mut().zip(&reflection[first..]).for_each(|(x, v)| *x -= share * v);
@@ -199,13 +198,5 @@ impl Regressor {
                 (k..r).for_each(|i| self.all[i * n + column] -= share * own[i]);
             }
         }
-    }
-}
-
-/// `g = Kᵀa`
-fn project(row: &[(usize, f64)], kinematics: &Kinematics, out: &mut [f64]) {
-    out.fill(0.0);
-    for (shaft, a) in row {
-        out.iter_mut().zip(kinematics.row(*shaft)).for_each(|(g, k)| *g += a * k);
     }
 }

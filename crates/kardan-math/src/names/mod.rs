@@ -71,9 +71,9 @@ fn least_distance(one: u64, other: u64) -> usize {
 }
 
 /// Names in backquotes for a sentence, at most a dozen of them: `` `a`, `b` and 3 more ``.
-pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn quoted(names: impl IntoIterator<Item: AsRef<str>>) -> String {
     const MOST: usize = 12;
-    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name))).collect();
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name.as_ref()))).collect();
     match names.len() {
         0..=MOST => names.join(", "),
         count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
@@ -160,6 +160,12 @@ pub fn how_to_fix_shaft(shaft: &str) -> String {
 /// The same where the suggestion is made elsewhere, or the help is another.
 pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> String {
     near.map_or_else(otherwise, |near| format!("did you mean `{near}`?"))
+}
+
+/// The name, with the first free number behind it if it is used: `K`, `K_2`.
+pub fn unused(name: &str, first: usize, is_used: impl Fn(&str) -> bool) -> String {
+    let numbered = (first..).map(|number| format!("{name}_{number}"));
+    std::iter::once(name.to_string()).chain(numbered).find(|name| !is_used(name)).unwrap_or_default()
 }
 
 #[cfg(test)]

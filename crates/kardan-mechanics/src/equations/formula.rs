@@ -101,6 +101,14 @@ impl Formula {
         })
     }
 
+    /// The blocks whose outputs it reads, by name.
+    pub fn blocks(&self) -> impl Iterator<Item = &str> {
+        self.all_names().into_iter().filter_map(|(_, meaning)| match meaning {
+            Meaning::Block(name, _) => Some(name.as_str()),
+            _ => None,
+        })
+    }
+
     /// Its value as a fraction, if it is constant.
     pub fn number(&self) -> Option<Rational> {
         let mut graph = Graph::default();

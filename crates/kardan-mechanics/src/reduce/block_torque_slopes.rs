@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Kinematics, Motion, OperatingPoint, Reduced, law_slopes_with};
 use crate::assemble::row_f64;
-use crate::equations::{Formula, Meaning, UnilateralConstraint};
+use crate::equations::{Formula, UnilateralConstraint};
 use kardan_expr::expr::{Floating, Symbol, lower};
 use kardan_math::num::{Rational, SparseRow, rational_to_f64};
 
@@ -52,7 +52,7 @@ fn value_with_blocks(
 
 /// Whether a formula depends on block outputs.
 pub fn reads_blocks(formula: &Formula) -> bool {
-    formula.all_names().into_iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..)))
+    formula.blocks().next().is_some()
 }
 
 /// The torques that depend on blocks, at an operating point, with the block outputs there.

@@ -154,6 +154,14 @@ impl Kinematics {
         &self.basis[shaft * self.r..(shaft + 1) * self.r]
     }
 
+    /// A direction over the shafts in reduced coordinates, `Kᵀa`.
+    pub fn project(&self, direction: &[(usize, f64)], out: &mut [f64]) {
+        out.fill(0.0);
+        for (shaft, a) in direction {
+            out.iter_mut().zip(self.row(*shaft)).for_each(|(sum, k)| *sum += a * k);
+        }
+    }
+
     /// Sets angles (rad) and speeds (rad/s) of the reduced coordinates alone.
     pub(super) fn set(&mut self, position: &[f64], speed: &[f64]) {
         for (column, &shaft) in self.coordinates.iter().enumerate() {

@@ -6,45 +6,19 @@ use kardan_rt::functions::{atan, atan2};
 
 use super::Response;
 use super::channel_quotient::OneChannel;
+use kardan_results::ChannelMargin;
 
 /// A factor that is zero but for rounding, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
 const NOTHING: f64 = 1e-9;
 
-/// Gain, phase, delay and disk margins of one channel of a loop, all others as designed. Frequencies in rad/s; `None` where there is no limit.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ChannelMargins {
-    /// The largest factor below one and the smallest above it at which the loop is at the limit; 0 and infinity if none is.
-    pub gain: [f64; 2],
-    /// Of the motions that begin there.
-    pub gain_frequency: [Option<f64>; 2],
-    /// The least turn of the phase, either way, rad; infinite if none is too much.
-    pub phase: f64,
-    /// Where.
-    pub phase_frequency: Option<f64>,
-    /// The least delay, s, in continuous time; infinite if none is too much. `None` for a sampled loop.
-    pub delay: Option<f64>,
-    /// Where.
-    pub delay_frequency: Option<f64>,
-    /// α of the balanced disk: the loop stays stable under every linear error `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
-    pub disk: f64,
-    /// Where a larger disk would be too large.
-    pub disk_frequency: f64,
-}
-
-impl ChannelMargins {
-    /// The range of gains that the disk guarantees, below one and above: `(2 − α)/(2 + α)` and its inverse; from 2 on 0 and infinity.
-    pub fn disk_gain(&self) -> [f64; 2] {
-        if self.disk >= 2.0 {
-            [0.0, f64::INFINITY]
-        } else {
-            [(2.0 - self.disk) / (2.0 + self.disk), (2.0 + self.disk) / (2.0 - self.disk)]
-        }
-    }
-
-    /// The phase changes that the disk guarantees, rad: `2 atan(α/2)`, half a turn from 2 on.
-    pub fn disk_phase(&self) -> f64 {
-        2.0 * atan(0.5 * self.disk)
-    }
+/// The range of gains that a balanced disk α guarantees, below one and above: `(2 − α)/(2 + α)` and its inverse, from 2 on 0 and infinity; and the phase
+/// changes, rad: `2 atan(α/2)`, half a turn from 2 on.
+pub fn within_disk(disk: f64) -> ([f64; 2], f64) {
+    let gain = match disk >= 2.0 {
+        true => [0.0, f64::INFINITY],
+        false => [(2.0 - disk) / (2.0 + disk), (2.0 + disk) / (2.0 - disk)],
+    };
+    (gain, 2.0 * atan(0.5 * disk))
 }
 
 /// Gain, phase, delay and disk margins of one channel of a stable loop.
@@ -66,7 +40,7 @@ impl ChannelMargins {
 ///
 /// # Panics
 /// If it has not just one channel.
-pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
+pub fn channel_margins(channel: &Response) -> Option<ChannelMargin> {
     assert_eq!(channel.channels(), 1, "margins of one channel");
     let one = channel.channel_quotient();
     let (peak, place) = match &one {
@@ -76,13 +50,17 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
         }
         None => channel.balanced().peak(),
     };
-    let mut out = ChannelMargins {
+    let disk = 1.0 / peak;
+    let (disk_gain, disk_phase) = within_disk(disk);
+    let mut out = ChannelMargin {
         gain: [0.0, f64::INFINITY],
         phase: f64::INFINITY,
         delay: (!channel.is_sampled()).then_some(f64::INFINITY),
-        disk: 1.0 / peak,
-        disk_frequency: channel.frequency(place),
-        ..ChannelMargins::default()
+        disk,
+        disk_frequency: Some(channel.frequency(place)),
+        disk_gain,
+        disk_phase,
+        ..ChannelMargin::default()
     };
     let at = |place: f64| one.as_ref().map_or_else(|| channel.at(place)[(0, 0)], |one| one.at(place));
     let [real, half] = match &one {
@@ -117,7 +95,7 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
 }
 
 /// The margins of a channel that measures and moves an uncontrolled rigid-body mode.
-fn moving_freely(one: &OneChannel, out: &mut ChannelMargins) {
+fn moving_freely(one: &OneChannel, out: &mut ChannelMargin) {
     let [low, high] = out.gain;
     // Between one and the next limit all factors are equivalent.
     if !one.stable_with(0.5 * (1.0 + low)) {

@@ -11,7 +11,7 @@ mod frequencies;
 mod multiloop;
 mod response;
 
-pub use channel::{ChannelMargins, channel_margins};
+pub use channel::{channel_margins, within_disk};
 pub use frequencies::{frequency_range, refined};
 pub use multiloop::{MultiloopMargin, multiloop_margin, structured_singular_value};
 pub use response::{FrequencyError, LargestGain, Response};

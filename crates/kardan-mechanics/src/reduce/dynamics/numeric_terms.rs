@@ -37,18 +37,9 @@ impl Directions {
     pub(super) fn projected(&self, kinematics: &Kinematics, r: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.rows.len() * r];
         for (row, out) in self.rows.iter().zip(out.chunks_exact_mut(r.max(1))) {
-            project(row, kinematics, out);
+            kinematics.project(row, out);
         }
         out
-    }
-}
-
-fn project(row: &[(usize, f64)], kinematics: &Kinematics, out: &mut [f64]) {
-    out.fill(0.0);
-    for (shaft, c) in row {
-        for (value, entry) in out.iter_mut().zip(kinematics.row(*shaft)) {
-            *value += c * entry;
-        }
     }
 }
 

@@ -12,27 +12,25 @@ const MAX_LISTED: usize = 8;
 ///
 /// # Errors
 /// If the pencil is singular, or too large.
-pub(in crate::study) fn decompose_descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Vec<Diagnostic>> {
-    descriptor(system).map_err(|error| {
-        vec![match error {
-            DescriptorError::Singular(why) => singular(&why),
-            DescriptorError::TooLong => {
-                let message = "`E` is singular, and the pencil is too large for an exact decomposition: its numbers \
-                               are long fractions";
-                Diagnostic::error("state-space::too-large", message)
-                    .help("give the numbers with fewer digits, or solve the algebraic equations and give what remains")
-            }
-            DescriptorError::TooLarge => {
-                let message = format!(
-                    "`E` is singular, and a descriptor system of {} variables is too large: kardan decomposes at \
-                     most {MOST_VARIABLES}",
-                    system.states.len()
-                );
-                Diagnostic::error("state-space::too-large", message).help(
-                    "solve the algebraic equations for some of the variables and give what remains, with a regular `E`",
-                )
-            }
-        }]
+pub(in crate::study) fn decompose_descriptor(system: &LinearSystem) -> Result<DecomposedDescriptor, Diagnostic> {
+    descriptor(system).map_err(|error| match error {
+        DescriptorError::Singular(why) => singular(&why),
+        DescriptorError::TooLong => {
+            let message = "`E` is singular, and the pencil is too large for an exact decomposition: its numbers are \
+                           long fractions";
+            Diagnostic::error("state-space::too-large", message)
+                .help("give the numbers with fewer digits, or solve the algebraic equations and give what remains")
+        }
+        DescriptorError::TooLarge => {
+            let message = format!(
+                "`E` is singular, and a descriptor system of {} variables is too large: kardan decomposes at most \
+                 {MOST_VARIABLES}",
+                system.states.len()
+            );
+            Diagnostic::error("state-space::too-large", message).help(
+                "solve the algebraic equations for some of the variables and give what remains, with a regular `E`",
+            )
+        }
     })
 }
 

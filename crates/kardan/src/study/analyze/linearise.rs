@@ -4,7 +4,7 @@ use crate::study::check::massless_elimination::{Mechanical, not_eliminated};
 use crate::study::operating_point::working_point::{AnalyzeSettings, WorkingPoint};
 use crate::study::read::state_names::{NonAngleDomains, non_angle_domains, state_name};
 use crate::study::{Prepared, PreparedVariant, Project};
-use kardan_analysis::{LinearSystem, linear_system};
+use kardan_analysis::LinearSystem;
 use kardan_math::num::Matrix;
 use kardan_mechanics::equations::Domain;
 use kardan_results::signal_name::{Quantity, SignalName};
@@ -66,7 +66,7 @@ fn linear_model(
     if !descriptor {
         system = system.explicit().ok_or_else(|| {
             let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
-            vec![Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")]
+            Diagnostic::error("analysis::singular", message).help("write the matrices with E: `--descriptor`")
         })?;
     }
     let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
@@ -82,8 +82,8 @@ fn linear_model(
     let coordinates = variant.reduced.coordinate_names();
     let places = coordinates.iter().zip(&point.position);
     let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &non_angle_domains));
-    let motion = if point.moves { point.signals(variant) } else { Vec::new() };
-    let motion = motion.into_iter().map(|one| (NamedUnit { name: one.name, unit: one.unit }, one.value));
+    let motion = point.motion.iter();
+    let motion = motion.map(|one| (NamedUnit { name: one.name.clone(), unit: one.unit.clone() }, one.value));
     let opposite = || point.kinks.opposite().filter(|_| variant.point.side.below.is_empty());
     let opposite_side = opposite().map(|side| linear_model(prepared, &variant.on_side(&side), settings, descriptor));
     Ok(Linearised {
@@ -111,16 +111,9 @@ fn system_at(
     non_angle_domains: &NonAngleDomains,
     notes: &mut Vec<String>,
 ) -> Result<LinearSystem, Vec<Diagnostic>> {
-    let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
-    if coordinates.is_empty() {
-        let message = "with this friction stuck no motion is possible";
-        let help = "let some of the elements in `stuck` slide";
-        return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
-    }
-    let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
-    let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
-    let settled = Mechanical::new(pencil, names).settled();
-    let (mut system, massless) = settled.map_err(|error| not_eliminated(error, non_angle_domains, variant))?;
+    let mechanical = Mechanical::of(&point.system, &variant.reduced.coordinates, &point.outputs)?;
+    let (mut system, massless) =
+        mechanical.settled().map_err(|error| not_eliminated(error, non_angle_domains, variant))?;
     if massless {
         notes.push("motions without inertia are eliminated: variables that follow algebraically are no states".into());
     }

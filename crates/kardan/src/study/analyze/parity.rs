@@ -93,18 +93,14 @@ pub(in crate::study) fn parity(
         return Ok(None);
     }
     // With multiplier constraints the model belongs to the operating point of the variant, which other values would move.
-    if variant.unfrozen.is_none() && !subject.at.moves {
+    if variant.unfrozen.is_none() && subject.at.motion.is_empty() {
         subject.ends = Varied::of(document, prepared, variant, &subject.at).ends(&subject.at.inputs);
     }
     let all = subject.pencil(&subject.system, &subject.outputs);
     let Some(transfer) = Transfer::new(&all) else {
-        return Err(vec![
-            Diagnostic::error(
-                "analysis::parity",
-                "a motion has neither inertia nor damping nor spring, so the model does not determine it",
-            )
-            .help("give its shaft an inertia or a damping, or leave `--parity` out"),
-        ]);
+        let message = "a motion has neither inertia nor damping nor spring, so the model does not determine it";
+        let help = "give its shaft an inertia or a damping, or leave `--parity` out";
+        return Err(Diagnostic::error("analysis::parity", message).help(help).into());
     };
     let own = subject.pencil(&subject.system, &subject.outputs[..subject.sensors]);
     let found = static_relations(&own, &subject.commanded);
@@ -119,10 +115,8 @@ pub(in crate::study) fn parity(
         let message = format!(
             "a filter of {filter} s is longer than {MOST_SAMPLES} samples of {shortest} s: no threshold is computed for that"
         );
-        return Err(vec![
-            Diagnostic::error("analysis::filter", message)
-                .help(format!("choose at most {} s, or leave `--filter` out: ten samples", MOST_SAMPLES * shortest)),
-        ]);
+        let help = format!("choose at most {} s, or leave `--filter` out: ten samples", MOST_SAMPLES * shortest);
+        return Err(Diagnostic::error("analysis::filter", message).help(help).into());
     }
     let conditions = subject.conditions();
     let name = |k: &usize| subject.system.inputs[*k].element.clone();

@@ -90,7 +90,7 @@ impl<'a> Varied<'a> {
     }
 }
 
-/// Adds nearest losses, verdicts over the box of tolerances, and sampling; nothing if no parameter has a tolerance.
+/// Adds nearest losses, verdicts over the box of tolerances, and sampling, for a model with tolerances.
 pub(in crate::study) fn sensitivity(
     document: &Document,
     prepared: &Prepared,
@@ -99,10 +99,6 @@ pub(in crate::study) fn sensitivity(
     analysis: &mut Analysis,
     progress: &dyn Progress,
 ) -> Result<(), Vec<Diagnostic>> {
-    let tolerances = &variant.model.tolerances;
-    if tolerances.is_empty() {
-        return Ok(());
-    }
     if analysis.elimination.is_some() {
         analysis.notes.push("after the elimination the tolerances of the parameters are not considered".into());
         return Ok(());

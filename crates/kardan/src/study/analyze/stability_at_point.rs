@@ -3,7 +3,7 @@
 use crate::study::PreparedVariant;
 use crate::study::check::massless_elimination::Mechanical;
 use crate::study::operating_point::working_point::WorkingPoint;
-use kardan_analysis::{ConstrainedSystem, Plane, despite_rounding, linear_system, stability_of};
+use kardan_analysis::{ConstrainedSystem, Plane, despite_rounding, stability_of};
 use kardan_math::num::LastDigits;
 use kardan_mechanics::reduce::laws_are_linear;
 use kardan_results::{Analysis, StabilityVerdict};
@@ -50,9 +50,6 @@ fn near(variant: &PreparedVariant, at: &WorkingPoint, mut digits: LastDigits) ->
         point.position.iter_mut().for_each(|x| *x += digits.part() * at.off * x.abs().max(1.0));
     }
     let system = ConstrainedSystem::near(reduced, &point, &at.stuck, &at.inputs, &mut digits);
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    let names = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
-    let mechanical = Mechanical::new(linear_system(&system, &coordinates, &basis, &at.outputs), names);
-    let (linear, _) = mechanical.settled().ok()?;
+    let (linear, _) = Mechanical::of(&system, &reduced.coordinates, &at.outputs).ok()?.settled().ok()?;
     Some(stability_of(&linear.explicit()?.a, Plane::Continuous))
 }

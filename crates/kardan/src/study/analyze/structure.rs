@@ -16,9 +16,8 @@ use crate::study::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, P
 use kardan_analysis::{
     BasisError, ConstrainedSystem, DecomposedDescriptor, LinearSystem, MOST_CONSTRUCTED, Mechanics, Reduction, Side,
     StructureError, bases, certified_structure, class, constraint_forces, construction, distance_of_matrices,
-    exact_modes_beside, exact_modes_of_pencil, failing_modes, linear_system, modes, modular_properties,
-    multiplier_constraint_classes, needs_modes, properties, realisations, reduction, stability_proofs, state_modular,
-    structure,
+    exact_modes_beside, exact_modes_of_pencil, failing_modes, modes, modular_properties, multiplier_constraint_classes,
+    needs_modes, properties, realisations, reduction, stability_proofs, state_modular, structure,
 };
 use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, length, rational_to_f64};
 use kardan_mechanics::equations::Domain;
@@ -65,18 +64,18 @@ impl Project {
         let (prepared, diagnostics) = self.for_analysis()?;
         let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-        let toleranced = !variant.model.tolerances.is_empty();
-        if toleranced && analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion) {
+        let in_motion = analysis.class.as_ref().is_some_and(|class| class.operating_point.in_motion);
+        if variant.model.tolerances.is_empty() {
+            // Nothing varies.
+        } else if in_motion {
             let note = "the effect of the tolerances is not analysed: the operating point is one in motion";
             analysis.notes.push(note.into());
-        } else if variant.unfrozen.is_none() {
-            if toleranced {
-                store_partial(progress, &analysis, "the effects of the tolerances");
-            }
-            sensitivity(self.document(), prepared, variant, settings, &mut analysis, progress)?;
-        } else if toleranced {
+        } else if variant.unfrozen.is_some() {
             let note = "the effect of the tolerances is not analysed: a constraint is not solved for a coordinate";
             analysis.notes.push(note.into());
+        } else {
+            store_partial(progress, &analysis, "the effects of the tolerances");
+            sensitivity(self.document(), prepared, variant, settings, &mut analysis, progress)?;
         }
         analysis.parity = parity(self.document(), prepared, variant, settings, &mut analysis.notes)?;
         analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
@@ -96,8 +95,8 @@ fn store_partial(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
 /// The class of a model, and its operating point; for constraints enforced by multipliers the class of the original ones, not of their linearisation at the operating point.
 fn class_of(variant: &PreparedVariant, point: &WorkingPoint) -> Class {
     let mut found = class(&variant.reduced, &point.position, &point.stuck);
-    found.operating_point.in_motion = point.moves;
-    found.operating_point.motion = if point.moves { point.signals(variant) } else { Vec::new() };
+    found.operating_point.in_motion = !point.motion.is_empty();
+    found.operating_point.motion.clone_from(&point.motion);
     let Some(unfrozen) = &variant.unfrozen else { return found };
     let classes = multiplier_constraint_classes(unfrozen);
     let is_classified = |element: &str| classes.iter().any(|(class, _)| class.element == element);
@@ -127,17 +126,9 @@ pub(in crate::study) fn analyze_variant(
     let mut notes = Vec::new();
     let point = &WorkingPoint::of(variant, settings, &mut notes)?;
     let WorkingPoint { outputs, system, kinks, .. } = point;
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    if coordinates.is_empty() {
-        return Err(vec![
-            Diagnostic::error("analysis::no-motion", "with this friction stuck no motion is possible")
-                .help("let some of the elements in `stuck` slide"),
-        ]);
-    }
-    let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
+    let mechanical = Mechanical::of(system, &reduced.coordinates, outputs)?;
+    let (names, basis) = (mechanical.coordinates.clone(), mechanical.basis.clone());
     let non_angle_domains = non_angle_domains(reduced);
-    let pencil = linear_system(system, &coordinates, &basis, outputs);
-    let mechanical = Mechanical::new(pencil, names.clone());
     let (massless, mut linear, elimination) = if mechanical.is_regular() {
         (None, mechanical.into_pencil(), None)
     } else {
@@ -439,13 +430,11 @@ fn decide(
 ) -> Result<(), Vec<Diagnostic>> {
     let failed = |error: StructureError| vec![Diagnostic::error("analysis::structure", error.to_string())];
     progress.advance(0, name, 0.0);
+    analysis.structure = structure(system).map_err(failed)?;
     if certify {
-        analysis.structure = structure(system).map_err(failed)?;
         store_partial(progress, analysis, &format!("the requested proofs, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
-    } else {
-        analysis.structure = structure(system).map_err(failed)?;
     }
     store_partial(progress, analysis, rest);
     Ok(())

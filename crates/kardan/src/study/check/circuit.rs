@@ -1,7 +1,7 @@
 //! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
-use crate::study::read::locations::{at_all, place_of_node};
-use kardan_mechanics::equations::{Domain, GROUND, NamedTerm, Term};
+use crate::study::read::locations::{all_places, place_of_node};
+use kardan_mechanics::equations::{GROUND, NamedTerm, Term};
 use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted};
 use std::collections::{BTreeMap, BTreeSet};
@@ -95,8 +95,8 @@ pub(in crate::study) fn is_loop(diagnostic: &Diagnostic) -> bool {
 pub(in crate::study) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -> Diagnostic {
     let mut names: Vec<&str> = branches.iter().map(AsRef::as_ref).collect();
     names.sort_unstable();
-    let message = format!("the loop through {} has no inductance", quoted(names.iter().copied()));
-    at_all(document, names.iter().copied(), NO_INDUCTANCE, Diagnostic::error("model::massless", message))
+    Diagnostic::error("model::massless", format!("the loop through {} has no inductance", quoted(&names)))
+        .at_each(all_places(document, names), NO_INDUCTANCE)
         .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
 }
 
@@ -158,13 +158,15 @@ fn check_ground(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnost
     reached(GROUND, &mut unvisited);
     while let Some(node) = unvisited.first().copied() {
         let part = reached(node, &mut unvisited);
-        let names = || part.iter().map(String::as_str);
         let s = if part.len() == 1 { "" } else { "s" };
-        let message = format!("nothing connects the node{s} {} with `{GROUND}`", quoted(names()));
-        out.push(at_all(document, names(), "floats", Diagnostic::error("circuit::floating", message)).help(format!(
+        let message = format!("nothing connects the node{s} {} with `{GROUND}`", quoted(&part));
+        let help = format!(
             "let one branch of this part end at `{GROUND}` in place of one of its nodes: potentials count from there, and no \
              current flows through a single connection"
-        )));
+        );
+        out.push(
+            Diagnostic::error("circuit::floating", message).at_each(all_places(document, part), "floats").help(help),
+        );
     }
 }
 
@@ -180,12 +182,11 @@ fn check_loops(
         let message = format!(
             "{} form a loop without inductance or resistance: their voltages contradict each other, or the current \
              between them is arbitrary",
-            quoted(short.iter().copied())
+            quoted(short)
         );
-        out.push(
-            at_all(document, short.iter().copied(), "part of the loop", Diagnostic::error("circuit::short", message))
-                .help("remove one of them, or put the inductance and the resistance of the wires between them"),
-        );
+        let help = "remove one of them, or put the inductance and the resistance of the wires between them";
+        let places = all_places(document, short);
+        out.push(Diagnostic::error("circuit::short", message).at_each(places, "part of the loop").help(help));
     }
     if shorts.is_empty() {
         let slow = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));

@@ -39,6 +39,15 @@ pub struct Effort {
     pub cause: String,
 }
 
+impl Effort {
+    /// Names instants of controllers, blocks or sensors as the cause, if they are more than the steps so far.
+    fn blame(&mut self, instants: f64, cause: impl Fn() -> String) {
+        if instants > self.steps {
+            (self.element, self.cause) = (None, cause());
+        }
+    }
+}
+
 /// Estimates the steps of a run: the length of the scenario times the fastest rate of the linear model at the start, and the
 /// samples of its controllers.
 ///
@@ -84,26 +93,17 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     found.steps = duration * found.rate / if swings { SWINGING_STEP } else { DAMPED_STEP };
     let instants = |delay: f64| if delay > 0.0 { 2.0 } else { 1.0 };
     let samples: f64 = clocks.iter().map(|clock| duration / clock.period * instants(clock.delay)).sum();
-    if samples > found.steps {
-        found.element = None;
-        found.cause = format!("its controllers take {} samples, each of which ends a step", short(samples));
-    }
+    found.blame(samples, || format!("its controllers take {} samples, each of which ends a step", short(samples)));
     found.steps += samples;
     let periods = |task: &Arc<Task>| task.period.as_ref().map(|period| duration / period.to_f64());
     let computed: f64 = variant.model.programs.tasks.iter().filter_map(periods).sum();
-    if computed > found.steps {
-        found.element = None;
-        found.cause = format!("its blocks compute {} times, each of which ends a step", short(computed));
-    }
+    found.blame(computed, || format!("its blocks compute {} times, each of which ends a step", short(computed)));
     found.steps += computed;
     let equations = &variant.reduced.equations;
     let sensors = equations.sensors.iter().chain(&equations.signal_sensors);
     let times = sensors.filter_map(|(_, sensor)| sensor.sample_time.as_ref());
     let readings: f64 = times.map(|time| duration / time.to_f64()).sum();
-    if readings > found.steps {
-        found.element = None;
-        found.cause = format!("its sensors are read {} times", short(readings));
-    }
+    found.blame(readings, || format!("its sensors are read {} times", short(readings)));
     found.steps = found.steps.max(readings);
     found
 }
@@ -159,9 +159,7 @@ impl Terms {
     fn at(equations: &Equations, work: &Work) -> Self {
         let project = |row: Vec<(usize, f64)>| -> Row {
             let mut out = vec![0.0; work.kinematics.row(0).len()];
-            for (shaft, c) in row {
-                out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
-            }
+            work.kinematics.project(&row, &mut out);
             out.into_iter().enumerate().filter(|(_, x)| *x != 0.0).collect()
         };
         Self {

@@ -16,12 +16,7 @@ const SINGULAR: f64 = 1e-7;
 
 /// An equilibrium without inputs and friction.
 pub(in crate::study) struct Rest {
-    /// The reduced position, rad or m.
-    pub position: Vec<f64>,
-    /// Rates of the coordinates: currents.
-    pub rates: Vec<f64>,
-    /// The multiplier of each multiplier constraint, N m.
-    pub multipliers: Vec<f64>,
+    pub equilibrium: Equilibrium,
     /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
     /// The position as text, and which properties are proven.
@@ -103,7 +98,7 @@ impl Rest {
                 place(&best)
             ));
         };
-        let free = quoted(all.free.iter().map(|k| names[*k].as_str()));
+        let free = quoted(all.free.iter().map(|k| &names[*k]));
         let found = if all.free.len() == names.len() {
             format!(
                 "{}; no torque depends on the position, so that every one is an equilibrium",
@@ -136,9 +131,8 @@ impl Rest {
         if !currents.is_empty() {
             more.push(format!("currents flow there: {}", currents.join(", ")));
         }
-        let Equilibrium { position, rates, multipliers, radius, .. } = first.clone();
         // Newton's method halves the digits where the derivative is singular.
-        let off = if all.free.len() == names.len() { 0.0 } else { radius.unwrap_or(SINGULAR) };
-        Ok(Self { position, rates, multipliers, off, found, more })
+        let off = if all.free.len() == names.len() { 0.0 } else { first.radius.unwrap_or(SINGULAR) };
+        Ok(Self { equilibrium: first.clone(), off, found, more })
     }
 }

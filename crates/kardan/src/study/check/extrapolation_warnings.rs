@@ -44,13 +44,13 @@ pub(in crate::study) fn extrapolation_warnings(reduced: &Reduced, programs: &Pro
     let losses = equations.gear_losses();
     let losses = losses.filter_map(|(of, gear)| Some((&of.element, of.row_f64(), gear.loss.as_ref()?)));
     let mut exceedances: BTreeMap<(String, &str), Exceedance> = BTreeMap::new();
-    for (element, row, formula) in laws.chain(frictions).chain(losses) {
-        if let Some(calls) = Calls::of(reduced, (element, &row), formula) {
-            calls.record_exceedances(series, &mut exceedances);
-        }
-    }
-    if let Some(calls) = Calls::of_programs(programs, series) {
-        calls.record_exceedances(series, &mut exceedances);
+    let formulas = laws.chain(frictions).chain(losses);
+    let calls = formulas.filter_map(|(element, row, formula)| Calls::of(reduced, (element, &row), formula));
+    for Calls { graph, inputs, lookups } in calls.chain(Calls::of_programs(programs, series)) {
+        let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
+        in_rows((&graph, &inputs), &exprs, series, |k, value, time| {
+            lookups[k].compare((value, time), &mut exceedances)
+        });
     }
     let note = |((name, _), exceedances): ((String, &str), Exceedance)| {
         let Exceedance { argument, by, above, end, time, first, .. } = exceedances;
@@ -205,15 +205,6 @@ fn arguments(element: &str, (name, table): (&str, &Lookup), at: &[Expr]) -> Vec<
             unit: dimension.si(),
         })
         .collect()
-}
-
-impl Calls<'_> {
-    /// Evaluates the tables in all rows.
-    fn record_exceedances(self, series: &Series, exceedances: &mut BTreeMap<(String, &'static str), Exceedance>) {
-        let Self { graph, inputs, lookups } = self;
-        let exprs: Vec<Expr> = lookups.iter().map(|one| one.at).collect();
-        in_rows((&graph, &inputs), &exprs, series, |k, value, time| lookups[k].compare((value, time), exceedances));
-    }
 }
 
 /// Passes the values of expressions in all rows that are numbers, with the number of the expression and the time.

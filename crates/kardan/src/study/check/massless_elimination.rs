@@ -3,7 +3,8 @@
 use crate::study::PreparedVariant;
 use crate::study::read::state_names::{NonAngleDomains, state_name};
 use kardan_analysis::{
-    Eliminated, LinearSystem, MasslessError, Side, eliminate_massless, massless_direction, plain_combination,
+    ConstrainedSystem, Eliminated, LinearSystem, MasslessError, OutputSignal, Side, eliminate_massless, linear_system,
+    massless_direction, plain_combination,
 };
 use kardan_math::num::{Definiteness, Matrix, Rational, definiteness, echelon};
 use kardan_results::{Definition, Elimination};
@@ -13,13 +14,30 @@ use kardan_schema::diagnostics::Diagnostic;
 pub(in crate::study) struct Mechanical {
     pencil: LinearSystem,
     /// Names of the coordinates.
-    coordinates: Vec<String>,
+    pub coordinates: Vec<String>,
+    /// The motion of all shafts over that of the coordinates.
+    pub basis: Matrix<Rational>,
 }
 
 impl Mechanical {
-    pub(in crate::study) fn new(pencil: LinearSystem, coordinates: Vec<String>) -> Self {
-        assert_eq!(pencil.states.len(), 2 * coordinates.len(), "a pencil in angles and speeds");
-        Self { pencil, coordinates }
+    /// The equations of a system in coordinates: as many of the preferred ones as are independent, then others.
+    ///
+    /// # Errors
+    /// If no motion is possible.
+    pub(in crate::study) fn of(
+        system: &ConstrainedSystem,
+        preferred: &[usize],
+        outputs: &[OutputSignal],
+    ) -> Result<Self, Diagnostic> {
+        let (coordinates, basis) = system.explicit_basis(preferred);
+        if coordinates.is_empty() {
+            let message = "with this friction stuck no motion is possible";
+            let help = "let some of the elements in `stuck` slide";
+            return Err(Diagnostic::error("analysis::no-motion", message).help(help));
+        }
+        let pencil = linear_system(system, &coordinates, &basis, outputs);
+        let coordinates = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
+        Ok(Self { pencil, coordinates, basis })
     }
 
     /// The remaining system, with motions without inertia eliminated, and whether there were any.
@@ -100,7 +118,7 @@ pub(in crate::study) fn not_eliminated(
     error: MasslessError,
     non_angle_domains: &NonAngleDomains,
     variant: &PreparedVariant,
-) -> Vec<Diagnostic> {
+) -> Diagnostic {
     let rename = |direction: Vec<(String, Rational)>| -> Vec<(String, Rational)> {
         direction.into_iter().map(|(name, factor)| (state_name(&name, non_angle_domains), factor)).collect()
     };
@@ -119,5 +137,5 @@ pub(in crate::study) fn not_eliminated(
     if let Some(massless) = variant.massless.first() {
         diagnostic.labels.clone_from(&massless.labels);
     }
-    vec![diagnostic]
+    diagnostic
 }

@@ -67,10 +67,8 @@ pub(in crate::study) fn without_massless(
             out.extend(diagnostics.into_iter().map(|mut diagnostic| {
                 diagnostic.message += &format!("; {why}");
                 let help = if help == GIVE_INERTIA && is_loop(&diagnostic) { GIVE_INDUCTANCE } else { help };
-                let diagnostic = constraint.iter().fold(diagnostic, |diagnostic, element| {
-                    diagnostic.at(place_of(document, element), "this constraint")
-                });
-                diagnostic.help(help)
+                let place = constraint.iter().map(|element| place_of(document, element));
+                diagnostic.at_each(place, "this constraint").help(help)
             }));
             None
         }
@@ -107,14 +105,10 @@ fn settled(document: &Document, model: &Model, reduced: &Reduced) -> Result<Redu
         };
         let why = match &error {
             NoEquilibrium::Driven { inputs, sprung, direction } => {
-                let (shown_direction, inputs) = (names(direction), quoted(inputs.iter().map(String::as_str)));
+                let (moving, inputs) = (names(direction), quoted(inputs));
                 match sprung {
-                    true => {
-                        format!("on {shown_direction} only {springs} resist {inputs}, so {it} would jump with them")
-                    }
-                    false => {
-                        format!("on {shown_direction} nothing resists {inputs}, so {it} would move infinitely fast")
-                    }
+                    true => format!("on {moving} only {springs} resist {inputs}, so {it} would jump with them"),
+                    false => format!("on {moving} nothing resists {inputs}, so {it} would move infinitely fast"),
                 }
             }
             _ => format!("nothing acts on {}", names(direction)),
@@ -141,82 +135,79 @@ const CORRECT_DAMPING: &str = "correct the sign of a damping";
 
 /// The model with states of first order for motions with dampers, or with friction elements in series with springs.
 fn relaxing(mut reduced: Reduced) -> Result<Reduced, Refusal> {
-    reduced.massless = massless_dynamics(&reduced).map_err(|error| {
-        let list = |names: &[String]| quoted(names.iter().map(String::as_str));
-        match error {
-            NoMasslessDynamics::Laws(elements) => refusal(
-                format!("such motions cannot be simulated with torques that are laws ({})", list(&elements)),
-                GIVE_INERTIA,
+    reduced.massless = massless_dynamics(&reduced).map_err(|error| match error {
+        NoMasslessDynamics::Laws(elements) => refusal(
+            format!("such motions cannot be simulated with torques that are laws ({})", quoted(elements)),
+            GIVE_INERTIA,
+        ),
+        NoMasslessDynamics::Unilaterals(elements) => refusal(
+            format!(
+                "unilateral or switched constraints act on it or depend on it, or gear losses occur together \
+                 with sliding friction: {}",
+                quoted(elements)
             ),
-            NoMasslessDynamics::Unilaterals(elements) => refusal(
-                format!(
-                    "unilateral or switched constraints act on it or depend on it, or gear losses occur together \
-                     with sliding friction: {}",
-                    list(&elements)
-                ),
-                GIVE_INERTIA,
+            GIVE_INERTIA,
+        ),
+        NoMasslessDynamics::PositionDependent => refusal(
+            "such motions cannot be simulated with transmissions whose ratio changes with the angle".into(),
+            GIVE_INERTIA,
+        ),
+        NoMasslessDynamics::Friction { frictions, dampers } if dampers.is_empty() => refusal(
+            format!(
+                "the frictions of {} act on it, and a motion without inertia can have only one friction of its \
+                 own",
+                quoted(frictions)
             ),
-            NoMasslessDynamics::PositionDependent => refusal(
-                "such motions cannot be simulated with transmissions whose ratio changes with the angle".into(),
-                GIVE_INERTIA,
+            "write frictions between the same shafts as one, or give one of these shafts an inertia",
+        ),
+        NoMasslessDynamics::Friction { frictions, dampers } => refusal(
+            format!(
+                "the friction of {} and the damping of {} both act on it: a motion without inertia can have \
+                 springs and dampers, or springs and one friction of its own",
+                quoted(frictions),
+                quoted(dampers)
             ),
-            NoMasslessDynamics::Friction { frictions, dampers } if dampers.is_empty() => refusal(
-                format!(
-                    "the frictions of {} act on it, and a motion without inertia can have only one friction of its \
-                     own",
-                    list(&frictions)
-                ),
-                "write frictions between the same shafts as one, or give one of these shafts an inertia",
+            "remove its damping or its friction, or give one of these shafts an inertia",
+        ),
+        NoMasslessDynamics::Coupled(elements) => refusal(
+            format!(
+                "springs without inertia between them connect the friction of {} with a damper; kardan simulates \
+                 the two only separately",
+                quoted(elements)
             ),
-            NoMasslessDynamics::Friction { frictions, dampers } => refusal(
-                format!(
-                    "the friction of {} and the damping of {} both act on it: a motion without inertia can have \
-                     springs and dampers, or springs and one friction of its own",
-                    list(&frictions),
-                    list(&dampers)
-                ),
-                "remove its damping or its friction, or give one of these shafts an inertia",
+            "give one of the shafts between them an inertia",
+        ),
+        NoMasslessDynamics::Falls(elements) => refusal(
+            format!(
+                "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
+                 the jump is not determined: with a small inertia it would jump twice as far as with a small \
+                 damper",
+                quoted(elements)
             ),
-            NoMasslessDynamics::Coupled(elements) => refusal(
-                format!(
-                    "springs without inertia between them connect the friction of {} with a damper; kardan simulates \
-                     the two only separately",
-                    list(&elements)
-                ),
-                "give one of the shafts between them an inertia",
+            "give the slipping shaft an inertia, or remove `breakaway`",
+        ),
+        NoMasslessDynamics::Slides(elements) => refusal(
+            format!(
+                "the frictions of {} can slip against each other without a spring, so which of them slips is not \
+                 determined",
+                quoted(elements)
             ),
-            NoMasslessDynamics::Falls(elements) => refusal(
-                format!(
-                    "the friction of {} falls once it slips (`breakaway`), and without inertia or damper the size of \
-                     the jump is not determined: with a small inertia it would jump twice as far as with a small \
-                     damper",
-                    list(&elements)
-                ),
-                "give the slipping shaft an inertia, or remove `breakaway`",
+            "put a spring beside one of these frictions, or give one of these shafts an inertia",
+        ),
+        NoMasslessDynamics::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
+        NoMasslessDynamics::Driven { frictions, inputs } => refusal(
+            format!(
+                "the friction of {} and springs resist {}, so it would jump with them",
+                quoted(frictions),
+                quoted(inputs)
             ),
-            NoMasslessDynamics::Slides(elements) => refusal(
-                format!(
-                    "the frictions of {} can slip against each other without a spring, so which of them slips is not \
-                     determined",
-                    list(&elements)
-                ),
-                "put a spring beside one of these frictions, or give one of these shafts an inertia",
-            ),
-            NoMasslessDynamics::MultiplierConstraint(element) => refusal_beside(&reduced.equations, element),
-            NoMasslessDynamics::Driven { frictions, inputs } => refusal(
-                format!(
-                    "the friction of {} and springs resist {}, so it would jump with them",
-                    list(&frictions),
-                    list(&inputs)
-                ),
-                "give one of these shafts an inertia, or let the input act on one that has",
-            ),
-            NoMasslessDynamics::Coordinates => refusal(
-                "the chosen coordinates move with it".into(),
-                "name coordinates that have an inertia first, or give one of these shafts an inertia",
-            ),
-            NoMasslessDynamics::Damping => refusal("its damping is not positive definite".into(), CORRECT_DAMPING),
-        }
+            "give one of these shafts an inertia, or let the input act on one that has",
+        ),
+        NoMasslessDynamics::Coordinates => refusal(
+            "the chosen coordinates move with it".into(),
+            "name coordinates that have an inertia first, or give one of these shafts an inertia",
+        ),
+        NoMasslessDynamics::Damping => refusal("its damping is not positive definite".into(), CORRECT_DAMPING),
     })?;
     Ok(reduced)
 }
@@ -247,14 +238,16 @@ pub(in crate::study) fn is_designable(design: &Reduced, run: &Reduced) -> bool {
 }
 
 /// Rejects laws that read rates of motions without inertia: these follow algebraically from the motors.
+///
+/// # Errors
+/// If a law reads one.
 pub(in crate::study) fn check_readings(
     document: &Document,
     (control, plant): (&ControlSpec, &Plant),
     law: &dyn Law,
-    out: &mut Vec<Diagnostic>,
-) -> bool {
+) -> Result<(), Diagnostic> {
     if plant.linear.moving().len() == plant.linear.coordinates.len() {
-        return true;
+        return Ok(());
     }
     let linear = law.linear();
     let read = |shaft: &usize| {
@@ -263,15 +256,14 @@ pub(in crate::study) fn check_readings(
     let names = plant.motion_names();
     let shafts = (0..names.len()).filter(|shaft| !plant.linear.accelerates(*shaft)).filter(read);
     let shafts: Vec<usize> = shafts.collect();
-    let Some(first) = shafts.first() else { return true };
-    let shaft_list = quoted(shafts.iter().map(|shaft| names[*shaft][1].as_str()));
+    let Some(first) = shafts.first() else { return Ok(()) };
+    let shaft_list = quoted(shafts.iter().map(|shaft| &names[*shaft][1]));
     let message = format!(
         "control `{}` reads {shaft_list}, which has no inertia behind it: it follows algebraically from the commands \
          of the law, which would form an algebraic loop",
         control.name
     );
-    let places = places_in_control(document, control, &names[*first][1]);
-    let place = places.first().cloned().unwrap_or_else(|| control.place.clone());
+    let place = places_in_control(document, control, &names[*first][1]).swap_remove(0);
     let is_circuit = shafts.iter().all(|shaft| plant.reduced.equations.domain(*shaft) == Domain::Charge);
     let help = match is_circuit {
         true => {
@@ -279,8 +271,7 @@ pub(in crate::study) fn check_readings(
         }
         false => "let it read positions, or speeds of shafts with an inertia",
     };
-    out.push(Diagnostic::error("control::massless", message).at(place, "this reading").help(help));
-    false
+    Err(Diagnostic::error("control::massless", message).at(place, "this reading").help(help))
 }
 
 /// Rejects starts that are impossible for motions without inertia: speeds, which follow from the positions, and springs that make a friction slip at once.

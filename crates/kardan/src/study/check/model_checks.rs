@@ -2,10 +2,10 @@
 
 use crate::study::check::circuit::massless_loop;
 use crate::study::read::locations::{
-    MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control,
+    MOST_LABELS, all_places, first_places, in_file_order, place_of, place_of_value, places_in_control,
 };
 use crate::study::read::positions::{generic_positions, is_finite_at};
-use crate::study::read::state_names::sign_in_sum;
+use crate::study::read::state_names::signed_sum;
 use kardan_analysis::{combination, massless_direction};
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
@@ -51,7 +51,7 @@ pub(in crate::study) fn design_diagnostic(
     if places.is_empty() {
         places.push(control.place.clone());
     }
-    at_places(places, label, out)
+    out.at_each(in_file_order(places), label)
 }
 
 /// Whether the matrices of a model are representable, and its inertias are not lost in rounding.
@@ -130,7 +130,7 @@ pub(in crate::study) fn check_connected(document: &Document, model: &Model, out:
         }
     }
     let Some(away) = listed.get(1) else { return };
-    let shown: Vec<String> = listed.iter().take(MOST_LABELS).map(|names| quoted(names.iter().copied())).collect();
+    let shown: Vec<String> = listed.iter().take(MOST_LABELS).map(quoted).collect();
     let more = if listed.len() > shown.len() { "; and others" } else { "" };
     let message =
         format!("the model consists of {} parts that nothing connects: {}{more}", listed.len(), shown.join("; "));
@@ -155,19 +155,17 @@ pub(in crate::study) fn reduce_diagnostics(document: &Document, model: &Model, e
             return dependencies.iter().map(|one| dependent_rows(document, one, *rank, *rows)).collect();
         }
         ReduceError::NoMotion { .. } if model.all_coordinates.len() == document.charges().len() => {
-            let out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
-                .help("close a loop: from a voltage_source through an inductor and back to `ground`");
-            at_all(document, model.all_coordinates.iter().map(String::as_str), "carries no current", out)
+            Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
+                .at_each(all_places(document, &model.all_coordinates), "carries no current")
+                .help("close a loop: from a voltage_source through an inductor and back to `ground`")
         }
         ReduceError::NoMotion { .. } => {
-            let out = Diagnostic::error("constraint::no-motion", error.to_string())
-                .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
             let rows = model.terms.iter().filter(|t| {
                 matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. } | Term::MultiplierLaw(_))
             });
             let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
             places.sort_by_key(Place::start);
-            places.into_iter().take(MOST_LABELS).fold(out, |out, place| out.at(place, "a constraint"))
+            no_motion(error.to_string()).at_each(places.into_iter().take(MOST_LABELS), "a constraint")
         }
         ReduceError::CoordinateCount { suggestion, .. } | ReduceError::CoordinatesDependent { suggestion, .. } => {
             Diagnostic::error("coordinates::choice", error.to_string())
@@ -178,29 +176,33 @@ pub(in crate::study) fn reduce_diagnostics(document: &Document, model: &Model, e
             .at(place_of(document, shaft), "follows from all of them")
             .help("put a spring between some of them, or use one shaft where joints only transmit a motion"),
         ReduceError::NotExplicit { elements, suggestion, .. } => {
-            let out = Diagnostic::error("constraint::not-explicit", error.to_string());
-            let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
-            out.help(if model.coordinates.is_some() {
+            let help = if model.coordinates.is_some() {
                 suggest(suggestion)
+            } else if model.terms.iter().any(|named| matches!(named.term, Term::Moving(_))) {
+                "prescribe the driving end, or give `speed` in place of a position: kardan evaluates a curve only from \
+                 its driving end"
+                    .into()
             } else {
-                match model.terms.iter().any(|named| matches!(named.term, Term::Moving(_))) {
-                    true => {
-                        "prescribe the driving end, or give `speed` in place of a position: kardan evaluates a curve \
-                         only from its driving end"
-                    }
-                    false => "break the loop: two transmissions between the same shafts leave no motion",
-                }
-                .to_string()
-            })
+                "break the loop: two transmissions between the same shafts leave no motion".into()
+            };
+            Diagnostic::error("constraint::not-explicit", error.to_string())
+                .at_each(first_places(document, elements), "part of the loop")
+                .help(help)
         }
     };
     vec![one]
 }
 
+/// The error that no motion remains.
+pub(in crate::study) fn no_motion(message: String) -> Diagnostic {
+    Diagnostic::error("constraint::no-motion", message)
+        .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom")
+}
+
 /// Constraints of which one follows from the others, or contradicts them.
 fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, rows: usize) -> Diagnostic {
     let Dependency { elements, contradiction, moving } = dependency;
-    let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
+    let names = quoted(elements.iter().map(|(name, _)| name));
     let (verdict, help) = match (contradiction, moving) {
         (true, _) => ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset"),
         (_, true) => (
@@ -211,13 +213,11 @@ fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, row
     };
     // Coefficients scaled so that the first is one.
     let unit = elements.first().map_or(1.0, |(_, x)| *x);
-    let mut sum = String::new();
-    for (name, x) in elements {
+    let sum = signed_sum(elements.iter().map(|(name, x)| {
         let share = x / unit;
-        let sign = sign_in_sum(&sum, share < 0.0);
         let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
-        sum += &format!("{sign}{size}{name}");
-    }
+        (share < 0.0, format!("{size}{name}"))
+    }));
     let message = format!(
         "the constraints {names} are linearly dependent ({sum} = 0), and {verdict}; {rows} rows have the rank {rank}"
     );
@@ -270,10 +270,9 @@ pub(in crate::study) fn check_matrices(
         if !is_representable(&model) {
             let message = "the numbers of the model differ too much in size: a reduced inertia, damping, stiffness \
                            or ratio is too large or too small for a number";
-            let diagnostic = Diagnostic::error("number::range", message)
-                .help("check the exponents of inertias, dampings, stiffnesses and ratios");
-            let names = reduced.coordinate_names();
-            out.push(at_each(document, names.iter().map(String::as_str), "moves with it", diagnostic));
+            let places = first_places(document, reduced.coordinate_names());
+            let help = "check the exponents of inertias, dampings, stiffnesses and ratios";
+            out.push(Diagnostic::error("number::range", message).at_each(places, "moves with it").help(help));
             return false;
         }
         if passive
@@ -326,31 +325,31 @@ fn model_at(document: &Document, reduced: &Reduced, position: &[f64]) -> Result<
     }
     let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
     let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
-    let diagnostic = Diagnostic::error("number::range", "an angle of the model is too large for a number")
-        .help("check the exponents of ratios, coefficients and offsets");
-    Err(at_each(document, ratios, "through this constraint", diagnostic))
+    Err(Diagnostic::error("number::range", "an angle of the model is too large for a number")
+        .at_each(first_places(document, ratios), "through this constraint")
+        .help("check the exponents of ratios, coefficients and offsets"))
 }
 
 /// A motion of shafts with a negative kinetic energy.
 fn negative_energy(document: &Document, shafts: &[(String, Rational)]) -> Diagnostic {
-    let names = || shafts.iter().map(|(name, _)| name.as_str());
+    let names = || shafts.iter().map(|(name, _)| name);
     let message = format!("a motion of {} has a negative kinetic energy", quoted(names()));
-    let diagnostic = Diagnostic::error("model::massless", message).help("correct the sign of an inertia");
-    at_each(document, names(), "moves with it", diagnostic)
+    Diagnostic::error("model::massless", message)
+        .at_each(first_places(document, names()), "moves with it")
+        .help("correct the sign of an inertia")
 }
 
 /// A motion of shafts that gains energy from dampers with a negative value.
 fn not_passive(document: &Document, dampers: &[&str], shafts: &[(String, Rational)]) -> Diagnostic {
-    let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
+    let names = quoted(shafts.iter().map(|(name, _)| name));
     let message = format!(
         "the damping is not passive: a motion of {names} gains energy from it (the reduced damping matrix is not \
          positive semidefinite)"
     );
-    let mut out = Diagnostic::error("damping::not-passive", message);
-    for name in dampers.iter().take(MOST_LABELS) {
-        out = out.at(place_of_value(document, name, "damping"), "negative damping");
-    }
-    out.help("make this damping less negative, or add damping to the shafts named")
+    let places = dampers.iter().take(MOST_LABELS).map(|name| place_of_value(document, name, "damping"));
+    Diagnostic::error("damping::not-passive", message)
+        .at_each(places, "negative damping")
+        .help("make this damping less negative, or add damping to the shafts named")
 }
 
 /// A motion that no mass resists: the shafts that move, and in which proportion.
@@ -365,38 +364,32 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &SparseModel) 
         let branches: Vec<&String> = moves.iter().map(|(name, _)| name).filter(|name| charges.contains(name)).collect();
         return massless_loop(document, &branches);
     }
-    let names = quoted(moves.iter().map(|(name, _)| name.as_str()));
+    let names = quoted(moves.iter().map(|(name, _)| name));
     let proportion = match &moves[..] {
-        [_] => String::new(),
+        [] | [_] => String::new(),
         [first, ..] => {
             let parts: Vec<(String, Rational)> =
                 moves.iter().take(MOST_LABELS).map(|(name, share)| (name.clone(), share.over(&first.1))).collect();
             let more = if moves.len() > parts.len() { " + …" } else { "" };
             format!(", in the direction {}{more}", combination(&parts))
         }
-        [] => String::new(),
     };
     let knows = |constraint: &MultiplierConstraint| {
         let constrained = reduced.equations.coordinates_of_multiplier(&constraint.law);
         moves.iter().any(|(name, _)| reduced.coordinate(name).is_some_and(|shaft| constrained.contains(&shaft)))
     };
-    let tied: Vec<&str> = reduced
-        .equations
-        .multiplier_constraints
-        .iter()
-        .filter(|constraint| knows(constraint))
-        .map(|constraint| constraint.element.as_str())
-        .collect();
+    let constraints = reduced.equations.multiplier_constraints.iter();
+    let tied: Vec<&String> =
+        constraints.filter(|constraint| knows(constraint)).map(|constraint| &constraint.element).collect();
     let message = match &tied[..] {
         [] => format!("a motion without inertia is possible: {names} can move while no mass moves{proportion}"),
-        tied => format!(
-            "{names} can move without a mass, and with {} enforced a motion without mass remains",
-            quoted(tied.iter().copied())
-        ),
+        tied => {
+            format!("{names} can move without a mass, and with {} enforced a motion without mass remains", quoted(tied))
+        }
     };
-    let diagnostic = Diagnostic::error("model::massless", message)
-        .help("give one of these shafts an inertia, or tie it to another shaft by a gear");
-    at_each(document, moves.iter().map(|(name, _)| name.as_str()), "moves without inertia", diagnostic)
+    Diagnostic::error("model::massless", message)
+        .at_each(first_places(document, moves.iter().map(|(name, _)| name)), "moves without inertia")
+        .help("give one of these shafts an inertia, or tie it to another shaft by a gear")
 }
 
 /// Shafts that take part in a reduced motion with their shares, the largest first.

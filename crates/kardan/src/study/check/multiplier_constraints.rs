@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use crate::study::check::equilibrium::{Rest, format_position};
+use crate::study::check::model_checks::no_motion;
 use crate::study::read::initial_state::Entry;
-use crate::study::read::locations::{at_each, place_of};
+use crate::study::read::locations::{first_places, place_of};
 use crate::study::read::positions::generic_positions;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_analysis::{Dependent, dependent_row};
@@ -13,8 +14,8 @@ use kardan_expr::expr::{Expr, Side};
 use kardan_math::num::{Matrix, Rational, echelon};
 use kardan_mechanics::equations::{InputKind, MultiplierLaw};
 use kardan_mechanics::reduce::{
-    Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows, StartValues,
-    follows_everywhere, frozen, start_on_rows, trim,
+    Equilibrium, Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows,
+    StartValues, follows_everywhere, frozen, start_on_rows, trim,
 };
 use kardan_model::{ControlSpec, Document, TableReader};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -47,8 +48,8 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
         refuse(message, place.clone(), "this table", "take it out");
     }
     let (free, rows) = (reduced.degrees_of_freedom(), equations.multiplier_constraints.len());
-    let no_motion = rows > free || rows == free && !equations.prescribes();
-    let follows = || no_motion.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
+    let leaves_none = rows > free || rows == free && !equations.prescribes();
+    let follows = || leaves_none.then(|| follows_everywhere(reduced, &generic_positions(free))).flatten();
     if let Some(dependent) = dependent_row(reduced) {
         out.push(dependency_diagnostic(document, reduced, &dependent));
     } else if let Some(row) = superfluous(reduced).or_else(follows) {
@@ -59,11 +60,9 @@ pub(in crate::study) fn check_multipliers(document: &Document, reduced: &Reduced
                     redundant sums of rows of speeds in the same unit";
         let diagnostic = Diagnostic::error("constraint::dependent", message);
         out.push(diagnostic.at(place_of(document, name), "this constraint").help(help));
-    } else if no_motion {
+    } else if leaves_none {
         let message = format!("the constraints leave no motion: {free} coordinates and {rows} more constraints");
-        let diagnostic = Diagnostic::error("constraint::no-motion", message)
-            .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
-        out.push(at_each(document, multiplier_elements(reduced), "a constraint", diagnostic));
+        out.push(no_motion(message).at_each(first_places(document, multiplier_elements(reduced)), "a constraint"));
     }
     out.len() == before
 }
@@ -78,14 +77,13 @@ fn dependency_diagnostic(document: &Document, reduced: &Reduced, dependent: &Dep
         ),
         several => format!(
             "at every position `{name}` is a sum of multiples of {}: it constrains nothing more",
-            quoted(several.iter().map(String::as_str))
+            quoted(several)
         ),
     };
-    let element_names = dependent.elements.iter().map(String::as_str);
-    let diagnostic = Diagnostic::error("constraint::dependent", message)
+    Diagnostic::error("constraint::dependent", message)
         .at(place_of(document, name), "this constraint")
-        .help("remove it, or correct what should be another constraint");
-    at_each(document, element_names, "it follows from this one", diagnostic)
+        .at_each(first_places(document, &dependent.elements), "it follows from this one")
+        .help("remove it, or correct what should be another constraint")
 }
 
 /// A multiplier constraint that follows from those before it, if all their coefficients are numbers.
@@ -225,14 +223,12 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             )
         }
     };
-    let mut diagnostic = Diagnostic::error("constraint::initial-position", message);
-    if places.is_empty() {
-        diagnostic = diagnostic.at(TableReader::place(&document.scenario, "initial"), "from here");
-    }
-    for place in places {
-        diagnostic = diagnostic.at(place, "this one");
-    }
-    at_each(document, rows.iter().map(|k| element(*k)), "this constraint", diagnostic.help(help))
+    let whole = places.is_empty().then(|| TableReader::place(&document.scenario, "initial"));
+    Diagnostic::error("constraint::initial-position", message)
+        .at_each(whole, "from here")
+        .at_each(places, "this one")
+        .at_each(first_places(document, rows.iter().map(|k| element(*k))), "this constraint")
+        .help(help)
 }
 
 /// The model for an analysis: multiplier constraints with their coefficients at the start.
@@ -253,9 +249,7 @@ pub(in crate::study) fn for_analysis(prepared: &Prepared) -> Result<Prepared, Di
 /// # Errors
 /// Why its multiplier constraints have no linearisation.
 pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<PreparedVariant, Diagnostic> {
-    if let Some(diagnostic) = nothing_free(&variant.reduced) {
-        return Err(diagnostic);
-    }
+    free_motion(&variant.reduced)?;
     let at = if variant.analysis.at.is_empty() { "`initial` of `[scenario]`" } else { "`at` of `[analysis]`" };
     let refused =
         |message: String, help: String| Diagnostic::error("analysis::multiplier-constraint", message).help(help);
@@ -270,12 +264,8 @@ pub(in crate::study) fn frozen_variant(variant: &PreparedVariant) -> Result<Prep
 
 /// Elements that prescribe a speed or an acceleration.
 fn prescribed(reduced: &Reduced) -> impl Iterator<Item = &str> {
-    reduced
-        .equations
-        .multiplier_constraints
-        .iter()
-        .filter(|constraint| constraint.law.prescribes())
-        .map(|constraint| constraint.element.as_str())
+    let constraints = reduced.equations.multiplier_constraints.iter();
+    constraints.filter(|constraint| constraint.law.prescribes()).map(|constraint| constraint.element.as_str())
 }
 
 /// Elements whose offset, position, speed or acceleration is a function of time.
@@ -283,19 +273,19 @@ pub(in crate::study) fn moves_by_itself(reduced: &Reduced) -> impl Iterator<Item
     reduced.equations.moving.keys().map(String::as_str).chain(prescribed(reduced))
 }
 
-/// The error that all motion is prescribed, for requests that need free motion.
-pub(in crate::study) fn nothing_free(reduced: &Reduced) -> Option<Diagnostic> {
+/// Whether a free motion remains, for requests that need one.
+///
+/// # Errors
+/// If all motion is prescribed.
+pub(in crate::study) fn free_motion(reduced: &Reduced) -> Result<(), Diagnostic> {
     let names: Vec<&str> = moves_by_itself(reduced).collect();
-    (!names.is_empty() && reduced.degrees_of_freedom() == reduced.equations.multiplier_constraints.len()).then(|| {
-        let message = format!(
-            "no free motion remains: {} prescribe{} all motion",
-            quoted(names.iter().copied()),
-            if names.len() == 1 { "s" } else { "" }
-        );
-        Diagnostic::error("analysis::no-motion", message).help(
-            "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model",
-        )
-    })
+    if names.is_empty() || reduced.degrees_of_freedom() != reduced.equations.multiplier_constraints.len() {
+        return Ok(());
+    }
+    let s = if names.len() == 1 { "s" } else { "" };
+    let message = format!("no free motion remains: {} prescribe{s} all motion", quoted(names));
+    let help = "`kardan run` gives the required torques and forces; remove it to analyse the free motion of the model";
+    Err(Diagnostic::error("analysis::no-motion", message).help(help))
 }
 
 /// Reports requests for free motion if there is none; true if there is no error.
@@ -307,7 +297,7 @@ pub(in crate::study) fn check_free(document: &Document, reduced: &Reduced, out: 
         .map(|control| control.table.place.clone())
         .chain(tables.map(|table| table.place.clone()));
     let asking = places.min_by_key(Place::start);
-    let Some((place, diagnostic)) = asking.zip(nothing_free(reduced)) else { return true };
+    let Some((place, diagnostic)) = asking.zip(free_motion(reduced).err()) else { return true };
     out.push(diagnostic.at(place, "needs a free motion"));
     false
 }
@@ -351,7 +341,8 @@ impl RestPoint {
             return Ok(Self { point: OperatingPoint::unloaded(&start), multipliers: vec![0.0; count], point_notes });
         }
         if spec.at.is_empty() {
-            let Rest { position, rates, multipliers, found, more, .. } = Rest::near(own, &start)?;
+            let Rest { equilibrium: Equilibrium { position, rates, multipliers, .. }, found, more, .. } =
+                Rest::near(own, &start)?;
             point_notes = vec![format!("operating point: {found}")];
             point_notes.extend(more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
             return Ok(Self {
@@ -407,7 +398,7 @@ impl RestPoint {
 pub(in crate::study) fn rounded_rows(reduced: &Reduced) -> Option<String> {
     let rounded = &reduced.equations.rounded;
     (!rounded.is_empty()).then(|| {
-        let names = quoted(rounded.iter().map(String::as_str));
+        let names = quoted(rounded);
         format!(
             "the coefficients of {names} are rounded to 16 digits at the operating point: exact verdicts are for the \
              rounded rows"

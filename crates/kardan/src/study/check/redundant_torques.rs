@@ -1,6 +1,6 @@
 //! Constraints that restrict the same motion: notes on them, and rejection of requests for their torques.
 
-use crate::study::read::locations::{at_each, place_of};
+use crate::study::read::locations::{first_places, place_of};
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_mechanics::equations::Measured;
 use kardan_mechanics::reduce::Reduced;
@@ -18,18 +18,16 @@ fn note(group: &BTreeSet<String>) -> String {
     format!(
         "the constraints {} restrict the same motion: the distribution of their torques is not unique; kardan gives \
          the one with the least sum of squares, as if all were equally stiff",
-        quoted(group.iter().map(String::as_str))
+        quoted(group)
     )
 }
 
 /// Warns of torques that are not unique, and rejects sensors of such torques, which analyses, laws and observers read, and losses that depend on them.
 pub(in crate::study) fn check_redundant(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) {
     for group in reduced.redundant_groups() {
-        let warning = Diagnostic::warning("constraint::redundant", note(&group));
-        let warning = at_each(document, group.iter().map(String::as_str), "shares its torque", warning);
-        out.push(
-            warning.help("the motion does not depend on the distribution; remove one of them if its torque matters"),
-        );
+        let help = "the motion does not depend on the distribution; remove one of them if its torque matters";
+        let warning = Diagnostic::warning("constraint::redundant", note(&group)).help(help);
+        out.push(warning.at_each(first_places(document, &group), "shares its torque"));
     }
     let elements = reduced.equations.gear_losses().map(|(unilateral, _)| &unilateral.element);
     for element in elements.filter(|element| reduced.shares_torque(element)) {

@@ -34,64 +34,55 @@ pub(in crate::study) fn describe_contacts(
     let (pressed, touched) = (names(&|one| one.soft && one.is_passed()), names(&|one| !one.soft && one.is_touched()));
     let open: BTreeSet<&str> =
         names(&|_| true).into_iter().filter(|name| !pressed.contains(name) && !touched.contains(name)).collect();
-    let mut out = Vec::new();
-    if !open.is_empty() {
-        out.push(format!(
-            "{} open at the operating point (stops, backlash): the linear model is valid while no contact closes",
-            is_or_are(&open)
-        ));
-    }
-    if !pressed.is_empty() {
-        out.push(format!(
-            "{} pressed at the operating point: stiffness and damping of the contact are part of the model, which is \
+    let closing = closing(&touched);
+    let sentences = [
+        stated(
+            &open,
+            "open at the operating point (stops, backlash): the linear model is valid while no contact closes",
+        ),
+        stated(
+            &pressed,
+            "pressed at the operating point: stiffness and damping of the contact are part of the model, which is \
              valid while the contact stays closed",
-            is_or_are(&pressed)
-        ));
-    }
-    if !touched.is_empty() {
-        let list = touched.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-        out.push(format!(
-            "{} touched at the operating point and treated as open there: `stuck = [{list}]` in `[analysis]` closes \
-             the contact",
-            is_or_are(&touched)
-        ));
-    }
-    out
+        ),
+        stated(&touched, &format!("touched at the operating point and treated as open there: {closing} the contact")),
+    ];
+    sentences.into_iter().flatten().collect()
 }
 
 /// Treatment of clutches, brakes, locks and freewheels in an analysis that are not listed in `stuck`.
 pub(in crate::study) fn describe_clutches(reduced: &Reduced, stuck: &BTreeSet<String>) -> Vec<String> {
     let of = |own: &dyn Fn(&UnilateralConstraint) -> bool| {
         let unilaterals = reduced.equations.unilaterals.iter().filter(|unilateral| own(&unilateral.value));
-        unilaterals
-            .map(|unilateral| unilateral.element.as_str())
-            .filter(|name| !stuck.contains(*name))
-            .collect::<BTreeSet<&str>>()
+        let names = unilaterals.map(|unilateral| unilateral.element.as_str());
+        names.filter(|name| !stuck.contains(*name)).collect::<BTreeSet<&str>>()
     };
-    let list = |names: &BTreeSet<&str>| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     let sliding = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Friction { .. }));
     let open = of(&|unilateral| matches!(unilateral, UnilateralConstraint::Lock { .. } | UnilateralConstraint::OneWay));
-    let mut out = Vec::new();
-    if !sliding.is_empty() {
-        out.push(format!(
-            "{} treated as open: a clutch or brake that slides, whose torque is constant; `stuck = [{}]` in \
-             `[analysis]` closes it",
-            is_or_are(&sliding),
-            list(&sliding)
-        ));
-    }
-    if !open.is_empty() {
-        out.push(format!(
-            "{} treated as open; `stuck = [{}]` in `[analysis]` closes it",
-            is_or_are(&open),
-            list(&open)
-        ));
-    }
-    out
+    let slides = "treated as open: a clutch or brake that slides, whose torque is constant";
+    let sentences = [
+        stated(&sliding, &format!("{slides}; {} it", closing(&sliding))),
+        stated(&open, &format!("treated as open; {} it", closing(&open))),
+    ];
+    sentences.into_iter().flatten().collect()
 }
 
-fn is_or_are(names: &BTreeSet<&str>) -> String {
-    format!("{} {}", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
+/// What elements are, as a sentence; none without elements.
+fn stated(names: &BTreeSet<&str>, what: &str) -> Option<String> {
+    (!names.is_empty()).then(|| format!("{} {what}", is_or_are(names)))
+}
+
+/// Names with their verb: `` `a` is `` or `` `a`, `b` are ``.
+pub(in crate::study) fn is_or_are(names: impl IntoIterator<Item: AsRef<str>, IntoIter: ExactSizeIterator>) -> String {
+    let names = names.into_iter();
+    let verb = if names.len() == 1 { "is" } else { "are" };
+    format!("{} {verb}", quoted(names))
+}
+
+/// The key that closes contacts and clutches.
+fn closing(names: &BTreeSet<&str>) -> String {
+    let list = names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    format!("`stuck = [{list}]` in `[analysis]` closes")
 }
 
 /// The error that a run begins beyond a rigid stop.

@@ -21,27 +21,28 @@ const PAIRS: [(&str, [&str; 2], &str); 4] = [
 /// ground, where the tyre model is not valid. Evaluated in the rows of the run.
 pub(in crate::study) fn vehicle_warnings(model: &Model, series: &Series) -> Vec<String> {
     let cars = model.elements.iter().filter(|element| element.kind == "vehicle").map(|element| element.name.as_str());
+    // The first time at which a signal is wrong, and its minimum.
+    let first = |name: &str, is_wrong: fn(&f64) -> bool| {
+        let values = &series.signal(name)?.values;
+        let row = values.iter().position(is_wrong)?;
+        Some((series.time[row], values.iter().copied().fold(f64::INFINITY, f64::min)))
+    };
     let sentence = |car: &str| {
-        let speed = series.signal(&format!("{car}.v_x"))?;
-        let (row, _) = speed.values.iter().enumerate().find(|(_, speed)| **speed < 0.0)?;
-        let least = speed.values.iter().copied().fold(f64::INFINITY, f64::min);
+        let (time, least) = first(&format!("{car}.v_x"), |speed| *speed < 0.0)?;
         Some(format!(
-            "`{car}` drives backwards from {:.4} s on, at up to {:.4} m/s: its tyre model is valid only for forward \
+            "`{car}` drives backwards from {time:.4} s on, at up to {:.4} m/s: its tyre model is valid only for forward \
              driving, so all its results after that are wrong; keep `speed` at zero or more, `max(0 m/s, ...)`.",
-            series.time[row], -least
+            -least
         ))
     };
     let slips = |car: &str| {
         let names = ["friction", "friction_rear", "friction_left", "friction_right"];
         let of = |name: &str| {
             let name = format!("{car}.{name}");
-            let friction = series.signal(&name)?;
-            let (row, _) = friction.values.iter().enumerate().find(|(_, friction)| **friction <= 0.0)?;
-            let least = friction.values.iter().copied().fold(f64::INFINITY, f64::min);
+            let (time, least) = first(&name, |friction| *friction <= 0.0)?;
             Some(format!(
-                "`{name}` is zero or less from {:.4} s on, its minimum is {least:.4}: no road has that, and the tyre \
-                 model uses 0.001 instead; keep it above zero, `max(0.05, ...)`.",
-                series.time[row]
+                "`{name}` is zero or less from {time:.4} s on, its minimum is {least:.4}: no road has that, and the tyre \
+                 model uses 0.001 instead; keep it above zero, `max(0.05, ...)`."
             ))
         };
         names.into_iter().filter_map(of).collect::<Vec<String>>()
@@ -49,7 +50,7 @@ pub(in crate::study) fn vehicle_warnings(model: &Model, series: &Series) -> Vec<
     let sideways = |car: &str| {
         let [forward, across] = ["v_x", "v_y"].map(|name| series.signal(&format!("{car}.{name}")));
         let both = || forward.into_iter().zip(across).flat_map(|(x, y)| x.values.iter().zip(&y.values));
-        let (row, _) = both().enumerate().find(|(_, (x, y))| hypot(**x, **y) > (FASTER * **x).max(**x + MORE))?;
+        let row = both().position(|(x, y)| hypot(*x, *y) > (FASTER * *x).max(*x + MORE))?;
         let (most, with) =
             both().map(|(x, y)| (hypot(*x, *y), *x)).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
         Some(format!(
@@ -63,8 +64,7 @@ pub(in crate::study) fn vehicle_warnings(model: &Model, series: &Series) -> Vec<
         let of = |(place, wheels, what): &(&str, [&str; 2], &str)| {
             let names = wheels.map(|wheel| format!("{car}.{wheel}"));
             let [one, two] = [&names[0], &names[1]].map(|name| series.signal(name));
-            let (row, _) =
-                one?.values.iter().zip(&two?.values).enumerate().find(|(_, (a, b))| **a <= 0.0 && **b <= 0.0)?;
+            let row = one?.values.iter().zip(&two?.values).position(|(a, b)| *a <= 0.0 && *b <= 0.0)?;
             Some(format!(
                 "Both wheels of `{car}` {place} are off the ground from {:.4} s on (`{}` and `{}` are zero): a real \
                  car {what} there, but this model stays upright, so all its results after that are wrong; drive \

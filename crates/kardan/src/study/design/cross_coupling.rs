@@ -150,25 +150,17 @@ fn step(variant: &PreparedVariant, reference: Option<&str>, window: f64) -> Scen
             }
         }
     }
+    let of_blocks = scenario.signals.iter().filter(|one| scenario.sources[one.source].target == SourceTarget::Block);
     Scenario {
-        seed: scenario.seed,
         recorded: None,
         duration,
         times,
-        sources: scenario.sources.clone(),
         events,
-        signals: scenario
-            .signals
-            .iter()
-            .filter(|one| scenario.sources[one.source].target == SourceTarget::Block)
-            .cloned()
-            .collect(),
-        tasks: scenario.tasks.clone(),
-        flow: scenario.flow.clone(),
-        sensors: scenario.sensors.clone(),
+        signals: of_blocks.cloned().collect(),
         faults: Faults::default(),
         position: variant.point.position.clone(),
         speed: variant.point.rates.clone(),
+        ..scenario.clone()
     }
 }
 

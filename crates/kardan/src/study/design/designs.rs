@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::study::check::multiplier_constraints::{nothing_free, rounded_rows};
+use crate::study::check::multiplier_constraints::{free_motion, rounded_rows};
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts};
 use crate::study::design::actuator_usage::scenario_motor_loads;
 use crate::study::design::cross_coupling::cross_coupling;
@@ -22,7 +22,7 @@ use crate::study::read::state_names::motors;
 use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
-use kardan_math::names::unknown_name;
+use kardan_math::names::{unknown_name, unused};
 use kardan_math::num::{Matrix, discretise};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::Domain;
@@ -138,18 +138,14 @@ fn design_own(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    if let Some(diagnostic) = nothing_free(&variant.reduced) {
-        return Err(vec![diagnostic]);
-    }
+    free_motion(&variant.reduced)?;
     let equations = &variant.reduced.equations;
     // The outputs of laws are of shafts, masses and sensors.
     let moves = (0..equations.coordinates.len()).any(|k| equations.domain(k) != Domain::Charge);
     if !moves || motors(equations).next().is_none() {
-        return Err(vec![
-            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command").help(
-                "add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]` behind a `dc_motor`",
-            ),
-        ]);
+        let message = "the model has no motor that a controller could command";
+        let help = "add one: `[motor.NAME]` with `shaft = \"...\"`, or a `[voltage_source.NAME]` behind a `dc_motor`";
+        return Err(Diagnostic::error("control::no-motor", message).help(help).into());
     }
     let mut notes = Vec::new();
     let names = AnalyzeSettings {
@@ -166,14 +162,14 @@ fn design_own(
         .map(|one| one.name.as_str())
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
-    let own = free(OWN, &reserved);
+    let own = unused(OWN, 1, |name| reserved.contains(&name));
     let mut keys = keys(keyword, &inputs, (&variant.reduced.equations, &outputs), &reserved)?;
     for (signal, value) in &settings.at {
         keys.table_mut("at").set(signal, RawValue::Text(value.clone()));
     }
     let reserved = overridden_signals(variant, &inputs);
     if !reserved.is_empty() {
-        let names = quoted(reserved.iter().map(String::as_str));
+        let names = quoted(&reserved);
         let own = "`signals` of `[scenario]`";
         notes.push(format!(
             "left out of {own}: {names}; the controller that is designed takes {}",
@@ -268,7 +264,7 @@ fn keys(
         let names = || REGISTRY.iter().map(|law| law.keyword);
         let help = unknown_name(keyword, names());
         let message = format!("there is no law `{}`", shortened(keyword));
-        return Err(vec![Diagnostic::error("name::unknown", message).help(help)]);
+        return Err(Diagnostic::error("name::unknown", message).help(help).into());
     };
     let full = |output: &OutputSignal| match SignalName::new(&output.name).word {
         Some(_) => output.name.clone(),
@@ -280,38 +276,27 @@ fn keys(
             let message = format!(
                 "the law `{keyword}` takes as many motors as outputs, and there are {} motors ({}) and {} outputs ({})",
                 inputs.len(),
-                quoted(inputs.iter().map(String::as_str)),
+                quoted(inputs),
                 outputs.len(),
-                quoted(outputs.iter().map(String::as_str))
+                quoted(&outputs)
             );
             let help = "name as many with `--inputs` and `--outputs`";
-            return Err(vec![Diagnostic::error("control::channel-count", message).help(help)]);
+            return Err(Diagnostic::error("control::channel-count", message).help(help).into());
         }
         let message = format!("a controller of the law `{keyword}` needs keys of its own");
-        return Err(vec![
-            Diagnostic::error("control::needs-keys", message)
-                .help(format!("write it into the model file; `kardan elements {keyword}` shows the keys")),
-        ]);
+        let help = format!("write it into the model file; `kardan elements {keyword}` shows the keys");
+        return Err(Diagnostic::error("control::needs-keys", message).help(help).into());
     };
     if keys.get("channels").is_some() {
         for channel in keys.list_mut("channels") {
             let RawValue::Table(channel) = &mut channel.value else { continue };
             if let Some(RawValue::Text(reference)) = channel.get("reference") {
-                let name = free(reference, reserved);
+                let name = unused(reference, 1, |name| reserved.contains(&name));
                 channel.set("reference", RawValue::Text(name));
             }
         }
     }
     Ok(keys)
-}
-
-/// The name, with a number appended if it is already in use.
-fn free(name: &str, reserved: &[&str]) -> String {
-    let numbered = (1..).map(|k| format!("{name}_{k}"));
-    std::iter::once(name.to_string())
-        .chain(numbered)
-        .find(|name| !reserved.contains(&name.as_str()))
-        .unwrap_or_default()
 }
 
 /// The model with another decoupling feedback of a controller, if its law supports that.
@@ -322,16 +307,14 @@ fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Projec
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
             let help = unknown_name(feedback, choices.iter().copied());
             let message = format!("there is no feedback `{}`", shortened(feedback));
-            Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
+            Err(Diagnostic::error("choice::unknown", message).help(help).into())
         }
         Some(_) => Ok(project.changed(|model| model.set(&["control", name, "feedback"], feedback.to_string()))),
         None => {
             let law = law.map_or("", |law| law.keyword);
             let message = format!("the law `{law}` of control `{name}` has no choice of feedback");
-            Err(vec![
-                Diagnostic::error("control::feedback", message)
-                    .help("leave `--feedback` out, or choose `--law decoupling`"),
-            ])
+            let help = "leave `--feedback` out, or choose `--law decoupling`";
+            Err(Diagnostic::error("control::feedback", message).help(help).into())
         }
     }
 }
@@ -432,7 +415,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
         ));
     }
     if let Some(names) = control.values.names("excluded_elements").filter(|names| !names.is_empty()) {
-        design.design_model += &format!(", without {}", quoted(names.iter().map(String::as_str)));
+        design.design_model += &format!(", without {}", quoted(names));
     }
     let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
     if !values.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::study::read::state_names::sign_in_sum;
+use crate::study::read::state_names::signed_sum;
 use kardan_analysis::{
     LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
 };
@@ -356,10 +356,8 @@ fn readable(polynomial: &Polynomial) -> String {
         return polynomial.to_string();
     }
     let terms = coefficients.iter().enumerate().rev().filter(|(_, x)| !Scalar::is_zero(*x));
-    let mut out = String::new();
-    for (power, x) in terms {
+    signed_sum(terms.map(|(power, x)| {
         let value = Scalar::to_f64(x);
-        let sign = sign_in_sum(&out, value < 0.0);
         let size = if value.abs() == 1.0 && power > 0 { String::new() } else { digits(value.abs()) };
         let s = match power {
             0 => String::new(),
@@ -367,9 +365,8 @@ fn readable(polynomial: &Polynomial) -> String {
             power => format!("s^{power}"),
         };
         let gap = if size.is_empty() || s.is_empty() { "" } else { " " };
-        out += &format!("{sign}{size}{gap}{s}");
-    }
-    out
+        (value < 0.0, format!("{size}{gap}{s}"))
+    }))
 }
 
 /// Nine significant digits, without trailing zeros.

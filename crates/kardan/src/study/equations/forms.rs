@@ -6,9 +6,9 @@ use std::fmt::Write;
 use crate::study::check::multiplier_constraints::multiplier_elements;
 use crate::study::check::redundant_torques::redundancy_notes;
 use crate::study::equations::form::{EquationsForm, kinds};
-use crate::study::equations::latex_lines::{aligned, index, one_line};
-use crate::study::equations::multiplier_equations::{add, multiplier_lines, of_time};
-use crate::study::read::state_names::{motors, sign_in_sum};
+use crate::study::equations::latex_lines::{aligned, index, motion, one_line};
+use crate::study::equations::multiplier_equations::{effort_mark, multiplier_lines, of_time};
+use crate::study::read::state_names::{SignedTerm, motors, scaled_term, signed_sum};
 use crate::study::run::model_summary::matrix_titles;
 use crate::study::{PreparedVariant, Project};
 use kardan_expr::expr::Style;
@@ -121,18 +121,10 @@ fn operations(variant: &PreparedVariant) -> String {
     )
 }
 
-fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
-    let mut out = String::new();
-    for (coefficient, name) in terms {
-        if Scalar::is_zero(&coefficient) {
-            continue;
-        }
-        let value = rational_to_f64(&coefficient);
-        let sign = sign_in_sum(&out, value < 0.0);
-        let size = if value.abs() == 1.0 { String::new() } else { format!("{} ", value.abs()) };
-        let _ = write!(out, "{sign}{size}{name}");
-    }
-    if out.is_empty() { "0".into() } else { out }
+/// Names with their coefficients, except zero, as terms of a sum.
+fn terms(all: impl Iterator<Item = (Rational, String)>) -> impl Iterator<Item = SignedTerm> {
+    let kept = all.filter(|(coefficient, _)| !Scalar::is_zero(coefficient));
+    kept.map(|(coefficient, name)| scaled_term(rational_to_f64(&coefficient), &name))
 }
 
 fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, String)> {
@@ -153,12 +145,7 @@ fn lines(
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &DirectionalTerm<InputKind>| match input.value {
-        InputKind::Motor(_) => match variant.reduced.equations.domain_of(input) {
-            Domain::Charge => mark(&input.element, 6),
-            Domain::Translation => mark(&input.element, 7),
-            Domain::Number => mark(&input.element, 5),
-            Domain::Rotation => mark(&input.element, 3),
-        },
+        InputKind::Motor(_) => mark(&input.element, effort_mark(variant.reduced.equations.domain_of(input))),
         InputKind::Disturbance => mark(&input.element, 5),
     };
     let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
@@ -196,8 +183,9 @@ fn lines(
             let laws = bent.iter().map(|law| &equations.laws[*law]);
             let laws = laws.map(|law| (share(&law.row), mark(&law.element, effort(equations.domain_of(law)))));
             let right = row(&model.input, i, &inputs).into_iter().chain(laws);
-            let multiplier_terms = constraint_lines.iter().filter_map(|line| line.shares[i].as_ref());
-            (sum(left.chain(friction).chain(unilaterals)), add(&sum(right), multiplier_terms))
+            let multiplier_terms = constraint_lines.iter().filter_map(|line| line.shares[i].clone());
+            let left = terms(left.chain(friction).chain(unilaterals));
+            (signed_sum(left), signed_sum(terms(right).chain(multiplier_terms)))
         })
         .collect()
 }
@@ -207,12 +195,12 @@ fn constraints(variant: &PreparedVariant, style: Style, mark: &dyn Fn(&str, usiz
     let angle = |name: &str| mark(name, 0);
     let redundant = variant.reduced.redundant.iter().map(|row| &row.constraint);
     let linear = equations.constraints.iter().chain(redundant).map(|constraint| {
-        let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
+        let row = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
         let offset = match equations.moving.get(&constraint.element) {
             Some(function) => of_time(function, style),
             None => equations.format_offset(constraint),
         };
-        (constraint.element.clone(), format!("{} = {offset}", sum(terms)))
+        (constraint.element.clone(), format!("{} = {offset}", signed_sum(terms(row))))
     });
     let curves = equations.transmissions.iter().map(|t| {
         let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
@@ -316,7 +304,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
                 out,
                 "  {}' = {}",
                 variant.reduced.equations.coordinates[shaft],
-                sum(row(&model.basis, shaft, &rates).into_iter())
+                signed_sum(terms(row(&model.basis, shaft, &rates).into_iter()))
             );
         }
     }
@@ -369,23 +357,16 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mark = |name: &str, order: usize| {
         let index = index(name);
         let domain = variant.reduced.coordinate(name).map(|k| variant.reduced.equations.domain(k));
-        let letter = match domain.unwrap_or_default() {
-            Domain::Charge => " q",
-            Domain::Number => " z",
-            Domain::Translation => " s",
-            Domain::Rotation => r"\varphi",
-        };
+        let motion = |order: usize| motion(domain.unwrap_or_default(), order, name);
         match order {
             5 => index,
-            0 => format!("{}_{{{index}}}", letter.trim_start()),
-            1 => format!(r"\dot{letter}_{{{index}}}"),
-            2 => format!(r"\ddot{letter}_{{{index}}}"),
+            0..=2 => motion(order),
             3 => format!(r"\tau_{{{index}}}"),
             6 => format!("u_{{{index}}}"),
             7 => format!("f_{{{index}}}"),
             8 => format!(r"\tau_{{{index},\mathrm{{loss}}}}"),
             9 => format!(r"\lambda_{{{index}}}"),
-            _ => format!(r"\operatorname{{sgn}}\dot{letter}_{{{index}}}"),
+            _ => format!(r"\operatorname{{sgn}}{}", motion(1)),
         }
     };
     let mut out = String::new();

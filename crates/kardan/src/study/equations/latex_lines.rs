@@ -1,5 +1,7 @@
 //! Long equations in LaTeX, in lines that fit on a page.
 
+use kardan_mechanics::equations::Domain;
+
 /// Width of a line of text, in widths of a letter.
 pub(in crate::study) const LINE: f64 = 62.0;
 
@@ -138,6 +140,22 @@ pub(in crate::study) fn aligned(equations: &[(String, String)]) -> String {
 /// A name as an index.
 pub(in crate::study) fn index(name: &str) -> String {
     format!(r"\mathrm{{{}}}", name.replace('_', r"\_").replace('-', r"\text{-}"))
+}
+
+/// A coordinate, its rate or its acceleration, by the order of the derivative.
+pub(in crate::study) fn motion(domain: Domain, order: usize, name: &str) -> String {
+    let letter = match domain {
+        Domain::Charge => " q",
+        Domain::Number => " z",
+        Domain::Translation => " s",
+        Domain::Rotation => r"\varphi",
+    };
+    let (dots, letter) = match order {
+        0 => ("", letter.trim_start()),
+        1 => (r"\dot", letter),
+        _ => (r"\ddot", letter),
+    };
+    format!("{dots}{letter}_{{{}}}", index(name))
 }
 
 /// A name without characters that have a meaning in a formula.

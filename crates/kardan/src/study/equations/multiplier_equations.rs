@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::study::PreparedVariant;
 use crate::study::equations::latex_lines::index;
-use crate::study::read::state_names::sign_in_sum;
+use crate::study::read::state_names::{SignedTerm, scaled_term, signed_sum};
 use kardan_expr::expr::{Expr, OfTime, Style, parenthesised, printed};
 use kardan_math::num::rational_to_f64;
 use kardan_mechanics::equations::{Domain, MultiplierLaw};
@@ -14,16 +14,9 @@ use kardan_mechanics::reduce::Motion;
 pub(in crate::study) struct MultiplierLine {
     pub(in crate::study) element: String,
     /// Its term in the equation of each reduced coordinate, with its sign; empty if it has none.
-    pub(in crate::study) shares: Vec<Option<Term>>,
+    pub(in crate::study) shares: Vec<Option<SignedTerm>>,
     /// The constraint itself: a relation of positions, speeds or accelerations.
     pub(in crate::study) equation: String,
-}
-
-/// A product, and whether it is subtracted.
-#[derive(Debug, Clone)]
-pub(in crate::study) struct Term {
-    negative: bool,
-    text: String,
 }
 
 /// A function of time as in the file.
@@ -33,16 +26,6 @@ pub(in crate::study) fn of_time(function: &OfTime, style: Style) -> String {
         _ => name.to_string(),
     };
     function.formatted(style, &name)
-}
-
-/// Adds terms to a sum in text form, which may be `0`.
-pub(in crate::study) fn add<'t>(sum: &str, terms: impl Iterator<Item = &'t Term>) -> String {
-    let mut out = if sum == "0" { String::new() } else { sum.to_string() };
-    for Term { negative, text } in terms {
-        out += sign_in_sum(&out, *negative);
-        out += text;
-    }
-    if out.is_empty() { "0".into() } else { out }
 }
 
 /// All multiplier constraints of a variant at time zero; `mark` writes names as in the other equations.
@@ -65,26 +48,16 @@ pub(in crate::study) fn multiplier_lines(
         printed(&motion.graph, expr, style, &|name| place.get(name).map_or_else(|| name.into(), |name| mark(name, 0)))
     };
     let term = |expr: Expr, of: &str| match motion.graph.number_of(expr).map(rational_to_f64) {
-        Some(number) if number.abs() == 1.0 => Term { negative: number < 0.0, text: of.to_string() },
-        Some(number) => Term { negative: number < 0.0, text: format!("{} {of}", number.abs()) },
+        Some(number) => scaled_term(number, of),
         None => product(&formatted(expr), style, of),
     };
     let line = |(k, constraint): (usize, &kardan_mechanics::assemble::MultiplierConstraint)| {
-        let effort = match equations.domain_of_multiplier(constraint) {
-            Some(Domain::Rotation) => 3,
-            Some(Domain::Charge) => 6,
-            Some(Domain::Number) => 5,
-            Some(Domain::Translation) => 7,
-            None => 9,
-        };
-        let multiplier = mark(&constraint.element, effort);
+        let multiplier = mark(&constraint.element, equations.domain_of_multiplier(constraint).map_or(9, effort_mark));
         let direction = &motion.frictions[first + k];
         let shares = (0..r).map(|i| direction.get(&i).map(|entry| term(*entry, &multiplier))).collect();
         let left_side = |order: usize| {
             let row = motion.multiplier_constraints[k].row.iter();
-            let terms: Vec<Term> =
-                row.map(|(shaft, entry)| term(*entry, &mark(&equations.coordinates[*shaft], order))).collect();
-            add("0", terms.iter())
+            signed_sum(row.map(|(shaft, entry)| term(*entry, &mark(&equations.coordinates[*shaft], order))))
         };
         let equation = match (&constraint.law, motion.multiplier_constraints[k].position) {
             (MultiplierLaw::Surface(_), Some(position)) => format!("{} = 0", formatted(position)),
@@ -98,17 +71,27 @@ pub(in crate::study) fn multiplier_lines(
     equations.multiplier_constraints.iter().enumerate().map(line).collect()
 }
 
+/// How a torque, a force, a voltage or a rate is marked.
+pub(in crate::study) fn effort_mark(domain: Domain) -> usize {
+    match domain {
+        Domain::Rotation => 3,
+        Domain::Number => 5,
+        Domain::Charge => 6,
+        Domain::Translation => 7,
+    }
+}
+
 /// A coefficient in text form, times a factor.
-fn product(coefficient: &str, style: Style, of: &str) -> Term {
+fn product(coefficient: &str, style: Style, of: &str) -> SignedTerm {
     let mut depth = 0i32;
     let is_sum = coefficient.char_indices().any(|(at, c)| {
         depth += i32::from("([{".contains(c)) - i32::from(")]}".contains(c));
         depth == 0 && at > 0 && (coefficient[at..].starts_with(" + ") || coefficient[at..].starts_with(" - "))
     });
     match (is_sum, coefficient.strip_prefix('-'), style) {
-        (true, _, Style::Text) => Term { negative: false, text: format!("({coefficient}) {of}") },
-        (true, _, Style::Latex) => Term { negative: false, text: format!("{} {of}", parenthesised(coefficient)) },
-        (false, Some(rest), _) => Term { negative: true, text: format!("{} {of}", rest.trim_start()) },
-        (false, None, _) => Term { negative: false, text: format!("{coefficient} {of}") },
+        (true, _, Style::Text) => (false, format!("({coefficient}) {of}")),
+        (true, _, Style::Latex) => (false, format!("{} {of}", parenthesised(coefficient))),
+        (false, Some(rest), _) => (true, format!("{} {of}", rest.trim_start())),
+        (false, None, _) => (false, format!("{coefficient} {of}")),
     }
 }

@@ -9,7 +9,6 @@ use crate::study::PreparedVariant;
 use crate::study::read::locations::place_in_control;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
-use kardan_mechanics::equations::{Formula, Meaning};
 use kardan_mechanics::program::{Read, Task, TaskOutput};
 use kardan_model::{Document, Model};
 use kardan_results::signal_name::SignalName;
@@ -90,7 +89,7 @@ fn read_of_blocks<'a>(moving: &BTreeSet<String>, law: &'a dyn Law) -> Vec<&'a st
 
 /// Text for a law that reads blocks which no map includes.
 fn assumed_gain_text(read: &[&str]) -> String {
-    let names = quoted(read.iter().copied());
+    let names = quoted(read);
     format!(
         "reads {names}, which depends on the motion, at samples: if all controllers are in continuous time, designs \
          and margins treat it as an independent input"
@@ -105,7 +104,7 @@ fn passes_nothing_on(names: &[&str]) -> Option<String> {
             "{} {verb} zero gain where the loop is linearised (at rest, where the run begins): at a limit, or in a \
              dead zone. Stability and margins are those of the loop opened there; where {again} gain again, the loop \
              differs, which a run shows",
-            quoted(names.iter().copied())
+            quoted(names)
         )
     })
 }
@@ -123,9 +122,8 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
         return (if read.is_empty() { Vec::new() } else { vec![warning] }, Vec::new());
     }
     let found = blocks(variant, &variant.loop_plant());
-    let (names, none) = (found.of_loop.names(), found.of_loop.names().is_empty());
+    let names = found.of_loop.names();
     let linearisation_note = if found.nonlinear { ", linearised at rest" } else { "" };
-    let names = quoted(names.iter().map(String::as_str));
     let margins = match searches(&found.of_loop, law.clock()) {
         true => "map and margins include the blocks that the loop closes through",
         false => {
@@ -133,11 +131,13 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
              blocks as independent inputs, as they are many with other sample times"
         }
     };
-    let note =
-        format!("the design treats its references as independent inputs; {margins}{linearisation_note}: {names}");
+    let note = format!(
+        "the design treats its references as independent inputs; {margins}{linearisation_note}: {}",
+        quoted(names)
+    );
     let open = format!(
         "stability and margins are those with {} open, which blocks engage at the start of the run",
-        quoted(found.engaged.iter().map(String::as_str))
+        quoted(&found.engaged)
     );
     // A signal that a law reads itself leaves it without a loop; a more distant one, such as a function that is off, is worth a note.
     let program = variant.model.controls[number].values.task("commands");
@@ -146,7 +146,7 @@ pub(in crate::study) fn block_remarks(variant: &PreparedVariant, number: usize) 
     let (own, flat_blocks): (Vec<&str>, Vec<&str>) = found.flat.iter().map(String::as_str).partition(reads);
     let mut warnings = if found.engaged.is_empty() { Vec::new() } else { vec![open] };
     warnings.extend(passes_nothing_on(&own));
-    (warnings, [(!none).then_some(note), passes_nothing_on(&flat_blocks)].into_iter().flatten().collect())
+    (warnings, [(!names.is_empty()).then_some(note), passes_nothing_on(&flat_blocks)].into_iter().flatten().collect())
 }
 
 /// Warns of effects of blocks that only a run includes: blocks at samples that continuous-time laws read, and torques that depend on them.
@@ -185,7 +185,7 @@ pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVari
         );
     }
     for law in &reduced.equations.laws {
-        let blocks: Vec<&str> = blocks_of(&law.value).into_iter().filter(|name| moving.contains(*name)).collect();
+        let blocks: Vec<&str> = law.value.blocks().filter(|name| moving.contains(*name)).collect();
         if blocks.is_empty() {
             continue;
         }
@@ -207,20 +207,8 @@ pub(in crate::study) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> 
 
 /// A warning about an element that depends on blocks.
 fn of_element(document: &Document, element: &str, message: String, help: &str) -> Diagnostic {
-    let diagnostic = Diagnostic::warning("block::not-in-design", message).help(help);
-    match document.elements.get(element) {
-        Some(own) => diagnostic.at(own.place.clone(), "this element"),
-        None => diagnostic,
-    }
-}
-
-/// The blocks in a formula.
-fn blocks_of(formula: &Formula) -> Vec<&str> {
-    formula
-        .all_names()
-        .into_iter()
-        .filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name.as_str()) } else { None })
-        .collect()
+    let place = document.elements.get(element).map(|own| own.place.clone());
+    Diagnostic::warning("block::not-in-design", message).at_each(place, "this element").help(help)
 }
 
 /// Rejects controllers whose commands are multiplied by a signal that nothing sets: they would be off.
@@ -252,11 +240,9 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
         let Some((control, law)) = own else {
             let message = format!("`{name}` is 0 all the time where control `{head}` is not in the loop");
             let place = document.controls.get(head).map(|one| one.place.clone());
-            let diagnostic = Diagnostic::warning("block::unavailable-signal", message);
-            let diagnostic = place.into_iter().fold(diagnostic, |diagnostic, at| diagnostic.at(at, "not in this loop"));
-            out.push(diagnostic.help(
-                "blocks that read it get no torque and no motion there; pass the variant to them by a parameter",
-            ));
+            let help = "blocks that read it get no torque and no motion there; pass the variant to them by a parameter";
+            let warning = Diagnostic::warning("block::unavailable-signal", message);
+            out.push(warning.at_each(place, "not in this loop").help(help));
             continue;
         };
         let found: Vec<String> = law.exported().into_iter().map(|(found, _)| format!("{head}.{found}")).collect();
@@ -264,10 +250,8 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             continue;
         }
         let message = format!("control `{head}` does not output `{name}`, which blocks read");
-        let help = format!(
-            "it outputs {}; `disturbances` of its observer lists where unknown torques act",
-            quoted(found.iter().map(String::as_str))
-        );
+        let help =
+            format!("it outputs {}; `disturbances` of its observer lists where unknown torques act", quoted(found));
         let diagnostic = Diagnostic::error("block::unavailable-signal", message);
         let place = document.controls.get(head).map_or(&control.place, |one| &one.place);
         out.push(diagnostic.at(place.clone(), "this controller").help(help));

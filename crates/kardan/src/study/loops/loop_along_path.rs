@@ -249,16 +249,10 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
         }
         let Some(worst) = found.worst().filter(|worst| worst.largest > worst.acceptable) else { continue };
         let message = format!(
-            "control `{}`: behind its observer the loop is coupled with the parameters of the variant: {} by {:.4} {} moves {} by \
-             {:.4} {}{}, of which {} are acceptable (linear loop with all controllers, computed in floating point)",
+            "control `{}`: behind its observer the loop is coupled with the parameters of the variant: {}, of which {} are acceptable \
+             (linear loop with all controllers, computed in floating point)",
             control.name,
-            worst.reference,
-            worst.step,
-            worst.step_unit,
-            worst.signal,
-            worst.largest,
-            worst.unit,
-            place(&found.rotated_coordinates, worst.at),
+            describe_interaction(worst, &found.rotated_coordinates),
             worst.acceptable
         );
         let help = "let law and observer use the values of the variant, with `plant = \"nonlinear\"` in both; a \
@@ -279,6 +273,13 @@ fn place(coordinates: &str, at: f64) -> String {
     format!(" with {coordinates} at {:.1} deg", at.to_degrees())
 }
 
+/// The effect of the step of one reference on the output of another channel.
+fn describe_interaction(one: &PassedInteraction, coordinates: &str) -> String {
+    let PassedInteraction { reference, step, step_unit, signal, largest, unit, at, .. } = one;
+    let place = place(coordinates, *at);
+    format!("{reference} by {step:.4} {step_unit} moves {signal} by {largest:.4} {unit}{place}")
+}
+
 /// Important warnings for a design.
 pub(in crate::study) fn warnings(found: &LoopAlongPath) -> Vec<String> {
     let mut out = Vec::new();
@@ -292,14 +293,8 @@ pub(in crate::study) fn warnings(found: &LoopAlongPath) -> Vec<String> {
     let beyond = found.interactions.iter().filter(|one| found.stable && one.largest > one.acceptable);
     out.extend(beyond.map(|one| {
         format!(
-            "with the parameters of the variant the loop is coupled: {} by {:.4} {} moves {} by {:.4} {}{}; {} are acceptable",
-            one.reference,
-            one.step,
-            one.step_unit,
-            one.signal,
-            one.largest,
-            one.unit,
-            place(&found.rotated_coordinates, one.at),
+            "with the parameters of the variant the loop is coupled: {}; {} are acceptable",
+            describe_interaction(one, &found.rotated_coordinates),
             one.acceptable
         )
     }));

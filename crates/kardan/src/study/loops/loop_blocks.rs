@@ -7,7 +7,6 @@ use crate::study::PreparedVariant;
 use crate::study::prepared::Settled;
 use kardan_expr::expr::Symbol;
 use kardan_math::num::Matrix;
-use kardan_mechanics::equations::Meaning;
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
 use kardan_simulate::{Profile, Scenario};
@@ -91,9 +90,8 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     kinematics.update(position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut outputs = signals_at_rest(variant, beside, at_rest);
-    let used = reduced.equations.laws.iter().flat_map(|law| law.value.all_names());
-    let used = used.filter_map(|(_, meaning)| if let Meaning::Block(name, _) = meaning { Some(name) } else { None });
-    let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references)).map(String::as_str).collect();
+    let used = reduced.equations.laws.iter().flat_map(|law| law.value.blocks());
+    let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references).map(String::as_str)).collect();
     let from_law = |name: &str| beside.iter().any(|law| law.exported.iter().any(|(own, _)| own == name));
     let rows = in_loop(&tasks, &from_law, &used);
     let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {

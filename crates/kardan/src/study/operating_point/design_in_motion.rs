@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use super::point_in_motion::{MovingPoint, PointRequest, balancing, point_in_motion};
 use crate::study::PreparedVariant;
-use crate::study::loops::margins::replaced_plants;
+use crate::study::loops::margins::with_plants;
 use crate::study::requests::analysis_spec::OperatingConditions;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
 use kardan_schema::schema::LawKeys;
-use kardan_synthesis::{Plant, Program, design_law, implemented};
+use kardan_synthesis::{Program, design_law, implemented};
 
 /// The operating point in motion that the controllers of a variant name together.
 #[derive(Debug, Clone)]
@@ -46,11 +46,9 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
         let message = format!("`at` of a controller: {}", why.message);
         Diagnostic { code: "control::operating-point", message, ..why }.at(request.place.clone(), "at this point")
     })?;
-    let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
-    design_models
-        .iter_mut()
-        .for_each(|plant| plant.point_note = Some(notes.join("; ").replacen("operating point: ", "", 1)));
-    let mut out = PreparedVariant { design_models, ..variant.with_model(model, point) };
+    let mut out = with_plants(variant, model, point);
+    let point_note = notes.join("; ").replacen("operating point: ", "", 1);
+    out.design_models.iter_mut().for_each(|plant| plant.point_note = Some(point_note.clone()));
     for (number, control) in variant.model.controls.iter().enumerate() {
         if control.law.keyword != Program::KEYWORD || variant.leaves_out(number) {
             continue;

@@ -1,7 +1,9 @@
 //! The operating point of the loop of a variant, at which its laws are designed.
 
 use super::design_in_motion::MotionRequest;
+use super::working_point::no_slope;
 use crate::study::check::equilibrium::{format_currents, format_position};
+use crate::study::check::stop_checks::is_or_are;
 use crate::study::read::locations::place_of_value;
 use crate::study::read::read_values::read_word;
 use crate::study::requests::analysis_spec::operating_point;
@@ -11,7 +13,7 @@ use kardan_mechanics::reduce::{
     OperatingPoint, Reduced, StartValues, Trim, is_linear_law, law_slopes_at, laws_are_linear, start_on_rows, trim,
 };
 use kardan_model::{ControlSpec, Document, Setting, TableReader};
-use kardan_schema::diagnostics::{Diagnostic, quoted};
+use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
 use kardan_schema::schema::LawKeys;
 use kardan_synthesis::Program;
@@ -74,22 +76,18 @@ impl NamedPoint {
             }
         }
         check_start(document, motion.as_ref(), out);
-        let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
-        let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
         let start = match reduced.equations.multiplier_constraints.is_empty() {
             true => vec![0.0; start.len()],
             false => start.to_vec(),
         };
-        let named_point = Self { named, inputs: inputs.filter_map(number).collect(), start, motion };
+        let named_point = Self { named, inputs: commanded(reduced, controls), start, motion };
         (out.len() == before).then_some(named_point)
     }
 
     /// At zero angles of a model, by the motors of one controller.
     pub fn anywhere(reduced: &Reduced, control: &ControlSpec) -> Self {
-        let inputs = (control.law.inputs)(&control.values).into_iter();
-        let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
         let start = vec![0.0; reduced.degrees_of_freedom()];
-        Self { named: Vec::new(), inputs: inputs.filter_map(number).collect(), start, motion: None }
+        Self { named: Vec::new(), inputs: commanded(reduced, std::slice::from_ref(control)), start, motion: None }
     }
 
     /// Whether a controller names a point.
@@ -205,15 +203,21 @@ impl NamedPoint {
         let local = match bent.is_empty() {
             true => String::new(),
             false => {
-                format!("; {} linear there: design and proofs are for small motions around it", are(&bent))
+                format!(
+                    "; {} taken as linear there: design and proofs are for small motions around it",
+                    is_or_are(bent)
+                )
             }
         };
         format!("{}, {by}; {proven}{local}", format_position(reduced, &found.position))
     }
 }
 
-fn are(names: &[&str]) -> String {
-    format!("{} {} taken as", quoted(names.iter().copied()), if names.len() == 1 { "is" } else { "are" })
+/// Numbers of the inputs that controllers command.
+fn commanded(reduced: &Reduced, controls: &[ControlSpec]) -> Vec<usize> {
+    let inputs = controls.iter().flat_map(|control| (control.law.inputs)(&control.values));
+    let number = |name: String| reduced.equations.inputs.iter().position(|input| input.element == name);
+    inputs.filter_map(number).collect()
 }
 
 /// The residual torques and their coordinates.
@@ -301,12 +305,7 @@ pub(in crate::study) fn check_smooth(
     let before = out.len();
     for slopes in law_slopes_at(reduced, point).iter().filter(|slopes| !slopes.undefined.is_empty()) {
         let element = &slopes.element;
-        let message = format!(
-            "control `{}`: `{element}` has no slope at the operating point, so the model has no linearisation there: \
-             {}",
-            control.name,
-            slopes.undefined.join(" and ")
-        );
+        let message = format!("control `{}`: {}", control.name, no_slope(slopes));
         out.push(
             Diagnostic::error("control::not-differentiable", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")

@@ -11,7 +11,7 @@ use kardan_expr::expr::Side;
 use kardan_mechanics::equations::{InputKind, Meaning, UnilateralConstraint};
 use kardan_mechanics::reduce::{
     Instant, MotionSpec, NoSteadyMotion, OperatingPoint, Reduced, SteadyMotion, accelerations, engaged_locks,
-    motion_of, steady_motion, with_enforced, with_sliding,
+    motion_of, reads_blocks, steady_motion, with_enforced, with_sliding,
 };
 use kardan_results::signal_name::Quantity;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
@@ -235,7 +235,7 @@ fn describe_nonsmooth_elements(
     let elements: Vec<&str> = equations.set_valued().map(|(element, _)| element).collect();
     let of = |choose: &dyn Fn(usize) -> bool| {
         let names: BTreeSet<&str> = (0..elements.len()).filter(|k| choose(*k)).map(|k| elements[k]).collect();
-        (!names.is_empty()).then(|| quoted(names.iter().copied()))
+        (!names.is_empty()).then(|| quoted(names))
     };
     let kind =
         |k: usize| k.checked_sub(equations.frictions.len()).map(|unilateral| &equations.unilaterals[unilateral].value);
@@ -263,8 +263,7 @@ fn describe_nonsmooth_elements(
         out.extend(of(is_so).map(|names| format!("{what}: {names}{more}")));
     }
     let (mut laws, unilaterals) = (own.equations.laws.iter(), own.equations.unilaterals.iter());
-    let blocks =
-        laws.clone().any(|law| law.value.all_names().iter().any(|(_, meaning)| matches!(meaning, Meaning::Block(..))));
+    let blocks = laws.clone().any(|law| reads_blocks(&law.value));
     let mut formulas = unilaterals.filter_map(|unilateral| unilateral.value.formula());
     if laws.any(|law| law.value.is_of_time()) || formulas.any(|formula| formula.is_of_time()) {
         let outputs_text =
@@ -286,15 +285,14 @@ fn no_steady_motion(
         let (shaft, speed) = motion_spec.speeds[k];
         format!("`{}`", format_speed(base, shaft, speed))
     };
-    let inputs = |list: &[usize]| quoted(list.iter().map(|k| equations.inputs[*k].element.as_str()));
+    let inputs = |list: &[usize]| quoted(list.iter().map(|k| &equations.inputs[*k].element));
     match why {
         NoSteadyMotion::Turns(k) => {
             let shaft = motion_spec.speeds[k].0;
             let name = &equations.coordinates[shaft];
             let [angle, _] = equations.domain(shaft).motion();
             let depends = depending(base, shaft);
-            let what =
-                if depends.is_empty() { "what it moves".into() } else { quoted(depends.iter().map(String::as_str)) };
+            let what = if depends.is_empty() { "what it moves".into() } else { quoted(depends) };
             refused(
                 format!("{} is not steady: {what} depends on `{}`, which changes", signal(k), angle.of(name)),
                 &format!(
@@ -311,17 +309,15 @@ fn no_steady_motion(
             ),
             "remove one of them: values that are not given follow",
         ),
-        NoSteadyMotion::Undetermined(list) => refused(
-            format!("more than one choice of the torques of {} balances it", inputs(&list)),
-            &format!(
-                "give all torques except the unknown ones in `at`: `\"{}\" = \"0 {}\"`",
-                equations
-                    .domain_of(&equations.inputs[list[list.len() - 1]])
-                    .effort()
-                    .of(&equations.inputs[list[list.len() - 1]].element),
-                equations.domain_of(&equations.inputs[list[list.len() - 1]]).effort().unit(),
-            ),
-        ),
+        NoSteadyMotion::Undetermined(list) => {
+            let last = &equations.inputs[list[list.len() - 1]];
+            let effort = equations.domain_of(last).effort();
+            let example = format!("`\"{}\" = \"0 {}\"`", effort.of(&last.element), effort.unit());
+            refused(
+                format!("more than one choice of the torques of {} balances it", inputs(&list)),
+                &format!("give all torques except the unknown ones in `at`: {example}"),
+            )
+        }
         NoSteadyMotion::Unbalanced(name, torque, _) => {
             let domain = base.coordinate(&name).map(|shaft| equations.domain(shaft)).unwrap_or_default();
             let by = match (motion_spec.inputs.as_slice(), request.conditions.torques.is_empty()) {
@@ -341,7 +337,7 @@ fn no_steady_motion(
         NoSteadyMotion::Slides(list) => refused(
             format!(
                 "no steady motion was found: the sliding direction of the frictions of {} is not decided",
-                quoted(list.iter().map(String::as_str))
+                quoted(list)
             ),
             "list the sticking ones in `stuck` of `[analysis]`, or give their sliding speeds",
         ),
@@ -399,7 +395,7 @@ fn point_of_run(variant: &PreparedVariant, time: f64) -> Result<MovingPoint, Dia
     let torques: Vec<f64> = (own.equations.inputs.iter())
         .map(|input| value(&own.equations.domain_of(input).effort().of(&input.element)).unwrap_or(0.0))
         .collect();
-    let outputs = blocks_of(own).into_iter().filter_map(|name| Some((name.clone(), value(&name)?))).collect();
+    let outputs = blocks_of(own).into_iter().filter_map(|name| Some((name.to_string(), value(name)?))).collect();
     let instant = Instant { time, outputs };
     let (enforced, sliding) = modes(own, &run.modes());
     let base = Reduced { equations: instant.equations(&own.equations), ..own.clone() };
@@ -441,17 +437,10 @@ fn elements_of(reduced: &Reduced, directions: &BTreeSet<usize>) -> BTreeSet<Stri
 }
 
 /// Names of the blocks that torques, clutches and locks of a model read.
-fn blocks_of(reduced: &Reduced) -> BTreeSet<String> {
+fn blocks_of(reduced: &Reduced) -> BTreeSet<&str> {
     let laws = reduced.equations.laws.iter().map(|law| &law.value);
     let unilaterals = reduced.equations.unilaterals.iter().filter_map(|unilateral| unilateral.value.formula());
-    let mut out = BTreeSet::new();
-    for formula in laws.chain(unilaterals) {
-        out.extend(formula.all_names().into_iter().filter_map(|(_, meaning)| match meaning {
-            Meaning::Block(name, _) => Some(name.clone()),
-            _ => None,
-        }));
-    }
-    out
+    laws.chain(unilaterals).flat_map(|formula| formula.blocks()).collect()
 }
 
 /// The signs of set-valued directions in a run (0: at rest): which of them are enforced, and with which signs frictions slide.

@@ -7,7 +7,7 @@ use crate::study::PreparedVariant;
 use crate::study::check::equilibrium::Rest;
 use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
-use crate::study::check::multiplier_constraints::nothing_free;
+use crate::study::check::multiplier_constraints::free_motion;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::state_names::{motors, non_angle_domains, state_name};
@@ -61,12 +61,9 @@ impl Default for ParitySettings {
 pub(in crate::study) struct WorkingPoint {
     /// The reduced position, rad.
     pub position: Vec<f64>,
-    /// The speeds of the coordinates, rad/s.
-    pub speeds: Vec<f64>,
-    /// The nonzero torques of inputs there, N m.
-    pub torques: Vec<(String, f64)>,
-    /// Whether it is one in motion, or balanced by torques, so that its model is not that of the variant with other values.
-    pub moves: bool,
+    /// In motion the speeds of the coordinates and the nonzero torques of inputs, in the syntax of the file: its model is not that of the variant
+    /// with other values. Empty at rest.
+    pub motion: Vec<OperatingSignal>,
     /// Bound on the distance to the true equilibrium, relative to its size or to one.
     pub off: f64,
     /// Elements whose friction sticks.
@@ -86,9 +83,7 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (reduced, spec) = (&variant.reduced, &variant.analysis);
-        if let Some(diagnostic) = nothing_free(reduced) {
-            return Err(vec![diagnostic]);
-        }
+        free_motion(reduced)?;
         let (inputs, outputs) = signals(variant, settings, notes)?;
         let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
         let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
@@ -120,23 +115,7 @@ impl WorkingPoint {
         };
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
-        let speeds = vec![0.0; position.len()];
-        Ok(Self { position, speeds, torques: Vec::new(), moves: false, off, stuck, kinks, inputs, outputs, system })
-    }
-
-    /// Speeds of the coordinates, and torques of inputs, in the syntax of the file.
-    pub fn signals(&self, variant: &PreparedVariant) -> Vec<OperatingSignal> {
-        let (equations, coordinates) = (&variant.reduced.equations, &variant.reduced.coordinates);
-        let speeds = coordinates.iter().zip(&self.speeds).map(|(shaft, speed)| {
-            let [_, quantity] = equations.domain(*shaft).motion();
-            (quantity.of(&equations.coordinates[*shaft]), quantity.unit(), *speed)
-        });
-        let torques = self.torques.iter().filter_map(|(name, torque)| {
-            let effort = equations.domain_of(equations.inputs.iter().find(|input| input.element == *name)?).effort();
-            Some((effort.of(name), effort.unit(), *torque))
-        });
-        let signal = |(name, unit, value): (String, &str, f64)| OperatingSignal { name, unit: unit.into(), value };
-        speeds.chain(torques).map(signal).collect()
+        Ok(Self { position, motion: Vec::new(), off, stuck, kinks, inputs, outputs, system })
     }
 
     /// In steady motion, or at the state of a run at a time.
@@ -147,10 +126,8 @@ impl WorkingPoint {
         notes: &mut Vec<String>,
     ) -> Result<Self, Vec<Diagnostic>> {
         let (spec, reduced) = (&variant.analysis, &variant.reduced);
-        let at = || spec.places.get("at").map(|place| (place.clone(), "at this point"));
-        let found = point_in_motion(variant, request).map_err(|diagnostic| {
-            vec![at().into_iter().fold(diagnostic, |one, (place, label)| one.at(place, label))]
-        })?;
+        let found = point_in_motion(variant, request)
+            .map_err(|diagnostic| diagnostic.at_each(spec.places.get("at").cloned(), "at this point"))?;
         let [position, speeds] = found.motion.clone();
         notes.extend(found.notes.iter().cloned());
         let point = OperatingPoint { side: variant.point.side.clone(), ..found.point.clone() };
@@ -159,14 +136,22 @@ impl WorkingPoint {
         notes.extend(describe_contacts(&found.model, &found.point.position, request.stuck));
         notes.extend(ratios(reduced, &position));
         notes.extend(variant.model.rounding_messages());
-        let torques = found.model.equations.inputs.iter().zip(found.point.torques.iter().flatten());
-        let torques =
-            torques.filter(|(_, torque)| **torque != 0.0).map(|(input, torque)| (input.element.clone(), *torque));
+        let equations = &reduced.equations;
+        let speeds = reduced.coordinates.iter().zip(&speeds).map(|(shaft, speed)| {
+            let [_, rate] = equations.domain(*shaft).motion();
+            (rate, &equations.coordinates[*shaft], speed)
+        });
+        let torques = equations.inputs.iter().zip(found.point.torques.iter().flatten());
+        let torques = torques.filter(|(_, torque)| **torque != 0.0);
+        let torques = torques.map(|(input, torque)| (equations.domain_of(input).effort(), &input.element, torque));
+        let signal = |(quantity, of, value): (Quantity, &String, &f64)| OperatingSignal {
+            name: quantity.of(of),
+            unit: quantity.unit().into(),
+            value: *value,
+        };
         Ok(Self {
             position,
-            speeds,
-            torques: torques.collect(),
-            moves: true,
+            motion: speeds.chain(torques).map(signal).collect(),
             off: 0.0,
             stuck: found.closed,
             kinks,
@@ -213,7 +198,7 @@ fn working_position(
     let reduced = &variant.reduced;
     notes.extend(variant.unfrozen.iter().flat_map(|_| variant.start_notes.iter().cloned()));
     if !reduced.equations.moving.is_empty() {
-        let moving = quoted(reduced.equations.moving.keys().map(String::as_str));
+        let moving = quoted(reduced.equations.moving.keys());
         notes.push(format!("{moving}: an offset that depends on the time keeps its value at time zero"));
     }
     let laws = &reduced.equations.laws;
@@ -228,11 +213,11 @@ fn working_position(
         let rest = Rest::near(reduced, &position).map_err(|message| {
             let help = "name the operating point by `at` of `[analysis]`, or add an element that supports the model: a \
                         spring, or a friction, stop, clutch or lock in `stuck`";
-            vec![Diagnostic::error("analysis::equilibrium", message).help(help)]
+            Diagnostic::error("analysis::equilibrium", message).help(help)
         })?;
         notes.push(format!("operating point: {}", rest.found));
         notes.extend(rest.more.into_iter().map(|more| more.replace("CHOICE", "`at` of `[analysis]`")));
-        (rest.position, rest.off)
+        (rest.equilibrium.position, rest.off)
     } else {
         (position, 0.0)
     };
@@ -250,18 +235,13 @@ fn check_slopes(
     for slopes in all {
         let name = &slopes.element;
         if !slopes.undefined.is_empty() {
-            let message = format!(
-                "`{name}` has no slope at the operating point, so the model has no linearisation there: {}",
-                slopes.undefined.join(" and ")
-            );
-            let diagnostic = Diagnostic::error("analysis::not-differentiable", message)
-                .help("name another operating point by `at` of `[analysis]`, or make the expression smooth there");
             let spec = &variant.analysis;
-            let law = spec.laws.get(name).into_iter().map(|law| (law, "it has no derivative there"));
-            let places = law.chain(spec.places.get("at").into_iter().map(|at| (at, "at this point")));
-            return Err(vec![
-                places.fold(diagnostic, |diagnostic, (place, label)| diagnostic.at(place.clone(), label)),
-            ]);
+            let help = "name another operating point by `at` of `[analysis]`, or make the expression smooth there";
+            return Err(Diagnostic::error("analysis::not-differentiable", no_slope(&slopes))
+                .at_each(spec.laws.get(name).cloned(), "it has no derivative there")
+                .at_each(spec.places.get("at").cloned(), "at this point")
+                .help(help)
+                .into());
         }
         if slopes.rounded {
             notes.push(format!("slopes of `{name}` here are rounded to 16 digits, all later steps are exact"));
@@ -269,6 +249,12 @@ fn check_slopes(
     }
     notes.extend(kinks.opposite().map(|_| kinks.explained("the model", "all results")));
     Ok(kinks)
+}
+
+/// That a law of torque has no slope at the operating point.
+pub(super) fn no_slope(slopes: &LawSlopes) -> String {
+    let (element, undefined) = (&slopes.element, slopes.undefined.join(" and "));
+    format!("`{element}` has no slope at the operating point, so the model has no linearisation there: {undefined}")
 }
 
 /// The source of ratios that depend on the position, and their accuracy there.

@@ -44,49 +44,49 @@ pub(super) fn designed_law(
     if out.len() > before {
         return None;
     }
-    let law = design_law(control.law, &control.name, &control.values, plant);
+    let found = law_as_it_runs(document, reduced, control, plant);
+    let (law, implemented) = found.map_err(|diagnostic| out.push(diagnostic)).ok()?;
+    let why = plant.no_equilibrium.as_ref().filter(|_| !law.on_full_model());
+    out.extend(why.map(|why| no_equilibrium(control, plant.default_point(), why)));
     let excluded = control.values.names("excluded_elements").filter(|names| !names.is_empty());
     let whole = |law: Arc<dyn Law>| match excluded {
-        Some(names) => submodel_law(law, &plant.reduced, reduced, &quoted(names.iter().map(String::as_str))),
+        Some(names) => submodel_law(law, &plant.reduced, reduced, &quoted(names)),
         None => law,
     };
-    if law.as_ref().is_ok_and(|law| law.on_full_model()) && NamedPoint::is_named(document, control) {
+    Some((whole(law), whole(implemented)))
+}
+
+/// The law of a controller as designed on a plant, and as it runs.
+///
+/// # Errors
+/// Why there is none.
+fn law_as_it_runs(
+    document: &Document,
+    reduced: &Reduced,
+    control: &ControlSpec,
+    plant: &Plant,
+) -> Result<(Arc<dyn Law>, Arc<dyn Law>), Diagnostic> {
+    let refused = |error| design_diagnostic(document, control, &error);
+    let law = design_law(control.law, &control.name, &control.values, plant).map_err(refused)?;
+    if law.on_full_model() && NamedPoint::is_named(document, control) {
         let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
-        out.push(
-            Diagnostic::error("control::operating-point", message)
-                .at(control.place.clone(), "this controller")
-                .help("leave out `at`: it evaluates the model at its current position"),
-        );
-        return None;
+        return Err(Diagnostic::error("control::operating-point", message)
+            .at(control.place.clone(), "this controller")
+            .help("leave out `at`: it evaluates the model at its current position"));
     }
-    if law.as_ref().is_ok_and(|law| law.on_full_model()) && !reduced.equations.multiplier_constraints.is_empty() {
-        out.push(not_on_rows(control, reduced));
-        return None;
+    if law.on_full_model() && !reduced.equations.multiplier_constraints.is_empty() {
+        return Err(not_on_rows(control, reduced));
     }
-    match law.and_then(|law| Ok((Arc::clone(&law), implemented(law, &control.values)?))) {
-        Ok((law, implemented)) if implemented.linear().fits_single() => {
-            if !check_readings(document, (control, plant), &*implemented, out) {
-                return None;
-            }
-            let why = plant.no_equilibrium.as_ref().filter(|_| !law.on_full_model());
-            out.extend(why.map(|why| no_equilibrium(control, plant.default_point(), why)));
-            Some((whole(law), whole(implemented)))
-        }
-        Ok(_) => {
-            let message =
-                format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
-            out.push(
-                Diagnostic::error("number::range", message)
-                    .at(control.place.clone(), "this controller")
-                    .help("check the exponents of its frequencies and of the model's numbers"),
-            );
-            None
-        }
-        Err(error) => {
-            out.push(design_diagnostic(document, control, &error));
-            None
-        }
+    let implemented = implemented(Arc::clone(&law), &control.values).map_err(refused)?;
+    if !implemented.linear().fits_single() {
+        let message =
+            format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
+        return Err(Diagnostic::error("number::range", message)
+            .at(control.place.clone(), "this controller")
+            .help("check the exponents of its frequencies and of the model's numbers"));
     }
+    check_readings(document, (control, plant), &*implemented)?;
+    Ok((law, implemented))
 }
 
 /// The plant of a controller at its operating point, unless it has no linearisation there.
@@ -181,7 +181,8 @@ pub(super) fn design_model(
     }
     if excluded.is_empty() {
         let names = reduced.coordinate_names();
-        let design = reduced_design((control, place), (&model, &names), reduced, out)?;
+        let design = reduced_design((control, place), (&model, &names), reduced);
+        let design = design.map_err(|diagnostic| out.push(diagnostic)).ok()?;
         return plant_at(document, control, design, named_point, out);
     }
     let model = model_excluding(&model, &excluded);
@@ -190,52 +191,43 @@ pub(super) fn design_model(
         return None;
     }
     let names: Vec<String> = reduced.coordinate_names().into_iter().filter(|name| !excluded.contains(name)).collect();
-    let design = reduced_design((control, place), (&model, &names), reduced, out)?;
+    let design = reduced_design((control, place), (&model, &names), reduced);
+    let design = design.map_err(|diagnostic| out.push(diagnostic)).ok()?;
     let named_point = NamedPoint::anywhere(&design, control);
     plant_at(document, control, design, &named_point, out)
 }
 
 /// The model with the design values of a controller in explicit form, in the coordinates of the model itself.
+///
+/// # Errors
+/// If it has no such form, or if other motions have no inertia.
 fn reduced_design(
     (control, place): (&ControlSpec, Place),
     (model, names): (&Model, &[String]),
     reduced: &Reduced,
-    out: &mut Vec<Diagnostic>,
-) -> Option<Reduced> {
+) -> Result<Reduced, Diagnostic> {
     let zero = vec![0.0; names.len()];
     let equations = assemble(&model.all_coordinates, &model.terms);
+    let refused = |why: String, help: &str| {
+        Diagnostic::error("control::design", format!("control `{}`: its design model {why}", control.name))
+            .at(place.clone(), "with these values")
+            .help(help)
+    };
     // If this fails, elements other than springs act on such a motion, or none.
     let rows = equilibrium_rows(&equations).unwrap_or_default();
-    match reduce(equations.with_equilibria(rows), Some(names)) {
-        Ok(design) => {
-            let able = is_finite_at(&design, &zero) && {
-                let linear = sparse_model(&design, &zero);
-                let indefinite = matches!(definiteness_of_rows(&linear.inertia), Definiteness::Indefinite { .. });
-                let whole = names.len() == reduced.degrees_of_freedom();
-                !indefinite && is_representable(&linear) && (!whole || is_designable(&design, reduced))
-            };
-            if !able {
-                let message = format!(
-                    "control `{}`: its design model and the model have different motions without inertia",
-                    control.name
-                );
-                out.push(
-                    Diagnostic::error("control::design", message)
-                        .at(place, "with these values")
-                        .help("choose design values for which the same motions have an inertia"),
-                );
-                return None;
-            }
-            Some(design)
-        }
-        Err(error) => {
-            let message = format!("control `{}`: its design model cannot be reduced: {error}", control.name);
-            out.push(
-                Diagnostic::error("control::design", message)
-                    .at(place, "with these values")
-                    .help("choose design values for which the model keeps its degrees of freedom"),
-            );
-            None
-        }
+    let design = reduce(equations.with_equilibria(rows), Some(names)).map_err(|error| {
+        let help = "choose design values for which the model keeps its degrees of freedom";
+        refused(format!("cannot be reduced: {error}"), help)
+    })?;
+    let able = is_finite_at(&design, &zero) && {
+        let linear = sparse_model(&design, &zero);
+        let indefinite = matches!(definiteness_of_rows(&linear.inertia), Definiteness::Indefinite { .. });
+        let whole = names.len() == reduced.degrees_of_freedom();
+        !indefinite && is_representable(&linear) && (!whole || is_designable(&design, reduced))
+    };
+    if !able {
+        let help = "choose design values for which the same motions have an inertia";
+        return Err(refused("and the model have different motions without inertia".into(), help));
     }
+    Ok(design)
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use crate::study::check::model_checks::signals_of;
 use crate::study::operating_point::named_point::NamedPoint;
 use crate::study::read::locations::place_in_control;
+use kardan_math::names::did_you_mean;
 use kardan_model::{ControlSpec, Document, Model};
 use kardan_results::signal_name::SignalName;
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
@@ -30,10 +31,8 @@ pub(in crate::study) fn excluded(
             let element_names = document.elements.iter().map(|element| element.name.as_str());
             let message =
                 format!("`excluded_elements` of control `{}`: there is no element `{}`", control.name, shortened(name));
-            let help = match nearest(name, element_names) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => "name elements of the model: a vehicle, a torque, a spring_damper".into(),
-            };
+            let otherwise = || "name elements of the model: a vehicle, a torque, a spring_damper".to_string();
+            let help = did_you_mean(nearest(name, element_names), otherwise);
             out.push(Diagnostic::error("name::unknown", message).at(place, "unknown").help(help));
             return None;
         };

@@ -51,9 +51,9 @@ pub(super) fn start_at_rest(
         false => Rest::near(reduced, &scenario.position),
     };
     match rest {
-        Ok(Rest { position, rates, found, more, .. }) => {
-            scenario.position = position;
-            begin_currents(reduced, scenario, &rates);
+        Ok(Rest { equilibrium, found, more, .. }) => {
+            scenario.position = equilibrium.position;
+            begin_currents(reduced, scenario, &equilibrium.rates);
             let more = more.into_iter().map(|more| more.replace("CHOICE", "`initial` of `[scenario]`"));
             std::iter::once(format!("the run begins at {found}")).chain(more).chain(prescribed_note(reduced)).collect()
         }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::locations::places_in_control;
 use super::read_values::{quantity, read_word};
 use super::signal_table::SignalContext;
-use kardan_math::names::NamedList;
+use kardan_math::names::{NamedList, did_you_mean};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::InputKind;
@@ -47,10 +47,9 @@ pub(in crate::study) fn sources(
             if let Some(conflict) = conflict {
                 let message =
                     format!("control `{}`: the name `{}` is already that {conflict}", control.name, reference.name);
-                let places = places_in_control(document, control, &reference.name);
                 out.push(
                     Diagnostic::error("name::duplicate", message)
-                        .at(places[places.len() - 1].clone(), "this name")
+                        .at_each(places_in_control(document, control, &reference.name).pop(), "this name")
                         .help("give the reference a name of its own, such as `ref_rack`"),
                 );
             } else if declared.is_none() {
@@ -129,9 +128,8 @@ fn of_block(
             expected.noun(),
             output.noun()
         );
-        let places = places_in_control(document, control, name);
-        let diagnostic =
-            Diagnostic::error("unit::dimension", message).at(places[places.len() - 1].clone(), "this reference");
+        let diagnostic = Diagnostic::error("unit::dimension", message)
+            .at_each(places_in_control(document, control, name).pop(), "this reference");
         out.push(diagnostic.help(format!("choose an output unit of the block such as {}", expected.example())));
     }
 }
@@ -150,11 +148,10 @@ pub(in crate::study) fn not_settable(
         let message = format!("`{shown}` is {}, so {who} cannot set it", block.description);
         return Some((message, "set what it follows from, or give it another name".into()));
     }
-    let listed = || match settable().next() {
+    let all = || match settable().next() {
         None => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
         _ => format!("{all} can set {}", quoted(names())),
     };
-    let all = listed;
     let name = SignalName::new(signal);
     let (head, quantity) = (name.unqualified().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
@@ -168,7 +165,7 @@ pub(in crate::study) fn not_settable(
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = control.law.all_references(&control.values).into_iter().map(|r| r.name).collect();
         let message = format!("control `{}` commands the {kind} `{head}`, so {who} cannot set `{shown}`", control.name);
-        return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
+        return Some((message, format!("set {} instead", quoted(references))));
     }
     if quantity == Some(Quantity::Current) && is_kind("current_source") {
         let message = format!("the `current` of `{head}` prescribes its current, so {who} cannot set `{shown}`");
@@ -191,7 +188,7 @@ pub(in crate::study) fn not_settable(
     if context.may_have(signal) {
         return None;
     }
-    let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
+    let help = did_you_mean(nearest(signal, names()), all);
     Some((format!("there is no signal `{shown}` that {who} can set"), help))
 }
 

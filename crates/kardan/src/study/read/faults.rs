@@ -139,7 +139,7 @@ impl<'a> Reader<'a, '_> {
                 None
             }
             [_, second, ..] => {
-                let message = format!("it names {}, but a fault concerns one part", quoted(named.iter().copied()));
+                let message = format!("it names {}, but a fault concerns one part", quoted(&named));
                 let help = "write one fault for each; they may be at the same time".to_string();
                 out.push(self.diagnostic("fault::component", &message, (second, "a second part"), help));
                 None
@@ -182,7 +182,7 @@ impl<'a> Reader<'a, '_> {
         if found.is_none() {
             let article = if part == "element" { "an" } else { "a" };
             let message = format!("{article} {part} cannot be `{word}`");
-            let help = format!("choose one of {}", quoted(kinds.iter().copied()));
+            let help = format!("choose one of {}", quoted(kinds));
             out.push(self.diagnostic("fault::kind", &message, ("kind", "not of this part"), help));
         }
         found
@@ -216,12 +216,13 @@ impl<'a> Reader<'a, '_> {
         outputs.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
     }
 
-    /// Reports an amount without meaning.
-    fn no_amount(&self, kind: &str, out: &mut Vec<Diagnostic>) {
+    /// A kind of fault without an amount; one that is given is reported.
+    fn plain<K>(&self, kind: &str, found: K, out: &mut Vec<Diagnostic>) -> Option<K> {
         if self.table.values.contains_key("value") {
             let message = format!("`value` has no meaning for `{kind}`");
             out.push(self.diagnostic("fault::kind", &message, ("value", "not used"), "remove it".into()));
         }
+        Some(found)
     }
 
     /// A fraction, from zero to below one.
@@ -247,6 +248,21 @@ impl<'a> Reader<'a, '_> {
         false
     }
 
+    /// Adds a fault of a part to those of its kind, unless another one is active then; whether it did.
+    fn admit<K>(
+        &self,
+        fault: Failing<()>,
+        kind: Option<K>,
+        faults: &mut Vec<Failing<K>>,
+        out: &mut Vec<Diagnostic>,
+    ) -> bool {
+        let same_target: Vec<_> = faults.iter().filter(|declared| declared.name == fault.name).collect();
+        let Some(kind) = kind.filter(|_| self.is_free(&fault, &same_target, out)) else { return false };
+        let Failing { name, at, until, .. } = fault;
+        faults.push(Failing { name, kind, at, until });
+        true
+    }
+
     fn sensor(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
         let Failing { name, at, until, .. } = fault;
         let lost = Failing { name, kind: SensorFaultKind::Lost, at, until };
@@ -267,19 +283,13 @@ impl<'a> Reader<'a, '_> {
         }
         let read = of_signal.or_else(|| reads(&lost.name, self.equations)).unwrap_or(Dimension::NONE);
         let per_time = read.times(&Dimension::TIME, -1).unwrap_or(read);
-        let of = |amount: Option<f64>, kind: fn(f64) -> SensorFaultKind| amount.map(kind);
         let found = match kind {
-            "offset" => of(self.amount(kind, (read, Sign::Any), out), SensorFaultKind::Offset),
-            "drift" => of(self.amount(kind, (per_time, Sign::Any), out), SensorFaultKind::Drift),
-            "noise" => of(self.amount(kind, (read, Sign::Positive), out), SensorFaultKind::Noise),
-            plain => {
-                self.no_amount(plain, out);
-                Some(match plain {
-                    "stuck" => SensorFaultKind::Stuck,
-                    "reversed" => SensorFaultKind::Reversed,
-                    _ => SensorFaultKind::Lost,
-                })
-            }
+            "offset" => self.amount(kind, (read, Sign::Any), out).map(SensorFaultKind::Offset),
+            "drift" => self.amount(kind, (per_time, Sign::Any), out).map(SensorFaultKind::Drift),
+            "noise" => self.amount(kind, (read, Sign::Positive), out).map(SensorFaultKind::Noise),
+            "stuck" => self.plain(kind, SensorFaultKind::Stuck, out),
+            "reversed" => self.plain(kind, SensorFaultKind::Reversed, out),
+            _ => self.plain(kind, SensorFaultKind::Lost, out),
         };
         let Some(kind) = found else { return };
         let same_target =
@@ -319,21 +329,11 @@ impl<'a> Reader<'a, '_> {
                 }
                 self.share(kind, out).map(MotorFaultKind::Undervoltage)
             }
-            plain => {
-                self.no_amount(plain, out);
-                Some(match plain {
-                    "stuck" => MotorFaultKind::Stuck,
-                    "reversed" => MotorFaultKind::Scaled(-1.0),
-                    _ => MotorFaultKind::Scaled(0.0),
-                })
-            }
+            "stuck" => self.plain(kind, MotorFaultKind::Stuck, out),
+            "reversed" => self.plain(kind, MotorFaultKind::Scaled(-1.0), out),
+            _ => self.plain(kind, MotorFaultKind::Scaled(0.0), out),
         };
-        let Some(kind) = found else { return };
-        let same_target: Vec<_> = faults.motors.iter().filter(|declared| declared.name == fault.name).collect();
-        if self.is_free(&fault, &same_target, out) {
-            let Failing { name, at, until, .. } = fault;
-            faults.motors.push(Failing { name, kind, at, until });
-        }
+        self.admit(fault, found, &mut faults.motors, out);
     }
 
     fn unit(&self, fault: Failing<()>, kind: &str, faults: &mut Faults, out: &mut Vec<Diagnostic>) {
@@ -368,23 +368,16 @@ impl<'a> Reader<'a, '_> {
                 }
                 most.map(UnitFaultKind::Jitter)
             }
-            plain => {
-                self.no_amount(plain, out);
-                Some(match plain {
-                    "missed" => UnitFaultKind::Missed,
-                    "stale" => UnitFaultKind::Stale,
-                    _ => UnitFaultKind::Reset,
-                })
-            }
+            "missed" => self.plain(kind, UnitFaultKind::Missed, out),
+            "stale" => self.plain(kind, UnitFaultKind::Stale, out),
+            _ => self.plain(kind, UnitFaultKind::Reset, out),
         };
-        let Some(kind) = found else { return };
-        let same_target: Vec<_> = faults.units.iter().filter(|declared| declared.name == fault.name).collect();
         let in_loop = self.model.controls.iter().any(|declared| declared.name == fault.name);
-        if in_loop && self.is_free(&fault, &same_target, out) {
-            let Failing { name, at, until, .. } = fault;
+        let Some(kind) = found.filter(|_| in_loop) else { return };
+        let Failing { at, until, .. } = fault;
+        if self.admit(fault, Some(kind), &mut faults.units, out) {
             // Its own blocks fail with it; only its commands are late.
             let own = self.own_blocks(control).filter(|_| !matches!(kind, UnitFaultKind::Jitter(_)));
-            faults.units.push(Failing { name, kind, at, until });
             faults.units.extend(own.map(|name| Failing { name, kind, at, until }));
         }
     }
@@ -422,17 +415,9 @@ impl<'a> Reader<'a, '_> {
                 let domain = self.equations.measures.get(&fault.name).copied().unwrap_or(row);
                 self.amount(kind, (domain.dimensions()[0], Sign::NonZero), out).map(MechanicalFaultKind::Jump)
             }
-            plain => {
-                self.no_amount(plain, out);
-                Some(MechanicalFaultKind::Broken)
-            }
+            _ => self.plain(kind, MechanicalFaultKind::Broken, out),
         };
-        let Some(kind) = found else { return };
-        let same_target: Vec<_> = faults.mechanics.iter().filter(|declared| declared.name == fault.name).collect();
-        if self.is_free(&fault, &same_target, out) {
-            let Failing { name, at, until, .. } = fault;
-            faults.mechanics.push(Failing { name, kind, at, until });
-        }
+        self.admit(fault, found, &mut faults.mechanics, out);
     }
 
     /// Why an element cannot break or jump, and the remedy.
@@ -476,32 +461,18 @@ impl<'a> Reader<'a, '_> {
 /// The quantity of a sensor, or of a signal of a shaft.
 fn reads(name: &str, equations: &Equations) -> Option<Dimension> {
     let signal = SignalName::new(name);
-    let domain = |carrier: &str| {
-        let found = equations.coordinates.iter().position(|candidate| candidate == carrier);
-        found.map(|k| equations.domain(k))
-    };
-    let effort = |domain: Domain| match domain {
-        Domain::Rotation | Domain::Number => Dimension::TORQUE,
-        Domain::Translation => Dimension::FORCE,
-        Domain::Charge => Dimension::VOLTAGE,
-    };
     let Some((_, sensor)) = equations.sensors.iter().find(|(sensor, _)| sensor == signal.element) else {
-        let [position, rate] = domain(signal.element)?.dimensions();
+        let carrier = equations.coordinates.iter().position(|candidate| candidate == signal.element)?;
+        let [position, rate] = equations.domain(carrier).dimensions();
         return Some(if signal.is_rate() { rate } else { position });
     };
     match &sensor.measured {
-        Measured::Angle(carrier) => Some(domain(carrier)?.dimensions()[0]),
-        Measured::Speed(carrier) => Some(domain(carrier)?.dimensions()[1]),
-        Measured::SpringTorque(element) => {
-            let spring = equations.springs.iter().find(|spring| spring.element == *element)?;
-            Some(effort(equations.domain(spring.row.first()?.0)))
-        }
-        Measured::ConstraintTorque(_, carrier)
-        | Measured::ComplianceTorque(_, carrier)
-        | Measured::NetTorque(carrier) => domain(carrier).map(effort),
         Measured::Signal(_) => None,
+        Measured::SpringTorque(element) if equations.springs.iter().all(|spring| spring.element != *element) => None,
+        measured => Some(equations.reading(measured).physical().dimension()),
     }
 }
+
 /// Why a sensor with these readings cannot fail, and the remedy.
 fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) -> Option<(String, String)> {
     let shown = shortened(sensor);
@@ -515,7 +486,7 @@ fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) ->
             None if names.is_empty() => {
                 "sensors are read by observers, programs and blocks with a `sample_time`".to_string()
             }
-            None => format!("controllers read {}", quoted(names.iter().copied())),
+            None => format!("controllers read {}", quoted(names)),
         };
         return Some((format!("no controller reads a sensor `{shown}`"), help));
     };

@@ -87,14 +87,11 @@ fn contradiction(entries: &[&Entry], conflict: &StartConflict) -> Diagnostic {
         (None, Some(element)) => format!("{own} contradicts {} by the ratio of `{element}`", earlier.join(", ")),
         (None, None) => format!("{own} is not possible"),
     };
-    let mut out = Diagnostic::error("scenario::inconsistent-initial", format!("`initial` of `[scenario]`: {message}"));
-    if let Some(entry) = entries.get(last) {
-        out = out.at(entry.place.clone(), "contradicts");
-    }
-    for k in prescribed.iter().filter(|k| **k != last) {
-        out = out.at(entries[*k].place.clone(), "this one");
-    }
-    out.help("take one of them out, or give values that agree")
+    let others = prescribed.iter().filter(|k| **k != last);
+    Diagnostic::error("scenario::inconsistent-initial", format!("`initial` of `[scenario]`: {message}"))
+        .at_each(entries.get(last).map(|entry| entry.place.clone()), "contradicts")
+        .at_each(others.map(|k| entries[*k].place.clone()), "this one")
+        .help("take one of them out, or give values that agree")
 }
 
 /// The values of `initial`, of anything that moves.

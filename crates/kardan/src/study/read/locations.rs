@@ -2,7 +2,6 @@
 
 use kardan_math::names::unknown_name;
 use kardan_model::{ControlSpec, Document, TableReader, occurrences};
-use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Value;
 
@@ -33,7 +32,7 @@ pub(in crate::study) fn place_of_value(document: &Document, element: &str, key: 
     })
 }
 
-/// The spans of a word in a controller's table, of its header if the word is absent.
+/// The spans of a word in a controller's table, of its header if the word is absent; at least one.
 pub(in crate::study) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
     let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
     let places = table.map(|table| occurrences(table, word)).unwrap_or_default();
@@ -58,30 +57,20 @@ pub(in crate::study) fn unknown_name_or<'a>(
     }
 }
 
-/// Adds labels at the spans of elements, charges or nodes, each once, in the order of the file.
-pub(in crate::study) fn at_all<'a>(
-    document: &Document,
-    names: impl IntoIterator<Item = &'a str>,
-    label: &str,
-    diagnostic: Diagnostic,
-) -> Diagnostic {
-    at_places(names.into_iter().map(|name| place_of(document, name)).collect(), label, diagnostic)
+/// The spans of the first of these elements, charges or nodes, in their order.
+pub(in crate::study) fn first_places(document: &Document, names: impl IntoIterator<Item: AsRef<str>>) -> Vec<Place> {
+    names.into_iter().take(MOST_LABELS).map(|name| place_of(document, name.as_ref())).collect()
 }
 
-/// Adds labels at spans, each once, in the order of the file.
-pub(in crate::study) fn at_places(mut places: Vec<Place>, label: &str, diagnostic: Diagnostic) -> Diagnostic {
+/// The spans of elements, charges or nodes, each once, in the order of the file.
+pub(in crate::study) fn all_places(document: &Document, names: impl IntoIterator<Item: AsRef<str>>) -> Vec<Place> {
+    in_file_order(names.into_iter().map(|name| place_of(document, name.as_ref())).collect())
+}
+
+/// These spans, each once, in the order of the file.
+pub(in crate::study) fn in_file_order(mut places: Vec<Place>) -> Vec<Place> {
     places.sort_by_key(Place::start);
     places.dedup();
-    places.into_iter().take(MOST_LABELS).fold(diagnostic, |diagnostic, place| diagnostic.at(place, label))
-}
-
-/// Adds labels at the first of these names, in their order.
-pub(in crate::study) fn at_each<'a>(
-    document: &Document,
-    names: impl IntoIterator<Item = &'a str>,
-    label: &str,
-    diagnostic: Diagnostic,
-) -> Diagnostic {
-    let names = names.into_iter().take(MOST_LABELS);
-    names.fold(diagnostic, |diagnostic, name| diagnostic.at(place_of(document, name), label))
+    places.truncate(MOST_LABELS);
+    places
 }

@@ -4,6 +4,8 @@ mod names;
 mod page;
 mod unilateral;
 
+use std::collections::BTreeSet;
+
 use self::names::{Names, both};
 use crate::study::equations::form::EquationsForm;
 use crate::study::equations::latex_lines::index;
@@ -48,7 +50,7 @@ impl Project {
             EquationsForm::Latex => page::latex(variant, &found),
             EquationsForm::Plan => {
                 let message = "a plan needs numbers, not symbols";
-                return Err(vec![Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON")]);
+                return Err(Diagnostic::error("symbolic::plan", message).help("choose text, LaTeX or JSON").into());
             }
         };
         Ok((text, diagnostics))
@@ -60,7 +62,7 @@ impl Project {
         if (0..own.constraints.len()).any(|row| own.is_equilibrium(row)) {
             let message = "motions without inertia follow only from springs here, for which there is no symbolic form";
             let help = "give them an inertia, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::massless", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::massless", message).help(help).into());
         }
         unilateral::refuse_tables(&variant.reduced)?;
         let settings = self.document().variant_settings().into_iter().next().unwrap_or_default().settings;
@@ -70,7 +72,7 @@ impl Project {
         let reduced = reduce(equations, Some(&coordinates)).map_err(|error| {
             let message = format!("with joints at any angle there is no explicit form over these coordinates: {error}");
             let help = "name other coordinates in `[model]`, or print the equations without --symbolic";
-            vec![Diagnostic::error("symbolic::explicit", message).help(help)]
+            Diagnostic::error("symbolic::explicit", message).help(help)
         })?;
         let behind = reduced
             .equations
@@ -81,22 +83,22 @@ impl Project {
             let message =
                 format!("`{element}` prescribes a position behind a curve, for which there is no symbolic form");
             let help = "prescribe the end that drives the curve, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::curve", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::curve", message).help(help).into());
         }
         if let Some(group) = reduced.redundant_groups().first() {
-            let all = quoted(group.iter().map(String::as_str));
+            let all = quoted(group);
             let message = format!(
                 "the constraints {all} restrict the same motion, so their torques are not unique and have no formulas"
             );
             let help = "remove one of them, or print the equations without --symbolic";
-            return Err(vec![Diagnostic::error("symbolic::redundant", message).help(help)]);
+            return Err(Diagnostic::error("symbolic::redundant", message).help(help).into());
         }
         let start = &variant.scenario.position;
         let (meanings, functions) = (named.meanings.clone(), &named.functions);
         let motion = SymbolicMotion::new(&named.terms, meanings, functions, &reduced, start).ok_or_else(|| {
             let message = "written in symbols, one entry of the equations has thousands of terms";
             let help = "print the numbers without --symbolic, or use a part of the model";
-            vec![Diagnostic::error("symbolic::size", message).help(help)]
+            Diagnostic::error("symbolic::size", message).help(help)
         })?;
         Ok((variant, found(&named, &reduced, &motion), diagnostics))
     }
@@ -136,11 +138,8 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
     };
     let letters = motion.definitions.iter().filter(|one| used.contains(&one.letter));
     let own = |name: &String| values.iter().any(|value| value.name == *name);
-    let excluded =
-        named.used.iter().filter(|name| named.values.get(*name).is_some_and(|one| one.value.is_zero()) && !own(name));
-    let mut excluded: Vec<String> = excluded.cloned().collect();
-    excluded.sort();
-    excluded.dedup();
+    let is_zero = |name: &&String| named.values.get(*name).is_some_and(|one| one.value.is_zero());
+    let excluded: BTreeSet<&String> = named.used.iter().filter(|name| is_zero(name) && !own(name)).collect();
     SymbolicEquations {
         intermediate_symbols: letters.map(|one| formula(names.letter(one.letter), &one.value)).collect(),
         dependent_coordinates: dependents,
@@ -159,7 +158,7 @@ fn found(named: &NamedTerms, reduced: &Reduced, motion: &SymbolicMotion) -> Symb
         constraint_torques: constraint_torques(&names, reduced, motion),
         divisors: divisors(&names, motion),
         zeros: motion.zeros.iter().map(|value| names.formula(value)).collect(),
-        zero_parameters: excluded,
+        zero_parameters: excluded.into_iter().cloned().collect(),
         ripples: unilateral::ripples(reduced),
         values,
         functions,
@@ -215,13 +214,11 @@ fn values(named: &NamedTerms, reduced: &Reduced, names: &Names<'_>, used: &[Lett
 
 fn functions(names: &Names<'_>, used: &[Letter]) -> Vec<SymbolicFunction> {
     let element = |letter: &Letter| match names.letters.symbol(*letter) {
-        Symbol::Curve(element, ..) => Some(element.clone()),
+        Symbol::Curve(element, ..) => Some(element),
         _ => None,
     };
-    let mut elements: Vec<String> = used.iter().filter_map(element).collect();
-    elements.sort();
-    elements.dedup();
-    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(&of), element: of }).collect()
+    let elements: BTreeSet<&String> = used.iter().filter_map(element).collect();
+    elements.into_iter().map(|of| SymbolicFunction { symbol: names.curve(of), element: of.clone() }).collect()
 }
 
 fn constraint_torques(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicFormula> {

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use crate::study::equations::latex_lines::{index, word};
+use crate::study::equations::latex_lines::{index, motion, word};
 use kardan_expr::expr::{Style, parenthesised};
+use kardan_math::names::unused;
 use kardan_math::units::Dimension;
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::{Domain, InputKind};
@@ -167,22 +168,11 @@ impl<'a> Names<'a> {
     }
 
     /// A coordinate, its rate or its acceleration.
-    pub(super) fn motion(&self, k: usize, order: usize, form: Style) -> String {
-        if form == Style::Text {
-            return format!("{}{}", self.coordinates[k], "'".repeat(order));
+    pub(super) fn motion(&self, k: usize, order: usize, style: Style) -> String {
+        match style {
+            Style::Text => format!("{}{}", self.coordinates[k], "'".repeat(order)),
+            Style::Latex => motion(self.equations.domain(k), order, &self.equations.coordinates[k]),
         }
-        let letter = match self.equations.domain(k) {
-            Domain::Charge => " q",
-            Domain::Number => " z",
-            Domain::Translation => " s",
-            Domain::Rotation => r"\varphi",
-        };
-        let (dots, letter) = match order {
-            0 => ("", letter.trim_start()),
-            1 => (r"\dot", letter),
-            _ => (r"\ddot", letter),
-        };
-        format!("{dots}{letter}_{{{}}}", index(&self.equations.coordinates[k]))
     }
 
     /// The prescribed motion of an element, or a rate of it.
@@ -290,9 +280,7 @@ fn enclosed(text: &str, latex: bool) -> String {
 
 /// An unused name.
 fn unique_name(preferred: &str, used_names: &mut HashSet<String>) -> String {
-    let more = (2..).map(|k| format!("{preferred}_{k}"));
-    let free = std::iter::once(preferred.to_string()).chain(more).find(|name| !used_names.contains(name));
-    let name = free.unwrap_or_default();
+    let name = unused(preferred, 2, |name| used_names.contains(name));
     used_names.insert(name.clone());
     name
 }

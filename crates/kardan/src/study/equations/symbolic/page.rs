@@ -5,7 +5,9 @@ use std::fmt::Write;
 use crate::study::PreparedVariant;
 use crate::study::equations::form::kinds;
 use crate::study::equations::latex_lines::{LINE, aligned, index, one_line, width, word};
-use kardan_results::{SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText};
+use kardan_results::{
+    SymbolOfValue, SymbolicEquations, SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint, SymbolicText,
+};
 
 /// Lists of formulas under their titles; empty ones are left out.
 fn sections<'e>(variant: &PreparedVariant, found: &'e SymbolicEquations) -> Vec<(String, &'e [SymbolicFormula])> {
@@ -77,6 +79,13 @@ fn remarks(found: &SymbolicEquations, mark: impl Fn(&SymbolicText) -> String) ->
     remarks.into_iter().filter(|(_, lines): &(_, Vec<String>)| !lines.is_empty()).collect()
 }
 
+/// The number of a value with its unit, and what it follows from.
+fn number(value: &SymbolOfValue) -> String {
+    let follows = value.derived_from.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
+    let number = format!("{} {}", value.value, value.unit);
+    format!("{}{follows}", number.trim_end())
+}
+
 pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> String {
     let mut out = String::new();
     let kinds = kinds(variant);
@@ -90,18 +99,11 @@ pub(super) fn text(variant: &PreparedVariant, found: &SymbolicEquations) -> Stri
     let _ = writeln!(out, "Coordinates q: {} ({}; numbers in SI units)", shown.join(", "), units.join(", "));
     let _ = writeln!(out, "{}", form(found));
     if !found.values.is_empty() {
-        let widths = [0, 1].map(|k| {
-            let width =
-                found.values.iter().map(|value| if k == 0 { value.symbol.text.len() } else { value.name.len() });
-            width.max().unwrap_or(0)
-        });
+        let width = |of: fn(&SymbolOfValue) -> &String| found.values.iter().map(|value| of(value).len()).max();
+        let [a, b] = [width(|value| &value.symbol.text), width(|value| &value.name)].map(Option::unwrap_or_default);
         out.push_str("\nValues\n");
         for value in &found.values {
-            let follows =
-                value.derived_from.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
-            let number = format!("{} {}", value.value, value.unit);
-            let [a, b] = widths;
-            let _ = writeln!(out, "  {:a$}  {:b$}  {}{follows}", value.symbol.text, value.name, number.trim_end());
+            let _ = writeln!(out, "  {:a$}  {:b$}  {}", value.symbol.text, value.name, number(value));
         }
     }
     for function in &found.functions {
@@ -158,9 +160,7 @@ pub(super) fn latex(variant: &PreparedVariant, found: &SymbolicEquations) -> Str
     );
     let _ = writeln!(out, "% {}", form(found));
     for value in &found.values {
-        let follows = value.derived_from.as_ref().map(|text| format!(", from {}", one_line(text))).unwrap_or_default();
-        let number = format!("{} {}", value.value, value.unit);
-        let _ = writeln!(out, "% {}: {} = {}{follows}", value.symbol.latex, value.name, number.trim_end());
+        let _ = writeln!(out, "% {}: {} = {}", value.symbol.latex, value.name, number(value));
     }
     for function in &found.functions {
         let _ = writeln!(out, "% {}: the curve of {}", function.symbol.latex, function.element);

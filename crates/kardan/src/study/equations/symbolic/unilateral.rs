@@ -14,7 +14,7 @@ use kardan_results::{SymbolicFormula, SymbolicMode, SymbolicMultiplierConstraint
 use kardan_schema::diagnostics::Diagnostic;
 
 /// A table in a multiplier constraint has no symbolic derivative.
-pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
+pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Diagnostic> {
     for constraint in &reduced.equations.multiplier_constraints {
         let names = constraint.law.formulas().into_iter().flat_map(|formula| &formula.names);
         let Some((table, _)) = names.into_iter().find(|(_, meaning)| matches!(meaning, Meaning::Table(_))) else {
@@ -22,7 +22,7 @@ pub(super) fn refuse_tables(reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
         };
         let message = format!("`{}` calls the table `{table}`, whose slopes have no symbolic form", constraint.element);
         let help = "write an expression in its place, or print the equations without --symbolic";
-        return Err(vec![Diagnostic::error("symbolic::table", message).help(help)]);
+        return Err(Diagnostic::error("symbolic::table", message).help(help));
     }
     Ok(())
 }

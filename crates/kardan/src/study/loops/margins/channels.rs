@@ -7,28 +7,12 @@ use crate::study::PreparedVariant;
 use kardan_analysis::OutputSignal;
 use kardan_math::num::Rational;
 use kardan_results::{ChannelMargin, MultiloopMargin, WrongTorque};
-use kardan_synthesis::margins::{ChannelMargins, Response, channel_margins, multiloop_margin as all_at_once};
+use kardan_synthesis::margins::{Response, channel_margins, multiloop_margin as all_at_once, within_disk};
 use kardan_synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 
-/// A channel's margins with its name.
-fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
-    ChannelMargin {
-        name: name.into(),
-        is_sensor: reading,
-        gain: found.gain,
-        gain_frequency: found.gain_frequency,
-        phase: found.phase,
-        phase_frequency: found.phase_frequency,
-        delay: found.delay,
-        delay_frequency: found.delay_frequency,
-        disk: found.disk,
-        disk_frequency: Some(found.disk_frequency),
-        own_time: None,
-        sampled: false,
-        multirate_search: false,
-        disk_gain: found.disk_gain(),
-        disk_phase: found.disk_phase(),
-    }
+/// The margins of one channel of a response, a motor or a reading.
+fn of_channel(response: &Response, (number, name): (usize, &String), is_sensor: bool) -> Option<ChannelMargin> {
+    Some(ChannelMargin { name: name.clone(), is_sensor, ..channel_margins(&response.channel(number))? })
 }
 
 /// The margins of each motor; with `late` the tolerated delay of a sampled loop is searched too.
@@ -41,7 +25,7 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
     };
     let one = |(motor, name): (usize, &String)| {
         let mut out = match response {
-            Some(response) => named(name, false, &channel_margins(&response.channel(motor))?),
+            Some(response) => of_channel(response, (motor, name), false)?,
             None => searched(survey, motor, name)?,
         };
         out.sampled = clock.is_some();
@@ -61,9 +45,7 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
 pub(in crate::study) fn motor_margins(view: &ControlLoop<'_>, motors: &[String]) -> Option<Vec<ChannelMargin>> {
     let response = view.motors()?;
     let sampled = response.nyquist().is_some();
-    let one = |(k, name): (usize, &String)| {
-        Some(ChannelMargin { sampled, ..named(name, false, &channel_margins(&response.channel(k))?) })
-    };
+    let one = |motor: (usize, &String)| Some(ChannelMargin { sampled, ..of_channel(&response, motor, false)? });
     motors.iter().enumerate().map(one).collect()
 }
 
@@ -72,14 +54,19 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
     let lifted = survey.lifted(motor)?;
     let [down, up] = survey.gain_margin(Some(motor))?;
     let limited = |limit: &Limit| (limit.value > 0.0 && limit.value.is_finite()).then_some(limit.frequency);
-    let found = ChannelMargins {
+    let disk = lifted.disk();
+    let (disk_gain, disk_phase) = within_disk(disk);
+    Some(ChannelMargin {
+        name: name.into(),
         gain: [down.value, up.value],
         gain_frequency: [limited(&down), limited(&up)],
         phase: lifted.phase(),
-        disk: lifted.disk(),
-        ..ChannelMargins::default()
-    };
-    Some(ChannelMargin { multirate_search: true, disk_frequency: None, ..named(name, false, &found) })
+        disk,
+        disk_gain,
+        disk_phase,
+        multirate_search: true,
+        ..ChannelMargin::default()
+    })
 }
 
 /// Each sensor of a law with its row over `[q_r; q̇_r]`.
@@ -102,7 +89,7 @@ pub(super) fn errors(variant: &PreparedVariant, survey: &Survey<'_>) -> (Vec<Cha
         let sensors = sensor_rows(model, &**law);
         let Readings { names, loops, .. } =
             ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, &model.motion_names())?;
-        let of = |(k, name): (usize, &String)| Some(named(name, true, &channel_margins(&loops.channel(k))?));
+        let of = |reading: (usize, &String)| of_channel(&loops, reading, true);
         Some(names.par_iter().enumerate().filter_map(of).collect::<Vec<_>>())
     };
     let of_motors = || {

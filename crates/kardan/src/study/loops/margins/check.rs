@@ -120,7 +120,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let at = |diagnostic: Diagnostic| diagnostic.at(control.place.clone(), "unstable at this sample time");
     // Blocks that saturate or switch act differently once the motion has grown: kardan only warns.
     if between.nonlinear && has_blocks {
-        let names = quoted(between.of_loop.names().iter().map(String::as_str));
+        let names = quoted(between.of_loop.names());
         let message = format!("{message}; the loop closes through the blocks {names}, linearised at rest");
         out.push(
             at(Diagnostic::warning(UNSTABLE, message))

@@ -107,32 +107,29 @@ fn in_contact(variant: &PreparedVariant, closed: &BTreeSet<usize>) -> PreparedVa
     let reduced = &variant.reduced;
     let position = touching(reduced, &variant.point.position, closed);
     let model = closed_contacts(reduced, closed, &position);
-    let at = |model: &Reduced, point: &OperatingPoint| {
-        let whole = OperatingPoint { position: position.clone(), ..point.clone() };
-        let [position, rates] = motion_of(model, reduced, &whole);
-        OperatingPoint { position, rates, torques: point.torques.clone(), side: point.side.clone() }
-    };
-    let point = at(&model, &variant.point);
-    let mut design_models = replaced_plants(variant, &|| Plant::at(model.clone(), point.clone()));
-    for (plant, own) in design_models.iter_mut().zip(&variant.design_models) {
-        plant.frozen.clone_from(&own.frozen);
-    }
-    PreparedVariant { design_models, ..variant.with_model(model, point) }
+    let whole = OperatingPoint { position, ..variant.point.clone() };
+    let [position, rates] = motion_of(&model, reduced, &whole);
+    with_plants(variant, model, OperatingPoint { position, rates, ..whole })
 }
 
-/// The plants of the laws of a variant with another model, except those that leave elements out.
-pub(in crate::study) fn replaced_plants(variant: &PreparedVariant, plant: &dyn Fn() -> Plant) -> Vec<Plant> {
-    let own = variant.design_models.iter().enumerate();
-    own.map(|(number, own)| {
+/// A variant with another model of its loop, also of its laws, except those that leave elements out.
+pub(in crate::study) fn with_plants(
+    variant: &PreparedVariant,
+    model: Reduced,
+    point: OperatingPoint,
+) -> PreparedVariant {
+    let plant = |(number, own): (usize, &Plant)| {
         if variant.leaves_out(number) {
             return own.clone();
         }
-        let mut plant = plant();
+        let mut plant = Plant::at(model.clone(), point.clone());
         plant.signals.clone_from(&own.signals);
         plant.elements.clone_from(&own.elements);
+        plant.frozen.clone_from(&own.frozen);
         plant
-    })
-    .collect()
+    };
+    let design_models = variant.design_models.iter().enumerate().map(plant).collect();
+    PreparedVariant { design_models, ..variant.with_model(model, point) }
 }
 
 /// The nearest position at which these contacts just touch.
@@ -141,14 +138,10 @@ fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Ve
     kinematics.update(position, &vec![0.0; position.len()]);
     let all = contacts(reduced, position);
     let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.unilateral)).collect();
-    let row = |one: &Contact| -> Vec<f64> {
-        let mut out = vec![0.0; position.len()];
-        for (shaft, a) in reduced.equations.unilaterals[one.unilateral].row_f64() {
-            out.iter_mut().zip(kinematics.row(shaft)).for_each(|(out, x)| *out += a * x);
-        }
-        out
-    };
-    let rows: Vec<Vec<f64>> = gaps.iter().map(|one| row(one)).collect();
+    let mut rows = vec![vec![0.0; position.len()]; gaps.len()];
+    for (one, row) in gaps.iter().zip(&mut rows) {
+        kinematics.project(&reduced.equations.unilaterals[one.unilateral].row_f64(), row);
+    }
     let matrix = Matrix::from_fn(rows.len(), position.len(), |i, j| rows[i][j]);
     let gap = Matrix::from_fn(gaps.len(), 1, |i, _| gaps[i].gap);
     let Some(shares) = matrix.multiply(&matrix.transpose()).solve(&gap) else { return position.to_vec() };
@@ -184,18 +177,16 @@ fn describe_contact(one: &ContactMargins) -> String {
     };
     let open = match one.open.is_empty() {
         true => String::new(),
-        false => format!(" and {} open", quoted(one.open.iter().map(String::as_str))),
+        false => format!(" and {} open", quoted(&one.open)),
     };
-    format!("{} in contact ({flank}){open}", quoted(one.closed.iter().map(String::as_str)))
+    format!("{} in contact ({flank}){open}", quoted(&one.closed))
 }
 
 /// Text for a loop with backlash: which contacts its margins leave open, and the least disk margin in contact.
 pub(in crate::study) fn contacts_verdict(margins: &Margins) -> Option<String> {
     let first = margins.contacts.first()?;
-    let mut out = vec![format!(
-        "All results above are with {} open (backlash).",
-        quoted(first.closed.iter().chain(&first.open).map(String::as_str))
-    )];
+    let mut out =
+        vec![format!("All results above are with {} open (backlash).", quoted(first.closed.iter().chain(&first.open)))];
     for one in &margins.contacts {
         let least = one.channels.iter().filter(|one| !one.is_sensor).min_by(|a, b| a.disk.total_cmp(&b.disk));
         out.push(match (one.stable, least) {

@@ -35,7 +35,7 @@ impl LoopKinks {
             format!(
                 "The loop jumps at its operating point, where {} = 0: it has no linear model there. Its stability \
                  and margins do not include the jump; a run shows its effect",
-                quoted(self.jumps.iter().map(String::as_str))
+                quoted(&self.jumps)
             )
         })
     }

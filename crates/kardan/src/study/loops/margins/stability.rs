@@ -10,7 +10,8 @@ use kardan_synthesis::{ExactMap, ExactMotions, LoopPlant, SampledPart, Slowest, 
 /// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
 
-/// The verdicts about a loop as it is, exact where possible.
+/// The verdicts about a loop as it is, exact where possible; by default it is not decided.
+#[derive(Default)]
 pub(in crate::study) struct LoopStability {
     /// Of all motions, including uncontrolled rigid-body modes.
     pub verdict: StabilityVerdict,
@@ -173,9 +174,8 @@ impl StabilityProblem<'_> {
                 None if verdict.border.is_empty() => ZeroPoleEvidence::ToRounding(found.rounding),
                 None => ZeroPoleEvidence::Rounded,
             },
-            next_to_zero: Vec::new(),
-            poles: None,
             verdict,
+            ..LoopStability::default()
         }
     }
 
@@ -222,7 +222,6 @@ fn rounded(found: &Slowest) -> LoopStability {
         controlled: found.word,
         zeros: found.excluded,
         how: ZeroPoleEvidence::ToRounding(found.rounding),
-        next_to_zero: Vec::new(),
-        poles: None,
+        ..LoopStability::default()
     }
 }

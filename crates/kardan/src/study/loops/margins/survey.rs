@@ -13,7 +13,7 @@ use crate::study::PreparedVariant;
 use crate::study::loops::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
-use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, MultiloopMargin, RateLimit, Stability};
+use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability};
 use kardan_synthesis::{
     Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
 };
@@ -42,29 +42,31 @@ pub(in crate::study) fn excluded(variant: &PreparedVariant, number: usize, plant
     survey.slowest(survey.unchanged()).map_or(0, |found| found.excluded)
 }
 
-/// What a loop tolerates beside the gains of its motors.
-struct Tolerated {
-    channels: Vec<ChannelMargin>,
-    multiloop: Option<MultiloopMargin>,
-    longest_delay: Option<Limit>,
-    longest_lag: Option<Limit>,
-    /// The longest stable period for each delay in samples.
-    rates: Vec<(f64, Option<Limit>)>,
-}
-
-/// Searches it, with all blocks and with those of a search; a loop that is unstable as it is has no slowest rate and tolerates nothing.
-fn tolerated(variant: &PreparedVariant, [survey, reduced]: [&Survey<'_>; 2], stable: Option<bool>) -> Tolerated {
+/// What a loop tolerates beside the gains of its motors, searched with all blocks and with those of a search; a loop that is unstable as it is has no slowest
+/// rate and tolerates nothing.
+fn tolerated(
+    variant: &PreparedVariant,
+    [survey, reduced]: [&Survey<'_>; 2],
+    stable: Option<bool>,
+    design: &Design,
+) -> Margins {
     let tolerates = stable != Some(false);
     // With a law that is designed for its sample time, few other clocks have a common period.
     let for_one_time = survey.laws.iter().any(|law| law.clock().is_some());
     let delays: &[f64] = if for_one_time || !tolerates { &[] } else { &[0.0, 0.5, 1.0] };
     let channels = || if stable == Some(true) { errors(variant, reduced) } else { Default::default() };
-    let delay = || reduced.longest_delay().filter(|_| tolerates);
-    let lag = || reduced.longest_lag().filter(|_| tolerates);
-    let rates = || delays.par_iter().map(|delay| (*delay, survey.longest_period(*delay))).collect();
+    let limit = |found: Option<Limit>| found.filter(|_| tolerates).map(|found| loop_limit(found, design));
+    let delay = || limit(reduced.longest_delay());
+    let lag = || limit(reduced.longest_lag());
+    let rate = |delay: &f64| rate_limit(*delay, survey.longest_period(*delay), design);
+    let rates = || delays.par_iter().map(rate).collect();
     let ((channels, multiloop), ((longest_delay, longest_lag), rates)) =
         rayon::join(channels, || rayon::join(|| rayon::join(delay, lag), rates));
-    Tolerated { channels, multiloop, longest_delay, longest_lag, rates }
+    Margins { channels, multiloop, longest_delay, longest_lag, rates, ..Margins::default() }
+}
+
+fn loop_limit(found: Limit, design: &Design) -> LoopLimit {
+    LoopLimit { value: found.value, motion: motion(&found, design) }
 }
 
 fn rate_limit(delay: f64, found: Option<Limit>, design: &Design) -> RateLimit {
@@ -82,17 +84,15 @@ pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design:
     let no_blocks = LoopBlocks::default();
     let reduced_survey = Survey { blocks: if searches(&blocks, own) { &blocks } else { &no_blocks }, ..survey };
     let as_it_is = survey.slowest(survey.unchanged());
-    let motion = |limit: &Limit| motion(limit, design);
-    let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
     let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
     let exact = problem.exact();
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
-    let is_unstable = |decided: &LoopStability| decided.verdict.word == Stability::Unstable;
-    let tolerated = tolerated(variant, [&survey, &reduced_survey], stable);
-    let channels = tolerated.channels;
+    let decided = decided.unwrap_or_default();
+    let tolerated = tolerated(variant, [&survey, &reduced_survey], stable, design);
+    let channels = &tolerated.channels;
     let only_motor =
         channels.first().filter(|one| laws[number].inputs().len() == 1 && !one.is_sensor && !one.multirate_search);
     let gain_margin =
@@ -115,29 +115,22 @@ pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design:
             .filter(|_| clocks.iter().any(Option::is_some))
             .map(|found| radius(found.growth))
             // The motion of a growth below the resolution of floating point would contradict the verdict.
-            .filter(|radius| *radius >= 1.0 || !decided.as_ref().is_some_and(is_unstable)),
+            .filter(|radius| *radius >= 1.0 || decided.verdict.word != Stability::Unstable),
         stable,
-        stability: decided.as_ref().map(|decided| decided.verdict.clone()).unwrap_or_default(),
-        proven: decided.as_ref().is_some_and(|decided| decided.verdict.is_proven()),
-        poles: decided.as_ref().and_then(|decided| decided.poles.clone()),
-        rates: tolerated.rates.into_iter().map(|(delay, found)| rate_limit(delay, found, design)).collect(),
-        longest_delay: tolerated.longest_delay.map(limit),
-        longest_lag: tolerated.longest_lag.map(limit),
-        gain_margin: gain_margin.map(|both| both.map(limit)),
+        proven: decided.verdict.is_proven(),
+        stability: decided.verdict,
+        poles: decided.poles,
+        gain_margin: gain_margin.map(|both| both.map(|found| loop_limit(found, design))),
         uncontrolled_modes: free,
-        uncontrolled_poles: decided.as_ref().map_or(0, |decided| decided.zeros),
-        uncontrolled_poles_method: decided.as_ref().map(|decided| decided.how).unwrap_or_default(),
+        uncontrolled_poles: decided.zeros,
+        uncontrolled_poles_method: decided.how,
         uncontrolled_are_integrals: exact
             .as_ref()
             .is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
-        near_zero_poles: decided.map(|decided| decided.next_to_zero).unwrap_or_default(),
+        near_zero_poles: decided.next_to_zero,
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
-        channels,
-        multiloop: tolerated.multiloop,
         low_margins,
-        contacts: Vec::new(),
-        peaks: Vec::new(),
-        verdict: String::new(),
+        ..tolerated
     }
 }
 

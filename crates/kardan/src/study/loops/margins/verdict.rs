@@ -1,6 +1,6 @@
 //! Margins as sentences.
 
-use kardan_results::{Margins, MultiloopMargin, RateLimit, Stability, ZeroPoleEvidence};
+use kardan_results::{LoopLimit, Margins, MultiloopMargin, RateLimit, Stability, ZeroPoleEvidence};
 use kardan_synthesis::LIMIT_STEP;
 
 /// The paragraph on the effect of sampling on this design.
@@ -109,21 +109,17 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             100.0 * (LIMIT_STEP - 1.0)
         ));
     }
+    let tolerated = |limit: &LoopLimit, [before, after]: [&str; 2], none: &str| match limit.value.is_finite() {
+        true => format!("{before}{}{after}{}.", time(limit.value), because(&limit.motion)),
+        false => none.to_string(),
+    };
     if let Some(delay) = &margins.longest_delay {
-        out.push(match delay.value {
-            value if value.is_finite() => {
-                format!("At this sample time it tolerates a delay of {}{}.", time(value), because(&delay.motion))
-            }
-            _ => "No delay of up to ten samples makes it unstable.".into(),
-        });
+        let words = ["At this sample time it tolerates a delay of ", ""];
+        out.push(tolerated(delay, words, "No delay of up to ten samples makes it unstable."));
     }
     if let Some(lag) = &margins.longest_lag {
-        out.push(match lag.value {
-            value if value.is_finite() => {
-                format!("A lag of {} of its motors is just tolerated{}.", time(value), because(&lag.motion))
-            }
-            _ => "No lag of its motors of up to 1 s makes it unstable.".into(),
-        });
+        let words = ["A lag of ", " of its motors is just tolerated"];
+        out.push(tolerated(lag, words, "No lag of its motors of up to 1 s makes it unstable."));
     }
     if let Some([down, up]) = &margins.gain_margin {
         let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
