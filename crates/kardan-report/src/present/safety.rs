@@ -44,8 +44,8 @@ fn verdict(table: &Safety) -> Verdict {
 
 /// The verdicts that do not pass, with their numbers.
 fn kinds(table: &Safety) -> String {
-    let found = grouped(table.failing().map(|row| (row.verdict.label(), row)));
-    let counts: Vec<String> = found.iter().map(|(label, rows)| format!("{} {label}", rows.len())).collect();
+    let found = grouped(table.failing().map(|row| (row.verdict, row)));
+    let counts: Vec<String> = found.iter().map(|(verdict, rows)| format!("{} {verdict}", rows.len())).collect();
     counts.join(", ")
 }
 
@@ -92,7 +92,7 @@ fn rows(table: &Safety) -> Body {
         let (effect, bound) =
             worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
         cells.extend([shown, states.join(", "), effect, bound].map(Cell::Text));
-        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.label().into()));
+        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.to_string()));
         if noted {
             cells.push(Cell::Text(one.note.clone().unwrap_or_default()));
         }

@@ -270,7 +270,7 @@ fn variants(study: &Study) -> Body {
             &run.name,
             parameters.join(", "),
             outcome,
-            effort.method.word(),
+            effort.method.to_string(),
             effort.steps,
             effort.rejected,
             effort.evaluations,
