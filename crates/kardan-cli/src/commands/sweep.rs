@@ -14,7 +14,7 @@ use kardan_report as report;
 use super::model_store::store_model;
 use super::rows::{files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest};
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
+use crate::exit::verdict;
 use crate::files::{self, reason};
 use crate::input;
 use crate::lock::Lock;
@@ -63,8 +63,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             why
         })
     };
-    let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
-    bars.finish();
+    let found = bars.during(|bars| project.sweep(&plan, &settings.run, &mut rows, bars, &mut write));
     if let Some(diagnostic) = failed {
         let help = "the rows written before are complete: after fixing the cause, `--resume` computes the others";
         return Err(diagnostic.help(help).into());
@@ -167,10 +166,9 @@ impl Runs<'_> {
 
     /// Reruns the worst cases with all signals and writes their page, or removes that of an earlier sweep; returns its name, or why there is none.
     fn full_page(&self, out: &Path) -> Result<Option<Result<String, String>>, Diagnostic> {
-        let bars = Bars::limited(self.quiet, self.limits);
         let has_requirements = !(self.found.requirements.is_empty() && self.found.worst.is_none());
-        let made = has_requirements.then(|| self.full_runs(&bars));
-        bars.finish();
+        let bars = Bars::limited(self.quiet, self.limits);
+        let made = bars.during(|bars| has_requirements.then(|| self.full_runs(bars)));
         match &made {
             Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
             _ => removed(&out.join(FULL), "it is of an earlier sweep")?,
@@ -395,9 +393,5 @@ fn report_result(
     let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
     let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
     let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());
-    Ok(match (found.missing > 0, fails) {
-        (true, _) => ERROR,
-        (false, true) => REQUIREMENT_FAILED,
-        (false, false) => DONE,
-    })
+    Ok(verdict(found.missing == 0, !fails))
 }
