@@ -11,7 +11,6 @@ mod tests;
 
 use kardan_results::{JoinKind, Mechanism, MechanismPart, Symbol};
 
-use crate::analysis_pictures::{drawing, figure_of};
 use crate::model::Picture;
 use crate::text::escape;
 use cells::{Group, Mark};
@@ -26,9 +25,9 @@ pub(super) fn picture(mechanism: &Mechanism) -> Option<Picture> {
     if scene.groups.is_empty() {
         return None;
     }
-    let drawn = drawing(scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN, &describe(mechanism), &svg(&scene));
-    let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing mechanism\"", 1);
-    Some(figure_of("", &drawn, &caption(mechanism, &scene)))
+    let size = [scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN];
+    let picture = Picture::drawn("", size, &describe(mechanism), &svg(&scene), &caption(mechanism, &scene));
+    Some(picture.of_class("mechanism"))
 }
 
 /// The same as an SVG document of its own, in the colours of the page on paper.
