@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use super::text::{figure, number};
+use super::ticks::extent;
 use kardan_results::{
     BoxVerdict, Certificate, Class, Complex, Construction, Count, Definition, DistanceToUncontrollability,
     EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance, MatrixDistances, Mode, NamedShare,
@@ -27,6 +28,12 @@ pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
         0 => shown.join(", "),
         rest => format!("{} and {rest} more", shown.join(", ")),
     }
+}
+
+/// `Numbers: a, b, c and 5 more.`; nothing without entries.
+pub fn listed<T: AsRef<str>>(what: &str, entries: impl IntoIterator<Item = T>, limit: usize) -> Option<String> {
+    let entries: Vec<T> = entries.into_iter().collect();
+    (!entries.is_empty()).then(|| format!("{what}: {}.", list(&entries, limit)))
 }
 
 /// `-3`, or `-3 ± 4 j` for a conjugate pair of which one is given.
@@ -151,19 +158,19 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
         let follow = if removed.len() == 1 { "is not a state: it follows" } else { "are not states: they follow" };
         sentences.push(format!("{} {follow} algebraically from the other states and the inputs.", list(removed, 12)));
     }
-    let defined: Vec<String> =
-        definitions.iter().map(|Definition { state: name, expression: what }| format!("{name} = {what}")).collect();
-    if !defined.is_empty() {
-        sentences.push(format!("New states: {}.", list(&defined, 12)));
-    }
+    sentences.extend(defined("New states", definitions));
     sentences
+}
+
+/// States that are combinations of others: `New states: z1 = a.w + b.w.`
+pub fn defined(what: &str, definitions: &[Definition]) -> Option<String> {
+    listed(what, definitions.iter().map(|one| format!("{} = {}", one.state, one.expression)), 12)
 }
 
 /// The interval of all discs: `-1 … 3`.
 pub fn discs(bounds: &EigenvalueBounds) -> String {
-    let ends = bounds.centres.iter().zip(&bounds.radii).map(|(centre, radius)| (centre - radius, centre + radius));
-    let (low, high) =
-        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
+    let discs = bounds.centres.iter().zip(&bounds.radii);
+    let (low, high) = extent(discs.flat_map(|(centre, radius)| [centre - radius, centre + radius]));
     if low <= high { format!("{} … {}", number(low), number(high)) } else { "–".into() }
 }
 

@@ -4,7 +4,7 @@ use super::{alternatives, margins, optional, responses};
 use crate::design_pictures as pictures;
 use crate::groups::distinct;
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::phrases::{self, design as design_phrases, list, pairs};
+use crate::phrases::{self, design as design_phrases, list, listed, pairs};
 use crate::text::number;
 use kardan_results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
@@ -443,12 +443,8 @@ fn flatness(found: &Flatness) -> Vec<String> {
         let at = if values.is_empty() { String::new() } else { format!(", at {values} 1/s") };
         out.push(format!("The filter that remains has the poles of {}{at}.", found.remainder));
     }
-    let degrees =
-        found.outputs.iter().zip(&found.derivatives).map(|(output, degree)| format!("{output} up to {degree}"));
-    let degrees: Vec<String> = degrees.collect();
-    if !degrees.is_empty() {
-        out.push(format!("Derivatives needed: {}.", list(&degrees, NAMES)));
-    }
+    let degrees = found.outputs.iter().zip(&found.derivatives);
+    out.extend(listed("Derivatives needed", degrees.map(|(name, degree)| format!("{name} up to {degree}")), NAMES));
     out
 }
 
@@ -470,10 +466,7 @@ fn sizes(found: &Canonical, design: &Design) -> Vec<String> {
         ));
     }
     let ranks = found.ranks.iter().enumerate().map(|(k, rank)| format!("all but input {}: {rank}", k + 1));
-    let ranks: Vec<String> = ranks.collect();
-    if !ranks.is_empty() {
-        out.push(format!("Ranks of the controllability matrices: {}.", list(&ranks, NAMES)));
-    }
+    out.extend(listed("Ranks of the controllability matrices", ranks, NAMES));
     out
 }
 
@@ -500,24 +493,15 @@ fn block(data: &ControllerData) -> Vec<String> {
         None => "in continuous time".into(),
     };
     let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
-    let matrices: Vec<String> = data
-        .matrices
-        .iter()
-        .map(|DataMatrix { name, values: rows }| {
-            format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
-        })
-        .collect();
+    let matrices = data.matrices.iter().map(|DataMatrix { name, values: rows }| {
+        format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
+    });
+    let numbers = data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value)));
     let mut out = vec![
         format!("Block {} of kardan-rt, {time}.", data.block),
         format!("Reads {}; writes {}.", list(&reads, NAMES), list(&data.writes, NAMES)),
     ];
-    if !matrices.is_empty() {
-        out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
-    }
-    let numbers: Vec<String> =
-        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value))).collect();
-    if !numbers.is_empty() {
-        out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
-    }
+    out.extend(listed("Matrices", matrices, NAMES));
+    out.extend(listed("Numbers", numbers, NAMES));
     out
 }

@@ -3,7 +3,7 @@
 use crate::groups::distinct;
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::phrases::list;
+use crate::phrases::{list, listed};
 use crate::text::number;
 use kardan_results::{Identification, Interval, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
@@ -266,11 +266,7 @@ fn silent(suggested: &Suggestions) -> String {
         }
     };
     let not_tried: String = suggested.untested_terms.iter().map(|one| format!(" Not tried: {one}.")).collect();
-    let silent = if names.is_empty() {
-        String::new()
-    } else {
-        format!("Tried, and not significantly different from zero: {}.", list(&names, 40))
-    };
+    let silent = listed("Tried, and not significantly different from zero", names, 40).unwrap_or_default();
     format!("{silent}{orders}{not_tried}")
 }
 
