@@ -5,7 +5,7 @@ use super::drawing::{CHARACTER, CROSS, cut, entry, mark, text};
 use super::groups::distinct;
 use super::model::Picture;
 use super::phrases::{self, design as design_phrases};
-use super::text::{escape, figure, unit};
+use super::text::{escape, figure, quantity, unit};
 use kardan_results::{Complex, CrossCoupling, Design, Pole};
 use kardan_rt::functions::log10;
 
@@ -115,8 +115,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
         None => ("empty", 1.0, "–".into(), String::new()),
         Some(CrossCoupling { failure: Some(_), .. }) => ("empty", 1.0, "the run failed".into(), String::new()),
         Some(found) => {
-            let peak =
-                format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
+            let peak = quantity(found.peak.unwrap_or(f64::NAN), 3, &unit(&found.unit));
             let share = design_phrases::relative(found, &design.cross_coupling);
             let second =
                 share.map_or(String::new(), |share| format!("{} of own step", design_phrases::share(share, 2)));

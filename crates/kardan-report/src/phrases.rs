@@ -5,7 +5,7 @@ pub mod design;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use super::text::{figure, number};
+use super::text::{DIGITS, figure, number, quantity};
 use super::ticks::extent;
 use kardan_results::{
     BoxVerdict, Certificate, Class, Complex, Construction, Count, Definition, DistanceToUncontrollability,
@@ -433,9 +433,7 @@ pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec
             search.starts
         ),
         Some(loss) => {
-            let point = |ParameterPoint { parameter, value, unit }: &ParameterPoint| {
-                format!("{parameter} = {} {unit}", number(*value)).trim_end().to_string()
-            };
+            let point = |one: &ParameterPoint| format!("{} = {}", one.parameter, quantity(one.value, DIGITS, &one.unit));
             let at: Vec<String> = loss.at.iter().map(point).collect();
             let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };

@@ -5,7 +5,7 @@ use crate::design_pictures as pictures;
 use crate::groups::distinct;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::phrases::{self, design as design_phrases, list, listed, pairs};
-use crate::text::number;
+use crate::text::{DIGITS, number, quantity};
 use kardan_results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
     Flatness, HiddenMotion, Integrators, LoopAlongPath, Motion, NO_RESPONSES, ObserverResult, Pole, Stability,
@@ -336,7 +336,7 @@ fn window(couplings: &[CrossCoupling]) -> Option<String> {
 
 /// `ref_rk by 1 rad`.
 fn step(coupling: &CrossCoupling) -> String {
-    format!("{} by {} {}", coupling.reference, number(coupling.step), coupling.step_unit).trim_end().into()
+    format!("{} by {}", coupling.reference, quantity(coupling.step, DIGITS, &coupling.step_unit))
 }
 
 fn cross_coupling(design: &Design) -> Body {
@@ -346,8 +346,7 @@ fn cross_coupling(design: &Design) -> Body {
     }
     let same = window(found);
     let over = same.as_ref().map_or(String::new(), |same| format!(", {same}"));
-    let with_unit =
-        |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
+    let amount = |value: Option<f64>, unit: &str| quantity(value.unwrap_or(f64::NAN), DIGITS, unit);
     let row = |c: &CrossCoupling| {
         let mut row = row![step(c), &c.output, if c.same_channel { "own" } else { "other" }];
         row.extend(match &c.failure {
@@ -355,7 +354,7 @@ fn cross_coupling(design: &Design) -> Body {
             None => {
                 let share =
                     design_phrases::relative(c, found).map_or(String::new(), |share| design_phrases::share(share, 5));
-                row![with_unit(c.peak, &c.unit), with_unit(c.rms, &c.unit), share]
+                row![amount(c.peak, &c.unit), amount(c.rms, &c.unit), share]
             }
         });
         row.extend(same.is_none().then(|| c.window.into()));

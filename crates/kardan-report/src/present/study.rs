@@ -6,7 +6,7 @@ use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::svg::{self, PlotFile};
-use crate::text::{Clock, figure, number, with_unit};
+use crate::text::{Clock, DIGITS, figure, shown, with_unit};
 use kardan_results::{
     self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
     RunVerdict, Signal, Structure, Study, Verdict,
@@ -357,11 +357,8 @@ fn figures(study: &Study) -> Body {
 
 /// A number in the requested unit, if there is one.
 pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
-    match (value.filter(|value| value.is_finite()), display) {
-        (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
-        (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),
-        (None, _) => "not measured".into(),
-    }
+    let value = value.filter(|value| value.is_finite());
+    value.map_or("not measured".into(), |value| shown(value, DIGITS, unit, display))
 }
 
 /// The requirements, each for every variant.
