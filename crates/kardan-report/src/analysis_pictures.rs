@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::curves::ON_WHITE;
 use super::drawing::{self, Area, CHARACTER, CROSS, bar, cut, entry, line, text, upward};
+use super::groups::summed;
 use super::model::Picture;
 use super::phrases;
 use super::text::{escape, figure};
@@ -218,30 +219,22 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
 }
 
 /// The elements that store energy, in groups by its kind, each sorted from the largest sum of shares.
-fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
-    let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
-    let mut places = HashMap::new();
-    let mut add = |element: &'a str, kind: usize, share: f64| {
-        if !(share >= 0.0 && share.is_finite()) {
-            return;
-        }
-        let found = *places.entry(element).or_insert_with(|| {
-            sums.push((element, [0.0; 2], 0.0));
-            sums.len() - 1
-        });
-        sums[found].1[kind] += share;
-        sums[found].2 += share;
-    };
-    for mode in modes {
-        for StoredShare { element, energy: kind, share } in &mode.stored {
-            add(element, usize::from(*kind == EnergyKind::Potential), *share);
-        }
-        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element, 0, 1e-3 * share));
-    }
-    sums.sort_by(|a, b| b.2.total_cmp(&a.2));
-    let of = |potential: bool| {
-        let group = sums.iter().filter(|(_, kinds, sum)| (kinds[1] > kinds[0]) == potential && *sum > 0.0);
-        group.map(|(name, ..)| name.to_string()).collect::<Vec<_>>()
+fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
+    let all = modes.iter().flat_map(|mode| {
+        let stored = mode.stored.iter().map(|one| (&one.element, one.energy, one.share));
+        stored.chain(mode.dissipated.iter().map(|one| (&one.element, EnergyKind::Kinetic, 1e-3 * one.share)))
+    });
+    let counted = all.filter(|(.., share)| *share >= 0.0 && share.is_finite());
+    // Kinetic, potential, and both.
+    let mut sums = summed(counted.map(|(element, energy, share)| match energy {
+        EnergyKind::Kinetic => (element.as_str(), [share, 0.0, share]),
+        EnergyKind::Potential => (element.as_str(), [0.0, share, share]),
+    }));
+    sums.sort_by(|(_, a), (_, b)| b[2].total_cmp(&a[2]));
+    let of = |is_potential: bool| {
+        let group =
+            sums.iter().filter(|(_, [kinetic, potential, sum])| (potential > kinetic) == is_potential && *sum > 0.0);
+        group.map(|(name, _)| name.to_string()).collect::<Vec<_>>()
     };
     [of(false), of(true)]
 }

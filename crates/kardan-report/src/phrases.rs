@@ -2,15 +2,13 @@
 
 pub mod design;
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
-
+use super::groups::summed;
 use super::text::{DIGITS, figure, number, quantity};
 use super::ticks::extent;
 use kardan_results::{
     BoxVerdict, Certificate, Class, Complex, Construction, Count, Definition, DistanceToUncontrollability,
     EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance, MatrixDistances, Mode, NamedShare,
-    ParameterPoint, PlacementSearch, Pole, PolynomialRoots, Sampling, ShapePart, StoredShare, Structure, Zeros,
+    ParameterPoint, PlacementSearch, Pole, PolynomialRoots, Sampling, ShapePart, Structure, Zeros,
 };
 use kardan_rt::functions::{atan2, hypot};
 
@@ -198,18 +196,8 @@ fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
 
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
 pub fn stored(mode: &Mode) -> String {
-    let mut shares: Vec<(&str, f64)> = Vec::with_capacity(mode.stored.len());
-    let mut places: HashMap<&str, usize> = HashMap::with_capacity(mode.stored.len());
-    for StoredShare { element, share, .. } in &mode.stored {
-        match places.entry(element.as_str()) {
-            Entry::Occupied(place) => shares[*place.get()].1 += share,
-            Entry::Vacant(place) => {
-                place.insert(shares.len());
-                shares.push((element, *share));
-            }
-        }
-    }
-    percents(shares)
+    let shares = summed(mode.stored.iter().map(|one| (one.element.as_str(), [one.share])));
+    percents(shares.into_iter().map(|(element, [share])| (element, share)).collect())
 }
 
 /// The largest shares: `spring 50 %, rack 30 %`.
