@@ -354,7 +354,7 @@ pub type SweepRowOf<'r> = SweepRow<&'r str, &'r [f64]>;
 ///
 /// ```
 /// use kardan_results::{SweepRow, SweepRows};
-/// let row = SweepRow { values: vec![1.0, 2.0], passed: vec![1.0], measured: vec![0.5], ..SweepRow::default() };
+/// let row: SweepRow = SweepRow { values: vec![1.0, 2.0], passed: vec![1.0], measured: vec![0.5], ..SweepRow::default() };
 /// let rows: SweepRows = [SweepRow { sample: 7, ..row.clone() }, row.clone()].into_iter().collect();
 /// assert_eq!((rows.len(), rows.get(0).sample, rows.get(1).values), (2, 7, &[1.0, 2.0][..]));
 /// assert_eq!(rows.in_order().get(0).to_row(), row);

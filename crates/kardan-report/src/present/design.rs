@@ -141,7 +141,7 @@ fn decouplability(design: &Design) -> Vec<String> {
     if *rank == 0 && *normal_rank == 0 && reasons.is_empty() {
         return Vec::new();
     }
-    let blocks = blocks(design);
+    let blocks: Vec<String> = found.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect();
     let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
     let added: Vec<String> = integrators
         .iter()
@@ -173,11 +173,6 @@ fn decouplability(design: &Design) -> Vec<String> {
 fn sentence(text: &str) -> String {
     let text = phrases::capital(text);
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
-}
-
-/// Blocks of outputs by name: `{rk.phi, fs.phi}`.
-fn blocks(design: &Design) -> Vec<String> {
-    design.decouplability.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect()
 }
 
 fn channels(channels: &[ChannelResult]) -> Body {

@@ -27,7 +27,7 @@ pub fn page(found: &Identification) -> Page {
             ("fit", "Measured and predicted", new().pictures(pictures::traces(found))),
             ("friction", "Friction over speed", new().pictures(pictures::curves(found))),
             ("undetermined", "Unidentifiable parameters", undetermined(found)),
-            ("residuals", "Residuals", residuals(found)),
+            ("residuals", "Residuals", tests(&found.tests).pictures(pictures::residuals(found))),
             ("validation", "Validation", validation(found)),
             ("candidates", "Models compared", candidates(found)),
             ("suggestions", "Terms suggested", suggestions(found)),
@@ -127,10 +127,6 @@ fn tests(all: &[ResidualTest]) -> Body {
         ]
     });
     Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
-}
-
-fn residuals(found: &Identification) -> Body {
-    tests(&found.tests).pictures(pictures::residuals(found))
 }
 
 fn validation(found: &Identification) -> Body {
