@@ -13,6 +13,15 @@ pub const REQUIREMENT_FAILED: u8 = 1;
 /// Exit code: bad input, a file that cannot be read or written, a run that failed or whose energy balance does not close, or a command that a limit or a signal ended early.
 pub const ERROR: u8 = 2;
 
+/// Exit code of results that may be partial, and may violate requirements.
+pub fn verdict(is_whole: bool, passes: bool) -> u8 {
+    match (is_whole, passes) {
+        (false, _) => ERROR,
+        (true, true) => DONE,
+        (true, false) => REQUIREMENT_FAILED,
+    }
+}
+
 /// Prints what a command is about, all of it.
 pub fn done(text: &str) -> Result<u8, Failure> {
     print(text)?;

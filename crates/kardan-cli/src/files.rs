@@ -73,15 +73,15 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path)?).map_err(io::Error::other)
 }
 
+/// A file does not exist.
+pub fn not_found(name: &str) -> Diagnostic {
+    Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
+}
+
 /// Reads a file; `missing` is the error if it does not exist.
-pub fn read_limited(
-    path: &Path,
-    name: &str,
-    limit: u64,
-    missing: &dyn Fn(&str) -> Diagnostic,
-) -> Result<Vec<u8>, Diagnostic> {
+pub fn read_limited(path: &Path, name: &str, limit: u64, missing: Diagnostic) -> Result<Vec<u8>, Diagnostic> {
     let unreadable = |error: io::Error| match error.kind() {
-        io::ErrorKind::NotFound => missing(name),
+        io::ErrorKind::NotFound => missing.clone(),
         _ => Diagnostic::error("file::unreadable", format!("cannot read `{name}`: {}", reason(&error))),
     };
     expect_plain(path, name)?;
@@ -94,14 +94,14 @@ pub fn read_limited(
 }
 
 /// The text of a file of at most [`MODEL_LIMIT`]; `missing` is the error if it does not exist.
-pub fn read_model_text(path: &Path, name: &str, missing: &dyn Fn(&str) -> Diagnostic) -> Result<String, Diagnostic> {
+pub fn read_model_text(path: &Path, name: &str, missing: Diagnostic) -> Result<String, Diagnostic> {
     decode(name, &read_limited(path, name, MODEL_LIMIT, missing)?)
 }
 
 /// The bytes of a file that a model names, or the reason of the failure.
 pub fn read_named_file(path: &Path) -> FileBytes {
-    let missing = |name: &str| Diagnostic::error("file::not-found", format!("there is no file `{name}`"));
-    let read = read_limited(path, &path.display().to_string(), MODEL_LIMIT, &missing);
+    let name = path.display().to_string();
+    let read = read_limited(path, &name, MODEL_LIMIT, not_found(&name));
     read.map(Into::into).map_err(|diagnostic| diagnostic.message)
 }
 

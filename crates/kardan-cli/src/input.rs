@@ -79,12 +79,9 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         return Ok(Source::new(name, builtin.source.to_owned(), Origin::Builtin));
     }
     let name = model.display().to_string();
-    let no_model = |name: &str| {
-        let stem = model.file_stem().unwrap_or_default().to_string_lossy();
-        Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"))
-            .help(builtin_hint(&stem))
-    };
-    let text = files::read_model_text(model, &name, &no_model)?;
+    let stem = model.file_stem().unwrap_or_default().to_string_lossy();
+    let no_model = Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"));
+    let text = files::read_model_text(model, &name, no_model.help(builtin_hint(&stem)))?;
     Ok(Source::new(name, text, Origin::File))
 }
 
@@ -92,13 +89,10 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
 pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     let is_stdin = path.as_os_str() == "-";
     let name = if is_stdin { "standard input".to_owned() } else { path.display().to_string() };
-    let missing = |name: &str| {
-        Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
-            .help("name a JSON or MAT file with the matrices, or `-` for standard input")
-    };
+    let help = "name a JSON or MAT file with the matrices, or `-` for standard input";
     let bytes = match is_stdin {
         true => files::read_stdin(&name, MATRICES_LIMIT)?,
-        false => files::read_limited(path, &name, MATRICES_LIMIT, &missing)?,
+        false => files::read_limited(path, &name, MATRICES_LIMIT, files::not_found(&name).help(help))?,
     };
     if bytes.is_empty() {
         return Err(
@@ -111,9 +105,7 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
 /// Reads a text file that is not a model.
 pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
-    files::read_model_text(path, &name, &|name| {
-        Diagnostic::error("file::not-found", format!("there is no file `{name}`")).help("check the path")
-    })
+    files::read_model_text(path, &name, files::not_found(&name).help("check the path"))
 }
 
 /// A hint for a name that is not that of a built-in model.

@@ -8,6 +8,7 @@
 //! could lose both). It follows a symbolic link that the user named; one in an output folder, where the command chooses the
 //! names, only if it stays in the folder ([`save_in`]). Extended attributes and access lists are not carried over.
 
+use std::borrow::Borrow;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -112,14 +113,10 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
     Err(Diagnostic::error("file::link", message).help("remove the link, or name another folder with --out DIR"))
 }
 
-/// Checks that a file can be written there, before any computation; creates its folder if missing.
-pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
-    prepare_files(&[path], None)
-}
-
-/// The same for several different files; `own` is a file that the command reads and may still replace, by the
-/// last of them.
-pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnostic> {
+/// Checks that different files can be written, before any computation; creates their folders if missing. `own` is a file that the command
+/// reads and may still replace, by the last of them.
+pub fn prepare_files<'a>(paths: impl IntoIterator<Item = &'a PathBuf>, own: Option<&Path>) -> Result<(), Diagnostic> {
+    let paths: Vec<&PathBuf> = paths.into_iter().collect();
     let mut places = Vec::new();
     for (k, path) in paths.iter().enumerate() {
         let own = own.filter(|_| k + 1 == paths.len());
@@ -296,6 +293,25 @@ pub fn likely_columns(path: &str) -> String {
 pub fn save_page(path: &Path, page: &Page) -> Result<(), Diagnostic> {
     let markdown = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("md"));
     save(path, shown(page, markdown).1.as_bytes())
+}
+
+/// Writes the report and further data of a command to the files that were requested, prints its results, and names the files.
+pub fn deliver<P: Borrow<Page>>(
+    [report, data]: [&Option<PathBuf>; 2],
+    page: impl FnOnce() -> P,
+    bytes: impl FnOnce(&Path) -> Result<Vec<u8>, Diagnostic>,
+    printed: impl FnOnce() -> String,
+    quiet: bool,
+) -> Result<(), Diagnostic> {
+    if let Some(path) = report {
+        save_page(path, page().borrow())?;
+    }
+    if let Some(path) = data {
+        save(path, &bytes(path)?)?;
+    }
+    print(&printed())?;
+    report.iter().chain(data).filter(|_| !quiet).for_each(|path| note_saved_file(path));
+    Ok(())
 }
 
 /// The same as [`save`] where this command reads `own` and may still replace it.

@@ -91,6 +91,13 @@ impl Bars {
         stop::computing(false);
     }
 
+    /// Computes while there are bars.
+    pub fn during<T>(self, work: impl FnOnce(&Self) -> T) -> T {
+        let found = work(&self);
+        self.finish();
+        found
+    }
+
     /// Moves a bar, which is there from its first part to its last.
     fn draw(&self, key: Option<usize>, name: &str, fraction: f64) {
         if !self.visible {

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use super::curves::ON_WHITE;
+use super::drawing::{self, Area, CHARACTER, CROSS, bar, cut, entry, line, text, upward};
+use super::groups::summed;
 use super::model::Picture;
 use super::phrases;
 use super::text::{escape, figure};
@@ -13,67 +15,12 @@ use kardan_results::{
 };
 use kardan_rt::functions::{asinh, hypot, log10, powf, powi};
 
-/// Width of a character of the labels, px, generously.
-pub(super) const CHARACTER: f64 = 7.0;
-/// Smallest scale of pictures: letters of 12 px shrink to 9 px.
-const SMALLEST: f64 = 0.75;
 /// More modes are in the table only.
 pub(super) const MODES: usize = 24;
 /// Number of elements of one kind with a separate colour; all others share one more colour.
 const COLOURS: usize = ON_WHITE.len() - 1;
 /// More placements are in the table only.
 const SETS: usize = 12;
-
-/// A picture drawn at this size. On a narrow page it shrinks until letters are hard to read ([`SMALLEST`]), and scrolls from there.
-pub(super) fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
-    format!(
-        "<div class=\"drawing\"><svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" style=\"min-width:{:.0}px\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
-        SMALLEST * width,
-        escape(label)
-    )
-}
-
-pub(super) fn text(x: f64, y: f64, class: &str, text: &str) -> String {
-    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
-}
-
-/// A text that runs upwards at `x`, which is written as it is.
-pub(super) fn upward(x: &str, y: f64, class: &str, text: &str) -> String {
-    format!(
-        "<text x=\"{x}\" y=\"{y:.1}\" class=\"{class}\" transform=\"rotate(-90 {x} {y:.1})\">{}</text>\n",
-        escape(text)
-    )
-}
-
-pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
-    format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
-}
-
-pub(super) fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> String {
-    format!(
-        "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{}</title>\
-         </rect>\n",
-        width.max(0.0),
-        escape(title)
-    )
-}
-
-pub(super) fn cut(text: &str, length: usize) -> String {
-    if text.chars().count() <= length {
-        return text.to_owned();
-    }
-    text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
-}
-
-/// An entry of a legend: a coloured field with its meaning, as HTML.
-pub(super) fn entry(swatch: &str, meaning: &str) -> String {
-    format!("<span class=\"entry\"><span class=\"swatch {swatch}\"></span>{meaning}</span>")
-}
-
-pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
-    Picture { title: title.into(), drawing: drawing.into(), caption: caption.into() }
-}
 
 /// An axis through zero; logarithmic away from zero where the values span more than two powers of ten.
 struct Scale {
@@ -92,10 +39,7 @@ impl Scale {
         let finite = || values.iter().copied().filter(|value| value.is_finite()).chain([0.0]);
         if !(largest > 100.0 * smallest) {
             let axis = ticks::axis(finite(), 0.08, count);
-            let first = (axis.low / axis.step).ceil() as i64;
-            let last = (axis.high / axis.step).floor() as i64;
-            let ticks = (first..=last).map(|k| k as f64 * axis.step).map(|at| (at, axis.label(at))).collect();
-            return Scale { low: axis.low, high: axis.high, knee: None, ticks };
+            return Scale { low: axis.low, high: axis.high, knee: None, ticks: axis.ticks() };
         }
         let knee = powf(10.0, log10(smallest).floor());
         let bent = |value: f64| asinh(value / knee);
@@ -114,6 +58,10 @@ impl Scale {
     fn place(&self, value: f64) -> f64 {
         let bent = self.knee.map_or(value, |knee| asinh(value / knee));
         (bent - self.low) / (self.high - self.low)
+    }
+
+    fn placed_ticks(&self) -> impl Iterator<Item = (f64, String)> {
+        self.ticks.iter().map(|(at, label)| (self.place(*at), label.clone()))
     }
 }
 
@@ -183,12 +131,9 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         body += &text(at + 28.0, below, "", label);
         at += 50.0 + 6.2 * label.len() as f64;
     }
-    let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
-    Some(figure_of(
-        "Poles and zeros",
-        &drawn,
-        &format!("{} Modes in the shaded half-plane are unstable.", plane.caption()),
-    ))
+    let caption = format!("{} Modes in the shaded half-plane are unstable.", plane.caption());
+    let size = [Plane::FULL_WIDTH, below + 12.0];
+    Some(Picture::drawn("Poles and zeros", size, "poles and zeros in the complex plane", &body, &caption))
 }
 
 /// The complex plane with its axes.
@@ -197,12 +142,11 @@ pub(super) struct Plane {
     imaginary: Scale,
     /// Whether all points are real.
     flat: bool,
-    height: f64,
+    area: Area,
 }
 
 impl Plane {
     pub(super) const LEFT: f64 = 84.0;
-    const TOP: f64 = 12.0;
     const WIDTH: f64 = 600.0;
     /// Full width with margins.
     pub(super) const FULL_WIDTH: f64 = Self::LEFT + Self::WIDTH + 16.0;
@@ -212,46 +156,35 @@ impl Plane {
         let real = Scale::new(&points.clone().map(|point| point.re).collect::<Vec<_>>(), 9);
         let sizes: Vec<f64> = points.flat_map(|point| [point.im, -point.im]).collect();
         let flat = sizes.iter().all(|size| *size == 0.0);
-        let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
-        Plane { real, imaginary, flat, height: if flat { 110.0 } else { 380.0 } }
+        let mut imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
+        imaginary.ticks.retain(|(at, _)| !flat || *at == 0.0);
+        let height = if flat { 110.0 } else { 380.0 };
+        Plane { real, imaginary, flat, area: Area { left: Self::LEFT, top: 12.0, width: Self::WIDTH, height } }
     }
 
     /// Position of a point in the picture.
     pub(super) fn place(&self, at: Pole) -> (f64, f64) {
-        (self.x(at.re), self.y(at.im))
-    }
-
-    fn x(&self, real: f64) -> f64 {
-        Self::LEFT + Self::WIDTH * self.real.place(real)
-    }
-
-    fn y(&self, imaginary: f64) -> f64 {
-        Self::TOP + self.height * (1.0 - self.imaginary.place(imaginary))
+        self.area.at(self.real.place(at.re), self.imaginary.place(at.im))
     }
 
     /// Grid, axes and the unstable half-plane.
     pub(super) fn frame(&self) -> String {
-        let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
-        let (x, y) = (|value| self.x(value), |value| self.y(value));
-        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "unstable half-plane");
-        for (at, label) in &self.real.ticks {
-            body += &line((x(*at), top), (x(*at), top + height), "grid");
-            body += &text(x(*at), top + height + 18.0, "middle", label);
-        }
-        for (at, label) in self.imaginary.ticks.iter().filter(|(at, _)| !flat || *at == 0.0) {
-            body += &line((left, y(*at)), (left + width, y(*at)), "grid");
-            body += &text(left - 8.0, y(*at) + 4.0, "end", label);
-        }
-        body += &line((x(0.0), top), (x(0.0), top + height), "axis");
-        body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
-        body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
-        let title = if flat { "imaginary" } else { "imaginary part [1/s]" };
+        let Area { left, top, width, height } = self.area;
+        let (right, bottom) = (self.area.right(), self.area.bottom());
+        let (x, y) = self.place(Complex::default());
+        let mut body = bar(x, top, right - x, height, "unstable", "unstable half-plane");
+        body += &self.area.grid_across(self.real.placed_ticks(), Some(18.0));
+        body += &self.area.grid_up(self.imaginary.placed_ticks(), 8.0);
+        body += &line((x, top), (x, bottom), "axis");
+        body += &line((left, y), (right, y), "axis");
+        body += &text(left + 0.5 * width, bottom + 40.0, "middle faint", "real part [1/s]");
+        let title = if self.flat { "imaginary" } else { "imaginary part [1/s]" };
         body + &upward("16", top + 0.5 * height, "middle faint", title)
     }
 
     /// The base line of a legend below the axes.
     pub(super) fn below(&self) -> f64 {
-        Self::TOP + self.height + 66.0
+        self.area.bottom() + 66.0
     }
 
     /// How to read the axes.
@@ -264,11 +197,10 @@ impl Plane {
     }
 }
 
-fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
-    let class = if point.unreached || point.unobservable { format!("{kind} failing") } else { kind.to_owned() };
+fn mark(at: (f64, f64), kind: &str, title: &str, point: &Point) -> String {
     let mut shape = match kind {
         "zero" => "<circle r=\"5.5\"/>".to_owned(),
-        _ => "<path d=\"M-5 -5L5 5M-5 5L5 -5\"/>".to_owned(),
+        _ => format!("<path d=\"{CROSS}\"/>"),
     };
     if point.unreached {
         shape += "<path class=\"ring\" d=\"M-9 -9H9V9H-9Z\"/>";
@@ -279,7 +211,7 @@ fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
     if point.times > 1 {
         shape += &format!("<text x=\"{}\" y=\"-9\">{}×</text>", if kind == "zero" { 8 } else { 12 }, point.times);
     }
-    format!("<g class=\"{class}\" transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{shape}</g>\n", escape(title))
+    drawing::mark(at, kind, point.unreached || point.unobservable, title, &shape)
 }
 
 pub(super) fn heading(k: usize, mode: &Mode) -> String {
@@ -287,30 +219,22 @@ pub(super) fn heading(k: usize, mode: &Mode) -> String {
 }
 
 /// The elements that store energy, in groups by its kind, each sorted from the largest sum of shares.
-fn groups<'a>(modes: &'a [Mode]) -> [Vec<String>; 2] {
-    let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
-    let mut places = HashMap::new();
-    let mut add = |element: &'a str, kind: usize, share: f64| {
-        if !(share >= 0.0 && share.is_finite()) {
-            return;
-        }
-        let found = *places.entry(element).or_insert_with(|| {
-            sums.push((element, [0.0; 2], 0.0));
-            sums.len() - 1
-        });
-        sums[found].1[kind] += share;
-        sums[found].2 += share;
-    };
-    for mode in modes {
-        for StoredShare { element, energy: kind, share } in &mode.stored {
-            add(element, usize::from(*kind == EnergyKind::Potential), *share);
-        }
-        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element, 0, 1e-3 * share));
-    }
-    sums.sort_by(|a, b| b.2.total_cmp(&a.2));
-    let of = |potential: bool| {
-        let group = sums.iter().filter(|(_, kinds, sum)| (kinds[1] > kinds[0]) == potential && *sum > 0.0);
-        group.map(|(name, ..)| name.to_string()).collect::<Vec<_>>()
+fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
+    let all = modes.iter().flat_map(|mode| {
+        let stored = mode.stored.iter().map(|one| (&one.element, one.energy, one.share));
+        stored.chain(mode.dissipated.iter().map(|one| (&one.element, EnergyKind::Kinetic, 1e-3 * one.share)))
+    });
+    let counted = all.filter(|(.., share)| *share >= 0.0 && share.is_finite());
+    // Kinetic, potential, and both.
+    let mut sums = summed(counted.map(|(element, energy, share)| match energy {
+        EnergyKind::Kinetic => (element.as_str(), [share, 0.0, share]),
+        EnergyKind::Potential => (element.as_str(), [0.0, share, share]),
+    }));
+    sums.sort_by(|(_, a), (_, b)| b[2].total_cmp(&a[2]));
+    let of = |is_potential: bool| {
+        let group =
+            sums.iter().filter(|(_, [kinetic, potential, sum])| (potential > kinetic) == is_potential && *sum > 0.0);
+        group.map(|(name, _)| name.to_string()).collect::<Vec<_>>()
     };
     [of(false), of(true)]
 }
@@ -335,7 +259,6 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
         body += &stack((left, y + 25.0, width, 6.0), &lost.collect::<Vec<_>>(), &groups);
     }
     let height = row * shown.len() as f64 + 2.0;
-    let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
     let swatch = |group: usize, index: usize, name: &str| {
         let pale = if group == 1 { " potential" } else { "" };
         entry(&format!("c{index}{pale}"), &escape(name)) + " "
@@ -354,7 +277,8 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
         legend(0, "Kinetic"),
         legend(1, "Potential")
     );
-    Some(figure_of("Energy", &drawn, &caption))
+    let size = [left + width + 8.0, height];
+    Some(Picture::drawn("Energy", size, "shares of the energy of each mode by element", &body, &caption))
 }
 
 /// One stacked bar at `(left, top, width, height)`: motion first, then springs, in the same order for every mode.
@@ -417,8 +341,9 @@ pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     }
     body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
     let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
-    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the placements", &body);
-    Some(figure_of("", &drawn, if logarithmic { "The bars are logarithmic." } else { "" }))
+    let size = [left + width + room, row * sets.len() as f64 + 2.0];
+    let caption = if logarithmic { "The bars are logarithmic." } else { "" };
+    Some(Picture::drawn("", size, "scores of the placements", &body, caption))
 }
 
 /// Distance to the nearest loss of structure: proven ranges, undecided ranges, and found losses.
@@ -464,11 +389,11 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     }
     body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
     body += &text(x(1.0), top - 8.0, "middle", "tolerances");
-    let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
     let legend = [("safe", "proven: no loss"), ("undecided", "undecided"), ("loss", "a loss was found")];
     let legend: String = legend.map(|(swatch, meaning)| entry(swatch, meaning)).concat();
     let caption = format!("Largest deviation of a parameter, in tolerances. {legend}");
-    Some(figure_of("Distance to the nearest loss", &drawn, &caption))
+    let (size, label) = ([left + width + 30.0, bottom + 24.0], "distance to the nearest loss, in tolerances");
+    Some(Picture::drawn("Distance to the nearest loss", size, label, &body, &caption))
 }
 
 fn searched(search: &DistanceToUncontrollability) -> bool {

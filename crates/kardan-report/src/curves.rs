@@ -2,6 +2,7 @@
 
 use super::groups::distinct;
 use super::text::Clock;
+use super::ticks::extent;
 use kardan_results::{Physical, Plot, PlottedReference, Run, Signal, Spectrum, Study};
 use std::borrow::Cow;
 
@@ -266,11 +267,7 @@ fn runs<'a>(study: &'a Study, plot: &Plot) -> Vec<&'a Run> {
 
 /// Least and greatest of the values that are finite.
 fn span(values: &[f64]) -> Option<(f64, f64)> {
-    let finite = values.iter().copied().filter(|value| value.is_finite());
-    finite.fold(None, |span, value| {
-        let (low, high) = span.unwrap_or((value, value));
-        Some((value.min(low), value.max(high)))
-    })
+    Some(extent(values.iter().copied().filter(|value| value.is_finite()))).filter(|(low, high)| low <= high)
 }
 
 /// A billionth of the largest value that the signals of a plot have in any run, in the unit of the plot.
@@ -290,9 +287,7 @@ fn rounding(study: &Study, plot: &Plot, curves: &[Curve]) -> f64 {
 
 /// Differences that no reader can see: in value, on an axis that shows all these curves, and in time, as a fraction.
 fn accuracy<'v>(values: impl IntoIterator<Item = &'v [f64]>, least_span: f64) -> f64 {
-    let ends = values.into_iter().filter_map(span);
-    let (low, high) =
-        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
+    let (low, high) = extent(values.into_iter().flatten().copied().filter(|value| value.is_finite()));
     LINE * (high - low).max(least_span).max(0.0)
 }
 
@@ -333,23 +328,18 @@ fn follows(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
             return true;
         }
         let ends = [(from, time - near), (until, time + near)].map(|(next, time)| straight(other, next, time));
-        let (low, high) = ends
-            .into_iter()
-            .flatten()
-            .chain(span(about))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (least, greatest)| {
-                (low.min(least), high.max(greatest))
-            });
+        let inside = about.iter().copied().filter(|value| value.is_finite());
+        let (low, high) = extent(ends.into_iter().flatten().chain(inside));
         (low - accuracy..=high + accuracy).contains(&value)
     })
 }
 
 /// The value of a curve at a time between the sample before `next` and that one, on the straight line between them.
-fn straight(curve: &Curve, next: usize, time: f64) -> Option<(f64, f64)> {
+fn straight(curve: &Curve, next: usize, time: f64) -> Option<f64> {
     let before = next.checked_sub(1)?;
     let (t, x) = (curve.time.get(before..=next)?, curve.values.get(before..=next)?);
     let value = x[0] + (x[1] - x[0]) * (time - t[0]) / (t[1] - t[0]);
-    value.is_finite().then_some((value, value))
+    value.is_finite().then_some(value)
 }
 
 /// Widens the lower ones of coinciding curves and names their partner in the legend; returns whether any coincide.

@@ -1,10 +1,11 @@
 //! The pictures of a design: poles of the closed loop, and coupling of steps between channels.
 
-use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
+use super::analysis_pictures::Plane;
+use super::drawing::{CHARACTER, CROSS, cut, entry, mark, text};
 use super::groups::distinct;
 use super::model::Picture;
 use super::phrases::{self, design as design_phrases};
-use super::text::{escape, figure, unit};
+use super::text::{escape, figure, quantity, unit};
 use kardan_results::{Complex, CrossCoupling, Design, Pole};
 use kardan_rt::functions::log10;
 
@@ -55,27 +56,19 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
         body += &ring((next, below - 4.0), true, "zero dynamics");
         body += &text(next + 20.0, below, "", "zero dynamics: not observable");
     }
-    let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles of the closed loop in the complex plane", &body);
+    let size = [Plane::FULL_WIDTH, below + 12.0];
     let caption =
         format!("{} Modes in the shaded half-plane are unstable; modes that do not decay are red.", plane.caption());
-    Some(figure_of("Pole map", &drawn, &caption))
+    Some(Picture::drawn("Pole map", size, "poles of the closed loop in the complex plane", &body, &caption))
 }
 
 fn cross(at: (f64, f64), decays: bool, times: usize, title: &str) -> String {
     let times = if times > 1 { format!("<text x=\"12\" y=\"-9\">{times}×</text>") } else { String::new() };
-    mark(at, "pole", decays, title, &format!("<path d=\"M-5 -5L5 5M-5 5L5 -5\"/>{times}"))
+    mark(at, "pole", !decays, title, &format!("<path d=\"{CROSS}\"/>{times}"))
 }
 
 fn ring(at: (f64, f64), decays: bool, title: &str) -> String {
-    mark(at, "zero", decays, title, "<circle r=\"9\"/>")
-}
-
-fn mark((x, y): (f64, f64), kind: &str, decays: bool, title: &str, shape: &str) -> String {
-    let failing = if decays { "" } else { " failing" };
-    format!(
-        "<g class=\"{kind}{failing}\" transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{shape}</g>\n",
-        escape(title)
-    )
+    mark(at, "zero", !decays, title, "<circle r=\"9\"/>")
 }
 
 /// The effect of a step of each reference (column) on each output (row).
@@ -106,17 +99,15 @@ pub(super) fn couplings(design: &Design) -> Option<Picture> {
         }
     }
     let (wide, high) = (left + width * references.len() as f64, top + height * outputs.len() as f64);
-    let drawn = drawing(wide + 4.0, high + 4.0, "peaks of the outputs after steps of the references", &body);
-    let mut caption = String::from(
-        "Largest deviation of each output (row) after a step of each reference (column). \
-         <span class=\"entry\"><span class=\"swatch c0\"></span>own channel</span><span class=\"entry\"><span \
-         class=\"swatch coupled\"></span>another channel, darker for larger deviations</span><span class=\"entry\"><span \
-         class=\"swatch proven\"></span>framed: exactly zero in the linear loop</span>",
-    );
+    let mut caption = "Largest deviation of each output (row) after a step of each reference (column). ".to_string();
+    caption += &entry("c0", "own channel");
+    caption += &entry("coupled", "another channel, darker for larger deviations");
+    caption += &entry("proven", "framed: exactly zero in the linear loop");
     if rows.len() > CELLS || columns.len() > CELLS {
         caption += &format!(" At most {CELLS} rows and columns are drawn; the table has all.");
     }
-    Some(figure_of("Peaks after steps", &drawn, &caption))
+    let label = "peaks of the outputs after steps of the references";
+    Some(Picture::drawn("Peaks after steps", [wide + 4.0, high + 4.0], label, &body, &caption))
 }
 
 fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (f64, f64, f64, f64)) -> String {
@@ -124,8 +115,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
         None => ("empty", 1.0, "–".into(), String::new()),
         Some(CrossCoupling { failure: Some(_), .. }) => ("empty", 1.0, "the run failed".into(), String::new()),
         Some(found) => {
-            let peak =
-                format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
+            let peak = quantity(found.peak.unwrap_or(f64::NAN), 3, &unit(&found.unit));
             let share = design_phrases::relative(found, &design.cross_coupling);
             let second =
                 share.map_or(String::new(), |share| format!("{} of own step", design_phrases::share(share, 2)));

@@ -1,6 +1,6 @@
-//! A frame with axes, and its contents.
+//! A plot with linear axes, and its contents.
 
-use super::analysis_pictures::{CHARACTER, line, text, upward};
+use super::drawing::{Area, CHARACTER, text, upward};
 use super::ticks::{Axis, axis};
 
 /// Room for the labels left of a frame, and above it.
@@ -11,59 +11,38 @@ const ACROSS: f64 = 80.0;
 /// Fewer points are drawn twice as large.
 const SPARSE_POINTS: usize = 100;
 
-fn ticks(axis: &Axis) -> impl Iterator<Item = f64> {
-    let Axis { low, high, step } = *axis;
-    let first = (low / step).ceil();
-    (0..40).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high)
-}
-
 /// A frame with two axes.
 pub(super) struct Frame {
     pub(super) across: Axis,
     pub(super) up: Axis,
-    pub(super) left: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+    pub(super) area: Area,
 }
 
 impl Frame {
     pub(super) fn new(points: impl Iterator<Item = (f64, f64)> + Clone, width: f64, height: f64) -> Self {
         let across = axis(points.clone().map(|point| point.0), 0.02, (width / ACROSS) as usize);
         let up = axis(points.map(|point| point.1), 0.06, 5);
-        Self { across, up, left: LEFT, width, height }
+        Self { across, up, area: Area { left: LEFT, top: TOP, width, height } }
     }
 
     pub(super) fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let part = |axis: &Axis, value: f64| ((value - axis.low) / (axis.high - axis.low)).clamp(0.0, 1.0);
-        (self.left + self.width * part(&self.across, x), TOP + self.height * (1.0 - part(&self.up, y)))
+        self.area.at(self.across.place(x).clamp(0.0, 1.0), self.up.place(y).clamp(0.0, 1.0))
     }
 
     pub(super) fn drawn(&self, x: &str, y: &str) -> String {
-        let bottom = TOP + self.height;
-        let mut body = self.grid_across();
-        for tick in ticks(&self.up) {
-            let (_, at) = self.place((self.across.low, tick));
-            body += &line((self.left, at), (self.left + self.width, at), "grid");
-            body += &text(self.left - 8.0, at + 4.0, "end", &self.up.label(tick));
-        }
-        body += &text(self.left + self.width / 2.0, bottom + 38.0, "middle", x);
-        body + &upward(&format!("{:.0}", self.left - LEFT + 16.0), TOP + self.height / 2.0, "middle", y)
+        let Area { left, top, width, height } = self.area;
+        let mut body = self.grid_across() + &self.area.grid_up(self.up.placed_ticks(), 8.0);
+        body += &text(left + width / 2.0, self.area.bottom() + 38.0, "middle", x);
+        body + &upward(&format!("{:.0}", left - LEFT + 16.0), top + height / 2.0, "middle", y)
     }
 
     /// The grid lines across, with their numbers.
     pub(super) fn grid_across(&self) -> String {
-        let bottom = TOP + self.height;
-        let mut body = String::new();
-        for tick in ticks(&self.across) {
-            let (at, _) = self.place((tick, self.up.low));
-            body += &line((at, TOP), (at, bottom), "grid");
-            body += &text(at, bottom + 18.0, "middle", &self.across.label(tick));
-        }
-        body
+        self.area.grid_across(self.across.placed_ticks(), Some(18.0))
     }
 
     pub(super) fn end(&self) -> f64 {
-        TOP + self.height + 46.0
+        self.area.bottom() + 46.0
     }
 
     /// Points as dots in one path.
@@ -97,10 +76,11 @@ impl Frame {
     }
 }
 
-pub(super) fn legend(x: f64, y: f64, entries: &[(usize, &str)]) -> String {
+/// Names of colours, from the first on.
+pub(super) fn legend(x: f64, y: f64, names: &[&str]) -> String {
     let mut at = x;
     let mut out = String::new();
-    for (colour, name) in entries {
+    for (colour, name) in names.iter().enumerate() {
         out += &format!(
             "<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"var(--curve-{colour})\"/>\n",
             y - 6.0

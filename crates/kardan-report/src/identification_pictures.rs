@@ -1,6 +1,6 @@
 //! The pictures of an identification.
 
-use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, text};
+use super::drawing::{CHARACTER, CROSS, cut, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::model::Picture;
 use super::text::{escape, figure};
@@ -8,6 +8,8 @@ use kardan_results::{FrictionPoint, Identification, IdentifiedParameter, Interva
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
+/// Width with the room beside the frame.
+const OUTER: f64 = LEFT + WIDTH + 16.0;
 /// Logs that are drawn separately.
 const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
@@ -32,16 +34,15 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
             let mut body = frame.drawn("time, s", &format!("{}, {}", effort(&trace.unit), trace.unit));
             body += &frame.dots(own.iter().map(|point| (point.time, point.measured)), 0, 4.0);
             body += &frame.dots(own.iter().map(|point| (point.time, point.predicted)), 1, 2.0);
-            body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted by a fit without it")]);
+            body += &legend(LEFT, frame.end() + 10.0, &["measured", "predicted by a fit without it"]);
             let title = if several {
                 let name = found.logs.get(log).map_or("", |log| log.name.as_str());
                 format!("{}, {}", trace.row, name.rsplit(['/', '\\']).next().unwrap_or(name))
             } else {
                 trace.row.clone()
             };
-            let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &title, &body);
             let caption = "Torque that the requested parameters explain: the measured torque minus all terms taken from the file.";
-            out.push(figure_of(&title, &drawn, caption));
+            out.push(Picture::drawn(&title, [OUTER, frame.end() + 22.0], &title, &body, caption));
         }
         if let (true, Some(last)) = (logs.len() > LOGS, out.last_mut()) {
             last.caption += &format!(" The fit uses {} more logs.", logs.len() - LOGS);
@@ -61,9 +62,9 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
         let mut body = frame.drawn(&format!("speed, {speed}"), &format!("friction {}, {unit}", effort(unit)));
         body += &frame.dots(points.into_iter(), 0, 3.4);
         body += &frame.curve(line.into_iter(), 1);
-        body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, minus all other terms"), (1, "identified")]);
-        let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
-        figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")
+        body += &legend(LEFT, frame.end() + 10.0, &["measured, minus all other terms", "identified"]);
+        let caption = "Damping and friction of this element over its speed.";
+        Picture::drawn(&curve.element, [OUTER, frame.end() + 22.0], &curve.element, &body, caption)
     };
     found.curves.iter().filter(|curve| !curve.points.is_empty()).map(one).collect()
 }
@@ -79,9 +80,8 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
         let frame = Frame::new(points.iter().copied(), WIDTH, 0.6 * HEIGHT);
         let mut body = frame.drawn("time, s", &format!("residual, {}", trace.unit));
         body += &frame.dots(points.iter().copied(), 0, 3.4);
-        let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
         let caption = "Measured minus predicted by a fit without it, all logs overlaid.";
-        Some(figure_of(&trace.row, &drawn, caption))
+        Some(Picture::drawn(&trace.row, [OUTER, frame.end()], &trace.row, &body, caption))
     };
     found.traces.iter().filter_map(one).collect()
 }
@@ -109,10 +109,11 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let ends: Vec<(f64, f64)> = ends.flatten().map(|x| (x.clamp(-200.0, 200.0), 0.0)).collect();
     let height = 26.0 * rows.len() as f64;
     let mut frame = Frame::new(ends.into_iter().chain([(0.0, 1.0)]), WIDTH, height);
-    (frame.left, frame.width) = (left, LEFT + WIDTH - left);
+    (frame.area.left, frame.area.width) = (left, LEFT + WIDTH - left);
     let bottom = TOP + height;
     let mut body = frame.grid_across();
-    body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the identified value, % of it");
+    body +=
+        &text(left + frame.area.width / 2.0, bottom + 38.0, "middle", "difference from the identified value, % of it");
     for (k, (one, value, interval)) in rows.into_iter().enumerate() {
         let y = TOP + 26.0 * k as f64 + 13.0;
         let at = |x: f64| frame.place((part(value, x), 0.0)).0;
@@ -143,16 +144,15 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
             None => String::new(),
         };
         body += &mark(one.model_value, 1, "M0 -7L6 0L0 7L-6 0Z");
-        body += &mark(one.published, 2, "M-5 -5L5 5M-5 5L5 -5");
+        body += &mark(one.published, 2, CROSS);
     }
     let below = bottom + 58.0;
-    body += &legend(left, below, &[(0, "identified, with its interval"), (1, "◇ in the file"), (2, "× published")]);
-    let drawing = drawing(LEFT + WIDTH + 16.0, below + 12.0, "intervals of the parameters", &body);
+    body += &legend(left, below, &["identified, with its interval", "◇ in the file", "× published"]);
     let caption = format!(
         "Intervals of {} % confidence. Marks further than 100 % away are in the table only.",
         figure(100.0 * found.confidence, 4)
     );
-    Some(figure_of("Intervals", &drawing, &caption))
+    Some(Picture::drawn("Intervals", [OUTER, below + 12.0], "intervals of the parameters", &body, &caption))
 }
 
 /// The correlations of the errors as cells.
@@ -194,6 +194,7 @@ pub(super) fn correlation(found: &Identification) -> Option<Picture> {
         }
     }
     let width = left + size * n as f64 + CHARACTER * longest as f64 * 0.75 + 16.0;
-    let drawn = drawing(width, top + size * n as f64 + 12.0, "correlations of the errors", &body);
-    Some(figure_of("Correlations of the errors", &drawn, "Close to one: these data barely distinguish the two."))
+    let (title, size) = ("Correlations of the errors", [width, top + size * n as f64 + 12.0]);
+    let caption = "Close to one: these data barely distinguish the two.";
+    Some(Picture::drawn(title, size, "correlations of the errors", &body, caption))
 }

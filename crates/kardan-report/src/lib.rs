@@ -15,6 +15,7 @@ mod bench_pictures;
 mod charts;
 mod curves;
 mod design_pictures;
+mod drawing;
 mod frame;
 mod frequency_pictures;
 mod groups;

@@ -3,7 +3,8 @@
 
 use std::collections::HashSet;
 
-use super::analysis_pictures::{CHARACTER, MODES, bar, cut, drawing, figure_of, heading, line, text};
+use super::analysis_pictures::{MODES, heading};
+use super::drawing::{CHARACTER, bar, cut, drawing, line, text};
 use super::model::Picture;
 use super::phrases;
 use super::text::figure;
@@ -112,7 +113,7 @@ pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
         let label = "mode shapes, one row for each shaft and each spring";
         out += &drawing(left + column * chunk.len() as f64 + 8.0, bottom + 6.0, label, &body);
     }
-    Some(figure_of("Mode shapes", &out, &caption(modes, &rows)))
+    Some(Picture { title: "Mode shapes".into(), drawing: out, caption: caption(modes, &rows) })
 }
 
 fn bars(found: &Bar, centre: f64, middle: f64) -> String {

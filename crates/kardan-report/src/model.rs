@@ -189,9 +189,7 @@ impl Matrix {
         let names = (0..entries.len()).map(|k| rows.get(k).cloned().unwrap_or_default());
         Self { title: with_unit(title, unit), exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
     }
-}
 
-impl Matrix {
     /// Some of its columns as a table, behind the names of its rows.
     pub(super) fn table(&self, columns: Range<usize>) -> Table {
         let titles = self.columns[columns.clone()].iter().map(|name| format!("#{name}"));

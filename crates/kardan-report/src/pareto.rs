@@ -1,15 +1,12 @@
 //! The trade-off of designs as a picture: interaction over torque, both logarithmic.
 
-use super::analysis_pictures::{drawing, figure_of, line, text};
+use super::drawing::{Area, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
 use kardan_results::{Alternative, Exploration};
 use kardan_rt::functions::{log10, powi};
 
-const LEFT: f64 = 92.0;
-const TOP: f64 = 14.0;
-const WIDTH: f64 = 600.0;
-const HEIGHT: f64 = 340.0;
+const AREA: Area = Area { left: 92.0, top: 14.0, width: 600.0, height: 340.0 };
 /// Number of curve colours.
 const COLOURS: usize = 6;
 
@@ -33,47 +30,30 @@ impl Axis {
         ((log10(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
-    /// 1, 2, 5 times powers of ten; over many decades the powers only.
-    fn ticks(&self) -> Vec<f64> {
+    /// 1, 2, 5 times powers of ten, at their parts of the axis; over many decades the powers only.
+    fn ticks(&self) -> Vec<(f64, String)> {
         let steps: &[f64] = if self.high - self.low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let first = self.low.floor() as i32;
         let last = self.high.ceil() as i32;
         let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * powi(10.0, power)));
-        all.filter(|tick| (self.low..=self.high).contains(&log10(*tick))).collect()
+        let inside = all.filter(|tick| (self.low..=self.high).contains(&log10(*tick)));
+        inside.map(|tick| (self.place(tick), figure(tick, 3))).collect()
     }
 }
 
 /// Grid lines with their numbers, and the title of the axis of torques.
 fn axes_lines(across: &Axis, up: &Axis, relative_to_limits: bool) -> String {
-    let mut body = String::new();
-    for tick in across.ticks() {
-        let x = LEFT + WIDTH * across.place(tick);
-        body += &line((x, TOP), (x, TOP + HEIGHT), "grid");
-        body += &text(x, TOP + HEIGHT + 18.0, "middle", &figure(tick, 3));
-    }
-    for tick in up.ticks() {
-        let y = TOP + HEIGHT * (1.0 - up.place(tick));
-        body += &line((LEFT, y), (LEFT + WIDTH, y), "grid");
-        body += &text(LEFT - 8.0, y + 4.0, "end", &figure(tick, 3));
-    }
-    body += &text(
-        LEFT + WIDTH / 2.0,
-        TOP + HEIGHT + 38.0,
-        "middle",
-        if relative_to_limits {
-            "largest requested torque, over the motor's limit"
-        } else {
-            "largest requested torque, N m"
-        },
-    );
-    body
+    let grid = AREA.grid_across(across.ticks(), Some(18.0)) + &AREA.grid_up(up.ticks(), 8.0);
+    let over = if relative_to_limits { "over the motor's limit" } else { "N m" };
+    let title = format!("largest requested torque, {over}");
+    grid + &text(AREA.left + AREA.width / 2.0, AREA.bottom() + 38.0, "middle", &title)
 }
 
 /// The colours of the sample times.
 fn sample_times(times: &[f64], below: f64) -> String {
     let mut body = String::new();
     for (k, time) in times.iter().enumerate() {
-        let x = LEFT + 130.0 * k as f64;
+        let x = AREA.left + 130.0 * k as f64;
         body += &format!(
             "<circle cx=\"{x:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"var(--curve-{})\"/>\n",
             below - 4.0,
@@ -90,8 +70,7 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
     let all: Vec<&Alternative> = found.designs.iter().filter(drawn).collect();
     let axes = (Axis::new(all.iter().map(|one| one.torque)), Axis::new(all.iter().map(|one| one.interaction)));
     let (Some(across), Some(up)) = axes else { return None };
-    let place =
-        |one: &Alternative| (LEFT + WIDTH * across.place(one.torque), TOP + HEIGHT * (1.0 - up.place(one.interaction)));
+    let place = |one: &Alternative| AREA.at(across.place(one.torque), up.place(one.interaction));
     let mut body = axes_lines(&across, &up, found.relative_to_limits);
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));
@@ -138,10 +117,9 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
             colour(one)
         );
     }
-    let below = TOP + HEIGHT + 60.0;
+    let below = AREA.bottom() + 60.0;
     body += &sample_times(&times, below);
     let label = format!("{} over torque", found.interaction);
-    let drawn = drawing(LEFT + WIDTH + 16.0, below + 12.0, &label, &body);
     let caption = format!(
         "{} in {}, over the largest torque. Lines join designs with the same rate, bandwidth and sensors; the effort \
          grows from the upper end to the lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
@@ -149,7 +127,8 @@ pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
         escape(&found.interaction),
         unit(&found.unit)
     );
-    Some(figure_of("Interaction against torque", &drawn, &caption))
+    let size = [AREA.right() + 16.0, below + 12.0];
+    Some(Picture::drawn("Interaction against torque", size, &label, &body, &caption))
 }
 
 #[cfg(test)]

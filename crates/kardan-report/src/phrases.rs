@@ -2,14 +2,13 @@
 
 pub mod design;
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
-
-use super::text::{figure, number};
+use super::groups::summed;
+use super::text::{DIGITS, figure, number, quantity};
+use super::ticks::extent;
 use kardan_results::{
     BoxVerdict, Certificate, Class, Complex, Construction, Count, Definition, DistanceToUncontrollability,
     EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance, MatrixDistances, Mode, NamedShare,
-    ParameterPoint, PlacementSearch, Pole, PolynomialRoots, Sampling, ShapePart, StoredShare, Structure, Zeros,
+    ParameterPoint, PlacementSearch, Pole, PolynomialRoots, Sampling, ShapePart, Structure, Zeros,
 };
 use kardan_rt::functions::{atan2, hypot};
 
@@ -27,6 +26,12 @@ pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
         0 => shown.join(", "),
         rest => format!("{} and {rest} more", shown.join(", ")),
     }
+}
+
+/// `Numbers: a, b, c and 5 more.`; nothing without entries.
+pub fn listed<T: AsRef<str>>(what: &str, entries: impl IntoIterator<Item = T>, limit: usize) -> Option<String> {
+    let entries: Vec<T> = entries.into_iter().collect();
+    (!entries.is_empty()).then(|| format!("{what}: {}.", list(&entries, limit)))
 }
 
 /// `-3`, or `-3 ± 4 j` for a conjugate pair of which one is given.
@@ -151,19 +156,19 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
         let follow = if removed.len() == 1 { "is not a state: it follows" } else { "are not states: they follow" };
         sentences.push(format!("{} {follow} algebraically from the other states and the inputs.", list(removed, 12)));
     }
-    let defined: Vec<String> =
-        definitions.iter().map(|Definition { state: name, expression: what }| format!("{name} = {what}")).collect();
-    if !defined.is_empty() {
-        sentences.push(format!("New states: {}.", list(&defined, 12)));
-    }
+    sentences.extend(defined("New states", definitions));
     sentences
+}
+
+/// States that are combinations of others: `New states: z1 = a.w + b.w.`
+pub fn defined(what: &str, definitions: &[Definition]) -> Option<String> {
+    listed(what, definitions.iter().map(|one| format!("{} = {}", one.state, one.expression)), 12)
 }
 
 /// The interval of all discs: `-1 … 3`.
 pub fn discs(bounds: &EigenvalueBounds) -> String {
-    let ends = bounds.centres.iter().zip(&bounds.radii).map(|(centre, radius)| (centre - radius, centre + radius));
-    let (low, high) =
-        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
+    let discs = bounds.centres.iter().zip(&bounds.radii);
+    let (low, high) = extent(discs.flat_map(|(centre, radius)| [centre - radius, centre + radius]));
     if low <= high { format!("{} … {}", number(low), number(high)) } else { "–".into() }
 }
 
@@ -191,18 +196,8 @@ fn first(count: usize, texts: impl Iterator<Item = String>) -> String {
 
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
 pub fn stored(mode: &Mode) -> String {
-    let mut shares: Vec<(&str, f64)> = Vec::with_capacity(mode.stored.len());
-    let mut places: HashMap<&str, usize> = HashMap::with_capacity(mode.stored.len());
-    for StoredShare { element, share, .. } in &mode.stored {
-        match places.entry(element.as_str()) {
-            Entry::Occupied(place) => shares[*place.get()].1 += share,
-            Entry::Vacant(place) => {
-                place.insert(shares.len());
-                shares.push((element, *share));
-            }
-        }
-    }
-    percents(shares)
+    let shares = summed(mode.stored.iter().map(|one| (one.element.as_str(), [one.share])));
+    percents(shares.into_iter().map(|(element, [share])| (element, share)).collect())
 }
 
 /// The largest shares: `spring 50 %, rack 30 %`.
@@ -426,9 +421,7 @@ pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec
             search.starts
         ),
         Some(loss) => {
-            let point = |ParameterPoint { parameter, value, unit }: &ParameterPoint| {
-                format!("{parameter} = {} {unit}", number(*value)).trim_end().to_string()
-            };
+            let point = |one: &ParameterPoint| format!("{} = {}", one.parameter, quantity(one.value, DIGITS, &one.unit));
             let at: Vec<String> = loss.at.iter().map(point).collect();
             let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };

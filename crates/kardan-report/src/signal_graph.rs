@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use kardan_results::SignalNode;
 
-use crate::analysis_pictures::{bar, cut, drawing, figure_of, text};
+use crate::drawing::{bar, cut, text};
 use crate::model::{Body, Picture, row};
 use crate::text::{number, with_unit};
 
@@ -143,11 +143,9 @@ fn picture(nodes: &[SignalNode]) -> Option<Picture> {
     }
     let height = low + LANE * lanes + MARGIN;
     let label = format!("{} blocks and their inputs", nodes.len());
-    let drawn = drawing(right + MARGIN, height, &label, &(lines + &boxes));
-    let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing signals\"", 1);
     let caption = "Blocks, from left to right in signal order: the kind of each, and when it computes. On the left \
                    their external inputs; dashed: feedback to a block that computes earlier.";
-    Some(figure_of("", &drawn, caption))
+    Some(Picture::drawn("", [right + MARGIN, height], &label, &(lines + &boxes), caption).of_class("signals"))
 }
 
 /// The graph of the signals of a model: drawn, and as a table.

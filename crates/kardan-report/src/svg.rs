@@ -84,7 +84,7 @@ fn draw(study: &Study, plot: &Plot) -> (String, String) {
     let margin = if plot.over.is_some() { 0.04 } else { 0.0 };
     let time = if plot.log_x { ticks::decades(times()) } else { ticks::axis(times(), margin, 9) };
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    let (low, high) = ticks::extent(values());
     // Values that are only rounding get an axis that shows them as flat.
     let wider = (high - low < least_span).then_some([0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
     let value = match plot.log_y {

@@ -216,7 +216,7 @@ fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
         *out += &format!("  {height} × {width}; --json gives all\n");
         return;
     }
-    let cut = |names: &[String]| names.iter().map(|name| super::analysis_pictures::cut(name, NAME)).collect();
+    let cut = |names: &[String]| names.iter().map(|name| super::drawing::cut(name, NAME)).collect();
     let matrix = &Matrix { rows: cut(&matrix.rows), columns: cut(&matrix.columns), ..matrix.clone() };
     let left = matrix.rows.iter().map(|name| name.chars().count()).max().unwrap_or(0);
     let size = |entry: &Entry| entry.rounded_text(DIGITS).0.chars().count();

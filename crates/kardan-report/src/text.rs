@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kardan_results::bidi_escaped;
+use kardan_results::{DisplayUnit, bidi_escaped};
 
 /// The text with everything that HTML would interpret written as entities; control characters become spaces, those of direction escapes.
 pub(super) fn escape(text: &str) -> String {
@@ -40,9 +40,22 @@ pub(super) fn figure(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// Five significant digits: the default format of numbers.
+/// Significant digits of numbers, if there is no reason for others.
+pub(super) const DIGITS: usize = 5;
+
+/// A number in the default format.
 pub(super) fn number(value: f64) -> String {
-    figure(value, 5)
+    figure(value, DIGITS)
+}
+
+/// A number with its unit, if it has one.
+pub(super) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+    format!("{} {unit}", figure(value, digits)).trim_end().into()
+}
+
+/// An SI value in the unit that is shown.
+pub(super) fn shown(value: f64, digits: usize, unit: &str, display: Option<&DisplayUnit>) -> String {
+    display.map_or_else(|| quantity(value, digits, unit), |display| quantity(display.of(value), digits, &display.unit))
 }
 
 /// The unit of time that suits a study: s, ms or µs.

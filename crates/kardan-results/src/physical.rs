@@ -49,48 +49,48 @@ pub enum Physical {
 /// The units of [`Physical::Other`], each once.
 static UNITS: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
 
+/// Each kind with its SI unit, its dimension, and the word for an axis label.
+static KINDS: [(Physical, &str, Dimension, &str); 10] = [
+    (Physical::Angle, "rad", Dimension::ANGLE, "angle"),
+    (Physical::Speed, "rad/s", Dimension::ANGULAR_VELOCITY, "angular velocity"),
+    (Physical::Torque, "N m", Dimension::TORQUE, "torque"),
+    // Of a value with this dimension the first one is its kind.
+    (Physical::Energy, "J", Dimension::TORQUE, "energy"),
+    (Physical::Position, "m", Dimension::LENGTH, "position"),
+    (Physical::Velocity, "m/s", Dimension::VELOCITY, "velocity"),
+    (Physical::Force, "N", Dimension::FORCE, "force"),
+    (Physical::Charge, "C", Dimension::CHARGE, "charge"),
+    (Physical::Current, "A", Dimension::CURRENT, "current"),
+    (Physical::Voltage, "V", Dimension::VOLTAGE, "voltage"),
+];
+
 impl Physical {
+    fn row(self) -> &'static (Physical, &'static str, Dimension, &'static str) {
+        KINDS.iter().find(|(kind, ..)| *kind == self).unwrap_or(&KINDS[0])
+    }
+
     /// The SI unit of the stored numbers.
     pub fn unit(self) -> &'static str {
         match self {
-            Physical::Angle => "rad",
-            Physical::Speed => "rad/s",
-            Physical::Torque => "N m",
-            Physical::Energy => "J",
-            Physical::Position => "m",
-            Physical::Velocity => "m/s",
-            Physical::Force => "N",
-            Physical::Charge => "C",
-            Physical::Current => "A",
-            Physical::Voltage => "V",
             Physical::Other(unit) => unit,
+            _ => self.row().1,
         }
     }
 
     /// The dimension of its values.
     pub fn dimension(self) -> Dimension {
         match self {
-            Physical::Angle => Dimension::ANGLE,
-            Physical::Speed => Dimension::ANGULAR_VELOCITY,
-            Physical::Torque | Physical::Energy => Dimension::TORQUE,
-            Physical::Position => Dimension::LENGTH,
-            Physical::Velocity => Dimension::VELOCITY,
-            Physical::Force => Dimension::FORCE,
-            Physical::Charge => Dimension::CHARGE,
-            Physical::Current => Dimension::CURRENT,
-            Physical::Voltage => Dimension::VOLTAGE,
             Physical::Other(unit) => {
                 parse_quantity(&format!("1 {unit}")).map_or(Dimension::NONE, |(_, dimension)| dimension)
             }
+            _ => self.row().2,
         }
     }
 
     /// The kind of a value of a dimension.
     pub fn of(dimension: Dimension) -> Self {
-        use Physical::{Angle, Charge, Current, Force, Position, Speed, Torque, Velocity, Voltage};
-        let kinds = [Angle, Speed, Torque, Position, Velocity, Force, Charge, Current, Voltage];
-        let found = kinds.into_iter().find(|physical| physical.dimension() == dimension);
-        found.unwrap_or_else(|| Physical::of_unit(&dimension.si()))
+        let found = KINDS.iter().find(|(_, _, own, _)| *own == dimension);
+        found.map_or_else(|| Physical::of_unit(&dimension.si()), |(physical, ..)| *physical)
     }
 
     /// The kind of a value with another unit, as of `motor.tau * shaft.w`. Each unit is kept through the life of the process.
@@ -107,19 +107,10 @@ impl Physical {
     /// The word for an axis label.
     pub fn word(self) -> &'static str {
         match self {
-            Physical::Angle => "angle",
-            Physical::Speed => "angular velocity",
-            Physical::Torque => "torque",
-            Physical::Energy => "energy",
-            Physical::Position => "position",
-            Physical::Velocity => "velocity",
-            Physical::Force => "force",
-            Physical::Charge => "charge",
-            Physical::Current => "current",
-            Physical::Voltage => "voltage",
             Physical::Other("") => "number",
             Physical::Other("W") => "power",
             Physical::Other(_) => "quantity",
+            _ => self.row().3,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The run of one variant: its signals, energy, events, outcome, requirements and figures.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -196,15 +198,10 @@ pub enum IntegrationMethod {
     Exponential,
 }
 
-impl IntegrationMethod {
-    /// Its word on the command line and in tables.
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Dop853 => "dop853",
-            Self::Taylor => "taylor",
-            Self::Radau => "radau",
-            Self::Exponential => "exponential",
-        }
+impl fmt::Display for IntegrationMethod {
+    /// Its word on the command line, in tables and in JSON.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

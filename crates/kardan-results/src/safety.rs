@@ -1,5 +1,7 @@
 //! Effects of faults on a model: each fault in each variant at each value, detected or not, harmful or not.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -160,22 +162,12 @@ impl SafetyVerdict {
     pub fn passes(self) -> bool {
         matches!(self, Self::NoAlarm | Self::Detected | Self::Harmless | Self::LateHarmless | Self::Absent)
     }
+}
 
-    /// Its text in the table.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::NoAlarm => "no alarm",
-            Self::FalseAlarm => "false alarm",
-            Self::Detected => "detected",
-            Self::DetectedHarmful => "detected, harmful",
-            Self::Harmless => "harmless",
-            Self::LateHarmless => "detected late, harmless",
-            Self::LateHarmful => "detected late, harmful",
-            Self::Harmful => "not detected and harmful",
-            Self::NotDetected => "not detected",
-            Self::Absent => "not in this loop",
-            Self::Failed => "run failed",
-        }
+impl fmt::Display for SafetyVerdict {
+    /// Its text in the table, as in JSON.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

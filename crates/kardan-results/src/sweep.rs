@@ -325,33 +325,36 @@ pub struct SweptFailure {
     pub variant: String,
 }
 
-/// A run of a sweep.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SweepRow {
+/// A run of a sweep, by itself or as part of [`SweepRows`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SweepRow<Text = String, Numbers = Vec<f64>> {
     /// Number of its sample, from 0.
     pub sample: u64,
     /// Number of its variant.
     pub variant: usize,
     /// Why it has no valid results: it did not reach its end, or its energy balance does not close; empty otherwise.
-    pub reason: String,
+    pub reason: Text,
     /// Values of the varied parameters, SI.
-    pub values: Vec<f64>,
+    pub values: Numbers,
     /// Measures of its requirements, SI; NaN for those of other variants, and without a number.
-    pub measured: Vec<f64>,
+    pub measured: Numbers,
     /// Whether they are satisfied: 1, 0, NaN for those of other variants.
-    pub passed: Vec<f64>,
+    pub passed: Numbers,
     /// Its figures, SI, likewise.
-    pub figures: Vec<f64>,
+    pub figures: Numbers,
     /// For a SIMD ensemble run that the reference has also run: the largest difference of its numbers, relative to the number, or to a bound on it
     /// if that is larger.
     pub difference: Option<f64>,
 }
 
+/// A run as part of [`SweepRows`].
+pub type SweepRowOf<'r> = SweepRow<&'r str, &'r [f64]>;
+
 /// Rows of a sweep, many of them: eight bytes a number and thirty-two a row.
 ///
 /// ```
 /// use kardan_results::{SweepRow, SweepRows};
-/// let row = SweepRow { values: vec![1.0, 2.0], passed: vec![1.0], measured: vec![0.5], ..SweepRow::default() };
+/// let row: SweepRow = SweepRow { values: vec![1.0, 2.0], passed: vec![1.0], measured: vec![0.5], ..SweepRow::default() };
 /// let rows: SweepRows = [SweepRow { sample: 7, ..row.clone() }, row.clone()].into_iter().collect();
 /// assert_eq!((rows.len(), rows.get(0).sample, rows.get(1).values), (2, 7, &[1.0, 2.0][..]));
 /// assert_eq!(rows.in_order().get(0).to_row(), row);
@@ -365,27 +368,6 @@ pub struct SweepRows {
     numbers: Vec<f64>,
     /// Reasons; the first one is empty.
     reasons: Vec<String>,
-}
-
-/// One of them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SweepRowOf<'r> {
-    /// See [`SweepRow`], as for all of it.
-    pub sample: u64,
-    /// Number of its variant.
-    pub variant: usize,
-    /// Why it did not reach its end.
-    pub reason: &'r str,
-    /// Values of the varied parameters.
-    pub values: &'r [f64],
-    /// Measures of its requirements.
-    pub measured: &'r [f64],
-    /// Whether they are satisfied.
-    pub passed: &'r [f64],
-    /// Its figures.
-    pub figures: &'r [f64],
-    /// Its difference from the reference.
-    pub difference: Option<f64>,
 }
 
 impl SweepRows {

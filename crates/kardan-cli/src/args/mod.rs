@@ -58,26 +58,35 @@ pub enum Command {
     Completions(CompletionsArgs),
 }
 
-impl Command {
+/// What commands have in common.
+pub struct Common<'a> {
     /// Whether the command prints one JSON object instead of text.
-    pub fn json(&self) -> bool {
-        match self {
-            Self::Run(args) => args.json,
-            Self::Analyze(args) => args.json,
-            Self::Design(args) => args.json,
-            Self::Identify(args) => args.json,
-            Self::Bench(args) => args.json,
-            Self::Safety(args) => args.json,
-            Self::Sweep(SweepArgs { merge: Some(SweepCommand::Merge(args)), .. }) => args.json,
-            Self::Sweep(args) => args.json,
-            Self::Equations(args) => args.json,
-            Self::Check(args) => args.json,
-            Self::Models(args) => args.json,
-            Self::Elements(args) => args.json,
-            Self::Schema(args) => args.json,
-            Self::Completions(args) => args.json,
-            Self::Linearise(args) => args.json,
-        }
+    pub json: bool,
+    pub limits: Option<&'a Limits>,
+    /// The model file, and whether the command repeats when it changes.
+    pub model: Option<(&'a PathBuf, &'a Changes)>,
+}
+
+impl Command {
+    pub fn common(&self) -> Common<'_> {
+        let (json, limits, model) = match self {
+            Self::Run(a) => (a.json, Some(&a.limits), Some((&a.model, &a.changes))),
+            Self::Analyze(a) => (a.json, None, Some((a.state_space.as_ref().unwrap_or(&a.model), &a.changes))),
+            Self::Design(a) => (a.json, Some(&a.limits), Some((&a.model, &a.changes))),
+            Self::Identify(a) => (a.json, None, Some((&a.model, &a.changes))),
+            Self::Bench(a) => (a.json, Some(&a.limits), Some((&a.model, &a.changes))),
+            Self::Safety(a) => (a.json, Some(&a.limits), Some((&a.model, &a.changes))),
+            Self::Sweep(SweepArgs { merge: Some(SweepCommand::Merge(a)), .. }) => (a.json, None, None),
+            Self::Sweep(a) => (a.json, Some(&a.limits), a.model.as_ref().map(|model| (model, &a.changes))),
+            Self::Equations(a) => (a.json, None, Some((&a.model, &a.changes))),
+            Self::Linearise(a) => (a.json, None, Some((&a.model, &a.changes))),
+            Self::Check(a) => (a.json, None, Some((&a.model, &a.changes))),
+            Self::Models(a) => (a.json, None, None),
+            Self::Elements(a) => (a.json, None, None),
+            Self::Schema(a) => (a.json, None, None),
+            Self::Completions(a) => (a.json, None, None),
+        };
+        Common { json, limits, model }
     }
 }
 

@@ -10,9 +10,9 @@ use kardan_report as report;
 
 use super::design::points;
 use crate::args::AnalyzeArgs;
-use crate::exit::{DONE, ERROR, exit_code};
+use crate::exit::{ERROR, exit_code, verdict};
 use crate::input;
-use crate::output::{note_saved_file, prepare_file, print, render_text, save, save_page};
+use crate::output::{deliver, prepare_files, render_text};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -42,48 +42,42 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints the results, complete or partial.
 fn report_result(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
-    if let Some(path) = &args.report {
-        save_page(path, &report::analysis(analysis))?;
-    }
-    if let Some(path) = &args.export {
-        save_forms(path, analysis)?;
-    }
-    let render_text = || render_text(&report::analysis_text(analysis), origin);
-    print(&if args.json { export::analysis_json(analysis) + "\n" } else { render_text() })?;
-    for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
-        note_saved_file(path);
-    }
-    Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
+    let forms = |path: &Path| realisations(path, analysis);
+    let printed = || match args.json {
+        true => export::analysis_json(analysis) + "\n",
+        false => render_text(&report::analysis_text(analysis), origin),
+    };
+    deliver([&args.report, &args.export], || report::analysis(analysis), forms, printed, quiet)?;
+    Ok(verdict(analysis.unfinished.is_none(), true))
 }
 
 /// The matrices to export, as JSON or as a MAT file by the name of the file.
-fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
+fn realisations(path: &Path, analysis: &Analysis) -> Result<Vec<u8>, Diagnostic> {
     let Some(forms) = &analysis.realisations else {
         let message = "there is no result to export: no exact forms were found";
         let help = "kardan computes them for few states: 64 with short numbers, 12 with floating-point numbers; the analysis itself has no such limit";
-        return Err(Diagnostic::error("analysis::no-realisation", message).help(help).into());
+        return Err(Diagnostic::error("analysis::no-realisation", message).help(help));
     };
     let is_mat = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat"));
-    let bytes = match is_mat {
-        false => (export::realisations_json(forms) + "\n").into_bytes(),
+    match is_mat {
+        false => Ok((export::realisations_json(forms) + "\n").into_bytes()),
         true => export::realisations_mat(forms).ok_or_else(|| {
             Diagnostic::error("output::too-large", "the matrices are larger than a MAT file allows")
                 .help("name a file that ends with .json")
-        })?,
-    };
-    Ok(save(path, &bytes)?)
+        }),
+    }
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    args.report.as_deref().map_or(Ok(()), prepare_file)?;
-    args.export.as_deref().map_or(Ok(()), prepare_file)?;
+    prepare_files(&args.report, None)?;
+    prepare_files(&args.export, None)?;
     // Only the analysis knows which errors stop it; the command reports the warnings.
     let mut warnings = project.diagnostics().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
-    let found = with_bars(args, &origin, quiet, |bars| project.analyze(settings, bars));
+    let found = bars(args, &origin, quiet).during(|bars| project.analyze(settings, bars));
     let analysis = found.map_err(|found| Failure::beside(source, found, &warnings))?;
     Ok((analysis, origin))
 }
@@ -95,9 +89,9 @@ fn of_matrices(
     quiet: bool,
 ) -> Result<(Analysis, String), Failure> {
     let (name, bytes) = input::read_matrices(path)?;
-    args.report.as_deref().map_or(Ok(()), prepare_file)?;
-    args.export.as_deref().map_or(Ok(()), prepare_file)?;
-    let found = with_bars(args, &name, quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
+    prepare_files(&args.report, None)?;
+    prepare_files(&args.export, None)?;
+    let found = bars(args, &name, quiet).during(|bars| study::analyze_state_space(&bytes, settings, bars));
     let analysis = found.map_err(|diagnostics| {
         // Spans in a file that is not text cannot be shown.
         let text = String::from_utf8(bytes).unwrap_or_default();
@@ -106,18 +100,10 @@ fn of_matrices(
     Ok((analysis, name))
 }
 
-fn with_bars(
-    args: &AnalyzeArgs,
-    origin: &str,
-    quiet: bool,
-    work: impl FnOnce(&Bars) -> Result<Analysis, Vec<Diagnostic>>,
-) -> Result<Analysis, Vec<Diagnostic>> {
+fn bars(args: &AnalyzeArgs, origin: &str, quiet: bool) -> Bars {
     let (args, origin) = (args.clone(), origin.to_owned());
-    let bars = Bars::new(quiet).showing(move |part| match part {
+    Bars::new(quiet).showing(move |part| match part {
         Part::Analysis(found) => exit_code(report_result(&found, &args, &origin, quiet), args.json),
         _ => ERROR,
-    });
-    let found = work(&bars);
-    bars.finish();
-    found
+    })
 }

@@ -204,10 +204,9 @@ impl Output<'_> {
         // One file of each log: all formats contain the same data.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
         let options = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
-        let bars = Bars::new(self.quiet);
+        let (bars, files) = (Bars::new(self.quiet), opened(&paths)?);
         self.print_on_stop(logs);
-        let found = project.identify(opened(&paths)?, &options, &bars);
-        bars.finish();
+        let found = bars.during(|bars| project.identify(files, &options, bars));
         if stop::reason().is_some() {
             return Ok(None);
         }
@@ -216,8 +215,7 @@ impl Output<'_> {
         self.save("identified", "toml", text.as_bytes());
         let bars = Bars::limited(self.quiet, args.limits);
         self.print_on_stop(logs);
-        let closed_loop = study::closed_loop(&Project::open(text), settings, &bars);
-        bars.finish();
+        let closed_loop = bars.during(|bars| study::closed_loop(&Project::open(text), settings, bars));
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
         for Experiment { name, simulated, measured, .. } in &closed_loop.experiments {
             for format in self.formats {

@@ -1,6 +1,6 @@
 //! `kardan design`: design, proof and simulation of one controller.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Design;
@@ -9,9 +9,9 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::{DesignArgs, number, word};
-use crate::exit::{DONE, ERROR, exit_code};
+use crate::exit::{ERROR, exit_code, verdict};
 use crate::input;
-use crate::output::{note_saved_file, prepare_files, print, render_text, save, save_page};
+use crate::output::{deliver, prepare_files, render_text};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure};
 use crate::stop;
@@ -22,8 +22,7 @@ const LAW: &str = "decoupling";
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = settings(args)?;
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
-    prepare_files(&outputs, None)?;
+    prepare_files(args.report.iter().chain(&args.controller), None)?;
     // Only the design knows which errors stop it; the command reports the warnings.
     let mut warnings = project.diagnostics().to_vec();
     if args.force {
@@ -39,8 +38,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let found = project.design(&settings, &bars);
-    bars.finish();
+    let found = bars.during(|bars| project.design(&settings, bars));
     let mut design = found.map_err(|found| Failure::beside(source, found, &warnings))?;
     if let Some(reason) = stop::reason() {
         because(&mut design.incomplete_reason, &reason);
@@ -51,17 +49,10 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
 /// Writes and prints the design, complete or partial.
 fn report_result(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::design(design);
-    if let Some(path) = &args.report {
-        save_page(path, &page)?;
-    }
-    if let Some(path) = &args.controller {
-        save(path, export::controller_json(design).as_bytes())?;
-    }
-    print(&if args.json { export::design_json(design) + "\n" } else { render_text(&page, origin) })?;
-    for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
-        note_saved_file(path);
-    }
-    Ok(if design.incomplete_reason.is_none() { DONE } else { ERROR })
+    let controller = |_: &Path| Ok(export::controller_json(design).into_bytes());
+    let printed = || if args.json { export::design_json(design) + "\n" } else { render_text(&page, origin) };
+    deliver([&args.report, &args.controller], || &page, controller, printed, quiet)?;
+    Ok(verdict(design.incomplete_reason.is_none(), true))
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Diagnostic> {

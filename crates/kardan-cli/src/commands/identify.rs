@@ -12,7 +12,7 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::{IdentifyArgs, word};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
+use crate::exit::{ERROR, exit_code, verdict};
 use crate::files::{self, expect_plain, protect, reason};
 use crate::input;
 use crate::output::{note_saved_file, prepare_files, print, render_text, save_over, save_page};
@@ -33,9 +33,8 @@ impl Bytes for OnDisk {
 pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let files = logs(&args.logs)?;
-    let outputs: Vec<&Path> = args.report.iter().chain(&args.write).map(PathBuf::as_path).collect();
     // Only the option that writes a model may replace the model.
-    prepare_files(&outputs, args.write.as_ref().map(|_| args.model.as_path()))?;
+    prepare_files(args.report.iter().chain(&args.write), args.write.as_ref().map(|_| args.model.as_path()))?;
     let settings = IdentifySettings {
         variant: args.variant.clone(),
         parameters: args.parameters.clone(),
@@ -53,8 +52,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let found = project.identify(files, &settings, &bars);
-    bars.finish();
+    let found = bars.during(|bars| project.identify(files, &settings, bars));
     let mut found = found.map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
     if let Some(reason) = stop::reason() {
         because(&mut found.incomplete_reason, &reason);
@@ -88,11 +86,7 @@ fn report_result(found: &Identification, args: &IdentifyArgs, source: &Source, q
     for why in omissions.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
-    Ok(match (whole, args.strict && !found.verdict().sound) {
-        (false, _) => ERROR,
-        (true, true) => REQUIREMENT_FAILED,
-        (true, false) => DONE,
-    })
+    Ok(verdict(whole, !args.strict || found.verdict().sound))
 }
 
 /// The logs, each a file that can be opened and different from the others.

@@ -8,12 +8,12 @@ use super::design::points;
 use crate::args::{LinearFormat, LineariseArgs};
 use crate::exit::DONE;
 use crate::input;
-use crate::output::{prepare_file, print, save};
+use crate::output::{prepare_files, print, save};
 use crate::render::{self, Failure, note};
 
 pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    args.out.as_deref().map_or(Ok(()), prepare_file)?;
+    prepare_files(&args.out, None)?;
     let settings = AnalyzeSettings {
         variant: args.variant.clone(),
         at: points(&args.at)?,

@@ -21,13 +21,12 @@ mod schema;
 mod sweep;
 
 use std::ffi::OsString;
-use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
 use kardan::diagnostics::{Diagnostic, nearest};
 
-use crate::args::{Cli, Command, SweepArgs, SweepCommand};
+use crate::args::{Cli, Command, Common, SweepArgs, SweepCommand};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::output::print;
 use crate::panics;
@@ -48,29 +47,21 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
             return if usage.use_stderr() { ERROR } else { DONE };
         }
     };
-    let json = cli.command.json();
+    let Common { json, limits, model } = cli.command.common();
     stop::listen(json);
     panics::answer(json);
     if cli.portable {
         kardan_native::switch_off();
     }
-    let limits = match &cli.command {
-        Command::Run(args) => Some(&args.limits),
-        Command::Design(args) => Some(&args.limits),
-        Command::Bench(args) => Some(&args.limits),
-        Command::Safety(args) => Some(&args.limits),
-        Command::Sweep(args) => Some(&args.limits),
-        _ => None,
-    };
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
     if let Some(refusal) = unwatchable(&cli.command).or_else(|| limit_threads(&cli.command).err()) {
         return exit_code(Err(refusal.into()), json);
     }
-    match watched(&cli.command) {
+    match model.filter(|(_, changes)| changes.watch) {
         None => exit_code(dispatch(&cli), json),
-        Some(model) => watch::again_and_again(model, cli.quiet, json, || exit_code(dispatch(&cli), json)),
+        Some((model, _)) => watch::again_and_again(model, cli.quiet, json, || exit_code(dispatch(&cli), json)),
     }
 }
 
@@ -94,24 +85,6 @@ fn limit_threads(command: &Command) -> Result<(), Diagnostic> {
         let message = format!("`--threads {threads}`: the threads cannot be started: {error}");
         Diagnostic::error("arguments::threads", message).help("request fewer, or omit `--threads`")
     })
-}
-
-/// The model file of a command that repeats when the file changes.
-fn watched(command: &Command) -> Option<&Path> {
-    let (model, changes) = match command {
-        Command::Run(args) => (&args.model, &args.changes),
-        Command::Analyze(args) => (args.state_space.as_ref().unwrap_or(&args.model), &args.changes),
-        Command::Design(args) => (&args.model, &args.changes),
-        Command::Identify(args) => (&args.model, &args.changes),
-        Command::Bench(args) => (&args.model, &args.changes),
-        Command::Safety(args) => (&args.model, &args.changes),
-        Command::Sweep(args) => (args.model.as_ref()?, &args.changes),
-        Command::Equations(args) => (&args.model, &args.changes),
-        Command::Linearise(args) => (&args.model, &args.changes),
-        Command::Check(args) => (&args.model, &args.changes),
-        _ => return None,
-    };
-    changes.watch.then_some(model.as_path())
 }
 
 /// Adds the probably intended command, where a short word is too far from it for the argument parser.

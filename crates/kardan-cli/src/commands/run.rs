@@ -30,8 +30,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let study = project.run(&settings, &bars);
-    bars.finish();
+    let study = bars.during(|bars| project.run(&settings, bars));
     let study = study.map_err(|found| Failure::beside(source, found, &model_diagnostics))?;
     report_result(&study, &folder, args, &origin, quiet)
 }

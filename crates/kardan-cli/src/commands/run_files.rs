@@ -9,7 +9,7 @@ use kardan_report as report;
 use rayon::prelude::*;
 
 use crate::args::{Format, RunArgs};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
+use crate::exit::verdict;
 use crate::folder::{Folder, note_moved_files};
 use crate::output::{likely_columns, print, render_summary, render_text, shown};
 use crate::render::{self, Failure};
@@ -54,7 +54,8 @@ pub(super) fn report_result(
     let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
     let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
     missing.iter().for_each(|warning| render::note(warning));
-    Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs, args.strict) } else { ERROR })
+    let completed = study.runs.iter().all(|run| run.outcome == Outcome::Completed);
+    Ok(verdict(completed && problems.is_empty() && missing.is_empty(), passes(&study.runs, args.strict)))
 }
 
 /// The files that were written, one line each; of more tables or plots than a few their number.
@@ -117,13 +118,8 @@ pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static 
     }
 }
 
-fn verdict(runs: &[Run], strict: bool) -> u8 {
+/// Whether the numbers of all runs may be used, and meet the requirements.
+fn passes(runs: &[Run], strict: bool) -> bool {
     let doubted = strict && runs.iter().any(|run| run.verdict() == RunVerdict::Doubtful);
-    if runs.iter().any(|run| run.outcome != Outcome::Completed) {
-        ERROR
-    } else if doubted || runs.iter().flat_map(|run| &run.requirements).any(|requirement| !requirement.passed) {
-        REQUIREMENT_FAILED
-    } else {
-        DONE
-    }
+    !doubted && runs.iter().flat_map(|run| &run.requirements).all(|requirement| requirement.passed)
 }

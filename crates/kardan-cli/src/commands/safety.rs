@@ -1,21 +1,22 @@
 //! `kardan safety`: the effects of every fault of a model file, and whether it is detected.
 
+use std::path::Path;
+
 use kardan::export;
 use kardan::results::{Safety, SafetyVerdict};
 use kardan::study::{Part, SafetySettings};
 use kardan_report as report;
 
 use crate::args::SafetyArgs;
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
+use crate::exit::{ERROR, exit_code, verdict};
 use crate::input;
-use crate::output::{note_saved_file, prepare_files, print, render_text, save, save_page};
+use crate::output::{deliver, prepare_files, render_text};
 use crate::progress::Bars;
 use crate::render::Failure;
 
 pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project, model_diagnostics) = input::checked(&args.model, &args.changes, false, quiet)?;
-    let files: Vec<_> = args.report.iter().chain(&args.csv).map(std::path::PathBuf::as_path).collect();
-    prepare_files(&files, None)?;
+    prepare_files(args.report.iter().chain(&args.csv), None)?;
     let settings = SafetySettings { origin: args.model.display().to_string(), changes: args.changes.set.clone() };
     let origin = source.to_string();
     let bars = Bars::limited(quiet, args.limits).showing({
@@ -25,8 +26,7 @@ pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let found = project.safety(&settings, &bars);
-    bars.finish();
+    let found = bars.during(|bars| project.safety(&settings, bars));
     let table = found.map_err(|found| Failure::beside(source, found, &model_diagnostics))?;
     report_result(&table, args, &origin, quiet)
 }
@@ -34,20 +34,9 @@ pub fn safety(args: &SafetyArgs, quiet: bool) -> Result<u8, Failure> {
 /// Writes and prints the results, complete or partial.
 fn report_result(table: &Safety, args: &SafetyArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::safety(table);
-    if let Some(path) = &args.report {
-        save_page(path, &page)?;
-    }
-    if let Some(path) = &args.csv {
-        save(path, export::safety_csv(table).as_bytes())?;
-    }
-    print(&if args.json { export::safety_json(table) + "\n" } else { render_text(&page, origin) })?;
-    for path in args.report.iter().chain(&args.csv).filter(|_| !quiet) {
-        note_saved_file(path);
-    }
+    let csv = |_: &Path| Ok(export::safety_csv(table).into_bytes());
+    let printed = || if args.json { export::safety_json(table) + "\n" } else { render_text(&page, origin) };
+    deliver([&args.report, &args.csv], || &page, csv, printed, quiet)?;
     let failed = table.rows.iter().any(|row| row.verdict == SafetyVerdict::Failed);
-    Ok(match (table.missing > 0 || failed, table.passes()) {
-        (true, _) => ERROR,
-        (false, true) => DONE,
-        (false, false) => REQUIREMENT_FAILED,
-    })
+    Ok(verdict(table.missing == 0 && !failed, table.passes()))
 }

@@ -14,7 +14,7 @@ use kardan_report as report;
 use super::model_store::store_model;
 use super::rows::{files_of_rows, put_away, removed, rows_before, rows_of, shard_counts, write_block, write_manifest};
 use crate::args::{Limits, MOST_STEPS, MergeArgs, RunMethod, SweepArgs, SweepCommand, word};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED};
+use crate::exit::verdict;
 use crate::files::{self, reason};
 use crate::input;
 use crate::lock::Lock;
@@ -63,8 +63,7 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             why
         })
     };
-    let found = project.sweep(&plan, &settings.run, &mut rows, &bars, &mut write);
-    bars.finish();
+    let found = bars.during(|bars| project.sweep(&plan, &settings.run, &mut rows, bars, &mut write));
     if let Some(diagnostic) = failed {
         let help = "the rows written before are complete: after fixing the cause, `--resume` computes the others";
         return Err(diagnostic.help(help).into());
@@ -80,15 +79,11 @@ pub fn sweep(args: &SweepArgs, quiet: bool) -> Result<u8, Failure> {
             write_manifest(out, (&plan, shard), found.rows, begun.elapsed().as_secs_f64())?;
         }
     }
-    let mut looked = None;
-    if let Some(out) = &args.out {
-        let files = files_of_rows(out).into_iter().collect();
-        let command = command_again((&model, &args.changes.set), (args.method, args.tolerance, args.limits.max_steps));
-        let (project, plan, found, rows, limits) = (&project, &plan, &found, &rows, args.limits);
-        let runs = Runs { project, plan, found, rows, settings: &settings.run, limits, quiet };
-        looked = Some(runs.look_into(out, &files, command)?);
-    }
-    report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    let files = args.out.iter().flat_map(|out| files_of_rows(out)).collect();
+    let command = command_again((&model, &args.changes.set), (args.method, args.tolerance, args.limits.max_steps));
+    let (project, plan, found, rows, limits) = (&project, &plan, &found, &rows, args.limits);
+    let runs = Runs { project, plan, found, rows, settings: &settings.run, limits, quiet };
+    runs.report((args.out.as_deref(), args.json), &files, command, &source.to_string())
 }
 
 /// Prepares the folder of a sweep: it is writable, no link leads out of it, and no other sweep writes to it.
@@ -145,6 +140,32 @@ struct Runs<'a> {
 }
 
 impl Runs<'_> {
+    /// Writes and prints the results, complete or partial; the page shows how to run rows again, by their files and the command for them.
+    fn report(
+        &self,
+        (out, json): (Option<&Path>, bool),
+        files: &Files,
+        command: String,
+        origin: &str,
+    ) -> Result<u8, Failure> {
+        let found = self.found;
+        let page = report::sweep(found);
+        let numbers = || export::sweep_json(found) + "\n";
+        let mut paths = Vec::new();
+        if let Some(out) = out {
+            let (samples, again) = self.look_into(out, files, command)?;
+            let (_, whole) = shown(&report::sweep_with(found, &samples, &again), false);
+            paths.push(save_in(out, PAGE, whole.as_bytes())?);
+            paths.push(save_in(out, RESULTS, numbers().as_bytes())?);
+        }
+        print(&if json { numbers() } else { render_text(&page, origin) })?;
+        paths.iter().filter(|_| !self.quiet).for_each(|path| note_saved_file(path));
+        let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
+        let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
+        let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());
+        Ok(verdict(found.missing == 0, !fails))
+    }
+
     /// The rows that the page draws, and how to rerun each; the worst ones have a page of their own.
     fn look_into(
         &self,
@@ -167,10 +188,9 @@ impl Runs<'_> {
 
     /// Reruns the worst cases with all signals and writes their page, or removes that of an earlier sweep; returns its name, or why there is none.
     fn full_page(&self, out: &Path) -> Result<Option<Result<String, String>>, Diagnostic> {
-        let bars = Bars::limited(self.quiet, self.limits);
         let has_requirements = !(self.found.requirements.is_empty() && self.found.worst.is_none());
-        let made = has_requirements.then(|| self.full_runs(&bars));
-        bars.finish();
+        let bars = Bars::limited(self.quiet, self.limits);
+        let made = bars.during(|bars| has_requirements.then(|| self.full_runs(bars)));
         match &made {
             Some(Ok(page)) => save_in(out, FULL, shown(page, false).1.as_bytes()).map(|_| ())?,
             _ => removed(&out.join(FULL), "it is of an earlier sweep")?,
@@ -290,16 +310,12 @@ pub fn merge(args: &MergeArgs, quiet: bool) -> Result<u8, Failure> {
             named_shards(&shards_of(&args.parts, &plan, &missing))
         ));
     }
-    let mut looked = None;
     let _lock = args.out.as_deref().map(|out| prepared_folder(out, None)).transpose()?;
-    if let Some(out) = &args.out {
-        let limits = Limits { max_steps: args.max_steps, time_limit: None };
-        let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
-        let (project, plan, found, rows) = (&project, &plan, &found, &rows);
-        let runs = Runs { project, plan, found, rows, settings: &run, limits, quiet };
-        looked = Some(runs.look_into(out, &blocks, command)?);
-    }
-    report_result((&found, looked), (args.out.as_deref(), args.json), &source.to_string(), quiet)
+    let limits = Limits { max_steps: args.max_steps, time_limit: None };
+    let command = command_again((&args.model, &args.changes.set), (args.method, args.tolerance, args.max_steps));
+    let (project, plan, found, rows) = (&project, &plan, &found, &rows);
+    let runs = Runs { project, plan, found, rows, settings: &run, limits, quiet };
+    runs.report((args.out.as_deref(), args.json), &blocks, command, &source.to_string())
 }
 
 /// Help for a file of rows that cannot be merged: it is of another sweep, or damaged.
@@ -372,32 +388,4 @@ fn same(one: &[SweepRow], other: &[SweepRow]) -> bool {
         (row.sample, row.variant, row.reason.clone(), bits)
     };
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| bits(one) == bits(other))
-}
-
-/// Writes and prints the results, complete or partial.
-fn report_result(
-    (found, looked): (&Sweep, Option<(report::Samples, report::Again)>),
-    (out, json): (Option<&Path>, bool),
-    origin: &str,
-    quiet: bool,
-) -> Result<u8, Failure> {
-    let page = report::sweep(found);
-    let numbers = || export::sweep_json(found) + "\n";
-    let mut paths = Vec::new();
-    if let Some(out) = out {
-        let whole = looked.map(|(samples, again)| report::sweep_with(found, &samples, &again));
-        let (_, whole) = shown(whole.as_ref().unwrap_or(&page), false);
-        paths.push(save_in(out, PAGE, whole.as_bytes())?);
-        paths.push(save_in(out, RESULTS, numbers().as_bytes())?);
-    }
-    print(&if json { numbers() } else { render_text(&page, origin) })?;
-    paths.iter().filter(|_| !quiet).for_each(|path| note_saved_file(path));
-    let fails = found.requirements.iter().any(|one| one.failed > 0) || !found.failures.is_empty();
-    let fails = fails || found.worst.as_ref().is_some_and(|worst| worst.fails);
-    let fails = fails || found.rare.as_ref().is_some_and(|rare| rare.probability.is_some());
-    Ok(match (found.missing > 0, fails) {
-        (true, _) => ERROR,
-        (false, true) => REQUIREMENT_FAILED,
-        (false, false) => DONE,
-    })
 }

@@ -3,12 +3,13 @@
 use kardan_results::{ChannelMargin, LoopGain, LoopResponses};
 use kardan_rt::functions::{atan2, cos, hypot, log10, powf, powi, sin};
 
-use crate::analysis_pictures::{drawing, figure_of, text};
+use crate::drawing::{Area, text};
 use crate::model::Picture;
 use crate::phrases;
 use crate::text::figure;
+use crate::ticks::Axis;
 
-use super::panel::{Axis, BETWEEN, HEIGHT, LEFT, Panel, RIGHT, TOP, WIDTH, legend, solid, thin};
+use super::panel::{BETWEEN, HEAVY, HEIGHT, LEFT, Panel, TOP, legend, solid, thin};
 
 /// Side of a square plot.
 const SQUARE: f64 = 460.0;
@@ -20,6 +21,8 @@ const TURNS: f64 = 1080.0;
 const NEAR: [f64; 2] = [1.6, 2.6];
 /// The middle of a Nyquist plot, on the real axis.
 const MIDDLE: f64 = -0.5;
+/// Distances of ticks of angles, degrees.
+pub(super) const PHASE_STEPS: [f64; 6] = [15.0, 30.0, 45.0, 90.0, 180.0, 360.0];
 /// Closed-loop gains with a contour in a Nichols chart, dB.
 const CONTOURS: [f64; 8] = [-20.0, -12.0, -6.0, -3.0, 0.0, 3.0, 6.0, 12.0];
 
@@ -78,6 +81,16 @@ impl Drawn<'_> {
         })
     }
 
+    /// What a dot at a gain margin means.
+    fn gain_title(&self, factor: f64, at: f64) -> String {
+        format!("{}: × {} at {} rad/s", self.name, figure(factor, 3), figure(at, 4))
+    }
+
+    /// What a dot at a phase margin means.
+    fn phase_title(&self, at: f64, margin: f64) -> String {
+        format!("{}: {}° at {} rad/s", self.name, figure(margin.abs(), 3), figure(at, 4))
+    }
+
     /// Name and margins.
     fn legend(&self) -> String {
         let Some(margin) = self.margin else { return self.name.clone() };
@@ -119,7 +132,7 @@ pub(crate) fn loops(found: &LoopResponses, margins: &[ChannelMargin], readings: 
         legend(curves.iter().map(|one| (one.colour, one.legend())))
     );
     let title = format!("Bode plot of the loop at {}", if readings { "each reading" } else { "each motor" });
-    let bode = figure_of(&title, &bode(found, &curves, "|L| [dB]", "phase of L [°]"), &caption);
+    let bode = bode(found, &curves, ["|L| [dB]", "phase of L [°]"], &title, &caption);
     vec![bode, nyquist(found, &curves, at), nichols(found, &curves, at)]
 }
 
@@ -138,23 +151,28 @@ pub(super) fn gain_axis(sizes: impl Iterator<Item = f64>) -> Axis {
     Axis::by(&[5.0, 10.0, 20.0, 40.0, 100.0], low - 1.0, high + 1.0, 8.0)
 }
 
-/// Gain and phase over the frequency.
-pub(super) fn bode(found: &LoopResponses, curves: &[Drawn<'_>], gain: &str, phase: &str) -> String {
+/// Gain and phase over the frequency, with the names of both axes.
+pub(super) fn bode(
+    found: &LoopResponses,
+    curves: &[Drawn<'_>],
+    [gain, phase]: [&str; 2],
+    title: &str,
+    caption: &str,
+) -> Picture {
     let across = frequency_axis(found);
     let up = gain_axis(curves.iter().flat_map(Drawn::sizes));
     let phase_curves: Vec<Vec<f64>> = curves.iter().map(Drawn::phases).collect();
     let finite = || phase_curves.iter().flatten().copied().filter(|x| x.is_finite());
     let high = finite().fold(-180.0, f64::max);
     let low = finite().fold(-180.0, f64::min).max(high - TURNS);
-    let phases = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low - 1.0, high + 1.0, 7.0);
-    let above = Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up };
-    let below = Panel { y: TOP + HEIGHT + BETWEEN, up: phases, ..above };
+    let above = Panel::new(TOP, HEIGHT, across, up);
+    let phases = Axis::by(&PHASE_STEPS, low - 1.0, high + 1.0, 7.0);
+    let below = Panel::new(TOP + HEIGHT + BETWEEN, HEIGHT, across, phases);
     let mut body = above.frame("", gain) + &below.frame("frequency [rad/s]", phase);
     body += &(above.sampled(found.nyquist, true) + &below.sampled(found.nyquist, false));
-    let heavy = "stroke=\"var(--ink)\" stroke-width=\"1\" stroke-dasharray=\"2 3\"";
-    body += &above.curve([(across.low, 0.0), (across.high, 0.0)].into_iter(), heavy);
+    body += &above.across_at(0.0, HEAVY);
     if curves.iter().any(|one| one.margin.is_some()) {
-        body += &below.curve([(across.low, -180.0), (across.high, -180.0)].into_iter(), heavy);
+        body += &below.across_at(-180.0, HEAVY);
     }
     for (one, phases) in curves.iter().zip(&phase_curves) {
         let frequencies = || found.frequencies.iter().copied();
@@ -163,27 +181,24 @@ pub(super) fn bode(found: &LoopResponses, curves: &[Drawn<'_>], gain: &str, phas
         for (factor, at) in one.gain_margins() {
             let point = (at, -decibels(factor));
             body += &above.curve([(at, 0.0), point].into_iter(), &thin(one.colour));
-            let title = format!("{}: × {} at {} rad/s", one.name, figure(factor, 3), figure(at, 4));
-            body += &above.dot(point, one.colour, &title);
+            body += &above.dot(point, one.colour, &one.gain_title(factor, at));
         }
         if let Some((at, phase, limit)) = one.phase_margin(&found.frequencies) {
             body += &below.curve([(at, limit), (at, phase)].into_iter(), &thin(one.colour));
-            let title = format!("{}: {}° at {} rad/s", one.name, figure((phase - limit).abs(), 3), figure(at, 4));
-            body += &below.dot((at, phase), one.colour, &title);
+            body += &below.dot((at, phase), one.colour, &one.phase_title(at, phase - limit));
         }
     }
-    drawing(LEFT + WIDTH + RIGHT, TOP + 2.0 * HEIGHT + BETWEEN + 44.0, "gain and phase over the frequency", &body)
+    below.picture(title, "gain and phase over the frequency", &body, caption)
 }
 
 /// The loop gains in the complex plane.
 fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let largest = curves.iter().flat_map(Drawn::sizes).filter(|x| x.is_finite()).fold(0.0, f64::max);
     let reach = (1.1 * largest).clamp(NEAR[0], NEAR[1]);
-    let axis = |middle: f64| {
-        let step = if reach > 2.0 { 1.0 } else { 0.5 };
-        Axis { low: middle - reach, high: middle + reach, logarithmic: false, step }
-    };
-    let panel = Panel { x: LEFT, y: TOP, width: SQUARE, height: SQUARE, across: axis(MIDDLE), up: axis(0.0) };
+    let step = if reach > 2.0 { 1.0 } else { 0.5 };
+    let axis = |middle: f64| Axis::linear(middle - reach, middle + reach, step);
+    let area = Area { left: LEFT, top: TOP, width: SQUARE, height: SQUARE };
+    let panel = Panel { area, across: axis(MIDDLE), up: axis(0.0) };
     let mut body = panel.frame("Re L", "Im L");
     let circle = |middle: f64, radius: f64| {
         (0..=180)
@@ -192,9 +207,8 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     };
     let faint = "stroke=\"var(--faint)\" stroke-dasharray=\"4 4\"";
     body += &panel.curve(circle(0.0, 1.0), faint);
-    for axis in [[(panel.across.low, 0.0), (panel.across.high, 0.0)], [(0.0, panel.up.low), (0.0, panel.up.high)]] {
-        body += &panel.curve(axis.into_iter(), "stroke=\"var(--faint)\"");
-    }
+    body += &panel.across_at(0.0, "stroke=\"var(--faint)\"");
+    body += &panel.curve([(0.0, panel.up.low), (0.0, panel.up.high)].into_iter(), "stroke=\"var(--faint)\"");
     for one in curves {
         let points = || one.real.iter().copied().zip(one.imaginary.iter().copied());
         if let Some(disk) = one.margin.map(|margin| margin.disk).filter(|disk| *disk < 2.0) {
@@ -224,8 +238,7 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
          from the disk margin of the same colour, that L must not enter.<br>{}",
         legend(curves.iter().map(|one| (one.colour, encirclements(one))))
     );
-    let drawn = drawing(LEFT + SQUARE + RIGHT, TOP + SQUARE + 44.0, "loop gain in the complex plane", &body);
-    figure_of(&format!("Nyquist plot of the loop at {at}"), &drawn, &caption)
+    panel.picture(&format!("Nyquist plot of the loop at {at}"), "loop gain in the complex plane", &body, &caption)
 }
 
 /// Dots at powers of ten of the frequency, as far as they are apart.
@@ -261,7 +274,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let right = phases.iter().copied().fold(-90.0, f64::max).min(180.0);
     let left = phases.iter().copied().fold(-270.0, f64::min).max(right - 720.0);
     let across = Axis::by(&[30.0, 45.0, 90.0], left, right, 9.0);
-    let panel = Panel { x: LEFT, y: TOP, width: WIDTH, height: 380.0, across, up };
+    let panel = Panel::new(TOP, 380.0, across, up);
     let mut body = panel.frame("phase of L [°]", "|L| [dB]");
     let turns = ((across.low / 360.0).floor() as i32 - 1)..=((across.high / 360.0).ceil() as i32 + 1);
     for contour in CONTOURS {
@@ -276,13 +289,10 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
             let next =
                 found.frequencies.partition_point(|other| *other < frequency).min(phases.len().saturating_sub(1));
             let limit = 360.0 * ((phases.get(next).copied().unwrap_or(-180.0) + 180.0) / 360.0).round() - 180.0;
-            let title = format!("{}: × {} at {} rad/s", one.name, figure(factor, 3), figure(frequency, 4));
-            body += &panel.dot((limit, -decibels(factor)), one.colour, &title);
+            body += &panel.dot((limit, -decibels(factor)), one.colour, &one.gain_title(factor, frequency));
         }
         if let Some((frequency, phase, limit)) = one.phase_margin(&found.frequencies) {
-            let title =
-                format!("{}: {}° at {} rad/s", one.name, figure((phase - limit).abs(), 3), figure(frequency, 4));
-            body += &panel.dot((phase, 0.0), one.colour, &title);
+            body += &panel.dot((phase, 0.0), one.colour, &one.phase_title(frequency, phase - limit));
         }
     }
     let caption = format!(
@@ -290,8 +300,7 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
          phase margins.<br>{}",
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + 380.0 + 44.0, "loop gain over its phase", &body);
-    figure_of(&format!("Nichols chart of the loop at {at}"), &drawn, &caption)
+    panel.picture(&format!("Nichols chart of the loop at {at}"), "loop gain over its phase", &body, &caption)
 }
 
 /// Where the closed loop has this gain, with its name where there is room.

@@ -10,13 +10,13 @@ use kardan_results::{
 };
 use kardan_rt::functions::hypot;
 
-use super::analysis_pictures::{drawing, figure_of};
 use super::groups::grouped;
 use super::model::Picture;
 use super::text::{escape, figure, unit, with_unit};
+use super::ticks::{Axis, axis, extent};
 
-use loop_plots::{Drawn, bode, decibels, frequency_axis, gain_axis};
-use panel::{Axis, BETWEEN, HEIGHT, LEFT, Panel, RIGHT, TOP, WIDTH, legend, solid, thin};
+use loop_plots::{Drawn, PHASE_STEPS, bode, decibels, frequency_axis, gain_axis};
+use panel::{BETWEEN, HEAVY, HEIGHT, Panel, TOP, legend, solid, thin};
 
 /// Responses below this fraction of the largest one of their output count as zero.
 const NONE: f64 = 1e-9;
@@ -56,7 +56,7 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
     let every = all.iter().flat_map(|one| one.values.iter().flatten().copied());
     let up = gain_axis(every.filter(|x| *x > 1e-3 * highest).chain(top));
     let across = frequency_axis(found);
-    let panel = Panel { x: LEFT, y: TOP, width: WIDTH, height: 1.5 * HEIGHT, across, up };
+    let panel = Panel::new(TOP, 1.5 * HEIGHT, across, up);
     let unit_of = all.first().map_or("", |one| one.unit.as_str());
     let mixed = all.iter().any(|one| one.mixed);
     let label = if mixed {
@@ -67,8 +67,7 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
         format!("[dB over 1 {}]", unit(unit_of))
     };
     let mut body = panel.frame("frequency [rad/s]", &label) + &panel.sampled(found.nyquist, true);
-    let heavy = "stroke=\"var(--ink)\" stroke-width=\"1\" stroke-dasharray=\"2 3\"";
-    body += &panel.curve([(across.low, 0.0), (across.high, 0.0)].into_iter(), heavy);
+    body += &panel.across_at(0.0, HEAVY);
     for (colour, one) in all.iter().enumerate() {
         let count = one.values.first().map_or(0, Vec::len);
         for k in (0..count).rev() {
@@ -98,19 +97,14 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
         "Thick: the largest singular value; thin: the others; with all channels at once.{mixed}<br>{}",
         legend(all.iter().enumerate().map(entry))
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + 1.5 * HEIGHT + 44.0, title, &body);
-    Some(figure_of(title, &drawn, &caption))
+    Some(panel.picture(title, title, &body, &caption))
 }
 
 /// From the references to the outputs, over the frequency.
 pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     let size = |one: &ReferenceResponse| {
-        one.real
-            .iter()
-            .zip(&one.imaginary)
-            .map(|(re, im)| hypot(*re, *im))
-            .filter(|x| x.is_finite())
-            .fold(0.0, f64::max)
+        let sizes = one.real.iter().zip(&one.imaginary).map(|(re, im)| hypot(*re, *im));
+        sizes.filter(|x| x.is_finite()).fold(0.0, f64::max)
     };
     let largest =
         |output: &str| found.references.iter().filter(|one| one.output == output).map(size).fold(0.0, f64::max);
@@ -136,8 +130,8 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
         if found.nyquist.is_some() { "Outputs at the sample instants." } else { "" },
         legend(curves.iter().map(|one| (one.colour, one.name.clone())))
     );
-    let drawn = bode(found, &curves, "gain [dB]", "phase [°]");
-    Some(figure_of("Bode plot from the references to the outputs", &drawn, &caption))
+    let title = "Bode plot from the references to the outputs";
+    Some(bode(found, &curves, ["gain [dB]", "phase [°]"], title, &caption))
 }
 
 /// Disk margins of the motors over the joint angle.
@@ -151,14 +145,13 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
         .map(|motor| motor.name.as_str())
         .collect();
     let angles = found.positions.iter().map(|one| one.angle.to_degrees());
-    let (low, high) = angles.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let (low, high) = extent(angles);
     if !(high > low) {
         return None;
     }
     let disks = found.positions.iter().flat_map(|one| one.motors.iter().map(|motor| motor.disk));
-    let across = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low, high, 9.0);
-    let panel =
-        Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up: Axis::fitting(disks.chain([0.0]), 0.06, 5) };
+    let across = Axis::by(&PHASE_STEPS, low, high, 9.0);
+    let panel = Panel::new(TOP, HEIGHT, across, axis(disks.chain([0.0]), 0.06, 5));
     let mut body = panel.frame("joint angle [°]", "disk margin");
     for (colour, name) in names.iter().enumerate() {
         let of = |one: &PositionMargins| {
@@ -175,8 +168,7 @@ pub(super) fn over_positions(found: &MarginsOverPositions) -> Option<Picture> {
         escape(&found.rotated_coordinates),
         legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the joint angle", &body);
-    Some(figure_of("Disk margins over the joint angle", &drawn, &caption))
+    Some(panel.picture("Disk margins over the joint angle", "disk margins over the joint angle", &body, &caption))
 }
 
 /// Responses to a step of each reference.
@@ -193,17 +185,17 @@ fn step(found: &StepResponse) -> Option<Picture> {
     let end = found.time.last().copied().filter(|end| *end > 0.0)?;
     let clock = super::text::Clock::until(end);
     let groups = grouped(found.signals.iter().enumerate().map(|(k, one)| ((one.unit.as_str(), one.motor), (k, one))));
-    let across = Axis::fitting([0.0, end * clock.per_second].into_iter(), 0.0, 8);
-    let (mut body, mut y) = (String::new(), TOP);
+    let across = axis([0.0, end * clock.per_second].into_iter(), 0.0, 8);
+    let mut body = String::new();
     let mut entries = Vec::new();
-    let last = groups.len().checked_sub(1)?;
+    let mut lowest: Option<Panel> = None;
     for (k, ((shown, motor), own)) in groups.iter().enumerate() {
         let values =
             own.iter().flat_map(|(_, one)| one.values.iter().map(|value| without_rounding(*value))).chain([0.0]);
-        let height = 0.8 * HEIGHT;
-        let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
+        let top = lowest.map_or(TOP, |above| above.area.bottom() + BETWEEN);
+        let panel = Panel::new(top, 0.8 * HEIGHT, across, axis(values, 0.06, 5));
         let what = if *motor { "commanded torques" } else { "outputs" };
-        let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
+        let below = if k + 1 == groups.len() { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
         for &(colour, one) in own {
             let points = found
@@ -214,7 +206,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
             body += &panel.curve(points, &solid(colour));
             entries.push((colour, one.name.clone()));
         }
-        y += height + BETWEEN;
+        lowest = Some(panel);
     }
     let rounded =
         found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && without_rounding(*value) == 0.0);
@@ -226,8 +218,7 @@ fn step(found: &StepResponse) -> Option<Picture> {
         escape(&unit(&found.unit)),
         legend(entries.into_iter())
     );
-    let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "step responses", &body);
-    Some(figure_of(&format!("Step of {}", found.reference), &drawn, &caption))
+    Some(lowest?.picture(&format!("Step of {}", found.reference), "step responses", &body, &caption))
 }
 
 #[cfg(test)]

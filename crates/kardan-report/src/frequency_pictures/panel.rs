@@ -1,121 +1,61 @@
 //! A panel with its axes: grid, labels, curves that end at the frame, and marks; the sizes and colours of all panels.
 
-use kardan_rt::functions::{log10, powi};
-
-use crate::analysis_pictures::{line, text, upward};
+use crate::drawing::{Area, text, upward};
+use crate::model::Picture;
 use crate::text::{escape, figure};
-use crate::ticks;
+use crate::ticks::Axis;
 
 pub(super) const LEFT: f64 = 64.0;
 pub(super) const TOP: f64 = 12.0;
-pub(super) const WIDTH: f64 = 620.0;
+const WIDTH: f64 = 620.0;
 /// Free space to the right of a plot.
-pub(super) const RIGHT: f64 = 22.0;
+const RIGHT: f64 = 22.0;
 /// Height of a panel.
 pub(super) const HEIGHT: f64 = 190.0;
 /// Space between two panels.
 pub(super) const BETWEEN: f64 = 18.0;
+/// Style of the lines from which margins are measured.
+pub(super) const HEAVY: &str = "stroke=\"var(--ink)\" stroke-width=\"1\" stroke-dasharray=\"2 3\"";
 /// Number of curve colours.
 const COLOURS: usize = 7;
 
-/// One axis of a plot.
-#[derive(Clone, Copy)]
-pub(super) struct Axis {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) logarithmic: bool,
-    /// Distance of ticks; unused for a logarithmic axis.
-    pub(super) step: f64,
-}
-
-impl Axis {
-    pub(super) fn logarithmic(low: f64, high: f64) -> Self {
-        Self { low, high, logarithmic: true, step: 0.0 }
-    }
-
-    /// About this number of ticks, at multiples of one of these steps.
-    pub(super) fn by(steps: &[f64], low: f64, high: f64, most: f64) -> Self {
-        let step = steps.iter().copied().find(|step| (high - low) / step <= most);
-        let step = step.unwrap_or_else(|| steps.last().copied().unwrap_or(1.0));
-        let (low, high) = ((low / step).floor() * step, (high / step).ceil() * step);
-        let high = if high > low { high } else { low + step };
-        Self { low, high, logarithmic: false, step }
-    }
-
-    pub(super) fn fitting(values: impl Iterator<Item = f64>, margin: f64, count: usize) -> Self {
-        let found = ticks::axis(values, margin, count);
-        Self { low: found.low, high: found.high, logarithmic: false, step: found.step }
-    }
-
-    /// Part of the axis, 0 to 1 within it.
-    fn place(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            log10(value / self.low) / log10(self.high / self.low)
-        } else {
-            (value - self.low) / (self.high - self.low)
-        }
-    }
-
-    /// Ticks with their labels; those without one are between two others.
-    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
-        if self.logarithmic {
-            let (first, last) = (log10(self.low).floor() as i32, log10(self.high).ceil() as i32);
-            let fine = log10(self.high / self.low) <= 4.0;
-            let decades = (first..=last).flat_map(|power| (1..10).map(move |step| (power, step)));
-            let named = |(power, step): (i32, i32)| {
-                let label = if step == 1 { figure(powi(10.0, power), 3) } else { String::new() };
-                (f64::from(step) * powi(10.0, power), label)
-            };
-            let all = decades.filter(|(_, step)| fine || *step == 1).map(named);
-            return all.filter(|(at, _)| (self.low * 0.999..=self.high * 1.001).contains(at)).collect();
-        }
-        let axis = ticks::Axis { low: self.low, high: self.high, step: self.step };
-        let (first, last) =
-            ((self.low / self.step - 1e-6).ceil() as i64, (self.high / self.step + 1e-6).floor() as i64);
-        (first..=last).map(|k| k as f64 * self.step).map(|at| (at, axis.label(at))).collect()
-    }
-}
-
 /// A panel with its axes.
+#[derive(Clone, Copy)]
 pub(super) struct Panel {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+    pub(super) area: Area,
     pub(super) across: Axis,
     pub(super) up: Axis,
 }
 
 impl Panel {
+    /// A panel as wide as most of them.
+    pub(super) fn new(top: f64, height: f64, across: Axis, up: Axis) -> Self {
+        Self { area: Area { left: LEFT, top, width: WIDTH, height }, across, up }
+    }
+
     pub(super) fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (self.x + self.width * self.across.place(x), self.y + self.height * (1.0 - self.up.place(y)))
+        self.area.at(self.across.place(x), self.up.place(y))
+    }
+
+    /// A picture that ends with this panel.
+    pub(super) fn picture(&self, title: &str, label: &str, body: &str, caption: &str) -> Picture {
+        Picture::drawn(title, [self.area.right() + RIGHT, self.area.bottom() + 44.0], label, body, caption)
     }
 
     /// Grid and labels; those of the horizontal axis only where it is named.
     pub(super) fn frame(&self, across: &str, up: &str) -> String {
-        let mut out = String::new();
-        let (right, below) = (self.x + self.width, self.y + self.height);
-        for (at, label) in self.across.ticks() {
-            let x = self.place((at, self.up.low)).0;
-            let class = if label.is_empty() { "grid minor" } else { "grid" };
-            out += &line((x, self.y), (x, below), class);
-            if !across.is_empty() && !label.is_empty() {
-                out += &text(x, below + 17.0, "middle", &label);
-            }
-        }
-        for (at, label) in self.up.ticks() {
-            let y = self.place((self.across.low, at)).1;
-            out += &line((self.x, y), (right, y), "grid");
-            out += &text(self.x - 7.0, y + 4.0, "end", &label);
-        }
+        let Area { left, top, width, height } = self.area;
+        let (right, below) = (self.area.right(), self.area.bottom());
+        let named = (!across.is_empty()).then_some(17.0);
+        let mut out = self.area.grid_across(self.across.placed_ticks(), named);
+        out += &self.area.grid_up(self.up.placed_ticks(), 7.0);
         out += &format!(
-            "<path class=\"axis\" fill=\"none\" d=\"M{:.1} {:.1}H{right:.1}V{below:.1}H{:.1}Z\"/>\n",
-            self.x, self.y, self.x
+            "<path class=\"axis\" fill=\"none\" d=\"M{left:.1} {top:.1}H{right:.1}V{below:.1}H{left:.1}Z\"/>\n"
         );
         if !across.is_empty() {
-            out += &text(self.x + 0.5 * self.width, below + 35.0, "middle", across);
+            out += &text(left + 0.5 * width, below + 35.0, "middle", across);
         }
-        out + &upward("14.0", self.y + 0.5 * self.height, "middle", up)
+        out + &upward("14.0", top + 0.5 * height, "middle", up)
     }
 
     /// A curve through points, cut off at the frame.
@@ -141,15 +81,20 @@ impl Panel {
         }
     }
 
+    /// A horizontal line at this value.
+    pub(super) fn across_at(&self, value: f64, style: &str) -> String {
+        self.curve([(self.across.low, value), (self.across.high, value)].into_iter(), style)
+    }
+
     /// The part of a segment inside the frame (Liang and Barsky).
     pub(super) fn cut(&self, from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
         let (mut first, mut last) = (0.0f64, 1.0f64);
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
         let edges = [
-            (-dx, from.0 - self.x),
-            (dx, self.x + self.width - from.0),
-            (-dy, from.1 - self.y),
-            (dy, self.y + self.height - from.1),
+            (-dx, from.0 - self.area.left),
+            (dx, self.area.right() - from.0),
+            (-dy, from.1 - self.area.top),
+            (dy, self.area.bottom() - from.1),
         ];
         for (slope, room) in edges {
             if slope == 0.0 {
@@ -167,8 +112,8 @@ impl Panel {
     }
 
     pub(super) fn contains(&self, (x, y): (f64, f64)) -> bool {
-        (self.x - 0.5..=self.x + self.width + 0.5).contains(&x)
-            && (self.y - 0.5..=self.y + self.height + 0.5).contains(&y)
+        (self.area.left - 0.5..=self.area.right() + 0.5).contains(&x)
+            && (self.area.top - 0.5..=self.area.bottom() + 0.5).contains(&y)
     }
 
     /// A dot with a title, if it is within the frame.
@@ -203,11 +148,11 @@ impl Panel {
         let x = self.place((nyquist, self.up.low)).0;
         let mut out = format!(
             "<path fill=\"none\" stroke=\"var(--faint)\" stroke-dasharray=\"6 4\" d=\"M{x:.1} {:.1}V{:.1}\"/>\n",
-            self.y,
-            self.y + self.height
+            self.area.top,
+            self.area.bottom()
         );
         if named {
-            out += &text(x - 6.0, self.y + 14.0, "end faint", &format!("Nyquist {} rad/s", figure(nyquist, 4)));
+            out += &text(x - 6.0, self.area.top + 14.0, "end faint", &format!("Nyquist {} rad/s", figure(nyquist, 4)));
         }
         out
     }

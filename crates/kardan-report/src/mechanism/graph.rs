@@ -1,6 +1,6 @@
 //! The drawn graph: blocks, attached items, and connections between blocks; large models folded.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
 use kardan_results::{JoinKind, Mechanism, MechanismPart, Symbol, Terminal};
 
@@ -245,24 +245,17 @@ impl<'a> Graph<'a> {
         let mut hosts = 0;
         for component in self.components() {
             let mut hosts_at: BTreeMap<usize, usize> = BTreeMap::new();
-            let mut queue = VecDeque::from([(component[0], 0)]);
-            let mut visited = BTreeSet::from([component[0]]);
-            while let Some((block, distance)) = queue.pop_front() {
-                if self.blocks[block].is_host() {
-                    let beside = hosts_at.entry(distance).or_default();
-                    if hosts >= HOSTS || *beside >= MOST_PARALLEL {
-                        continue;
-                    }
+            let found = reached_through(&neighbours, component[0], |block, distance| {
+                let beside = hosts_at.entry(distance).or_default();
+                let is_host = self.blocks[block].is_host();
+                let has_room = !is_host || hosts < HOSTS && *beside < MOST_PARALLEL;
+                if is_host && has_room {
                     *beside += 1;
                     hosts += 1;
                 }
-                retained.insert(block);
-                for &neighbour in &neighbours[block] {
-                    if visited.insert(neighbour) {
-                        queue.push_back((neighbour, distance + 1));
-                    }
-                }
-            }
+                has_room
+            });
+            retained.extend(found.into_iter().map(|(block, _)| block));
         }
         self.folded(&retained)
     }
@@ -284,21 +277,12 @@ impl<'a> Graph<'a> {
             if stays[start] || group[start].is_some() {
                 continue;
             }
-            let mut found = vec![start];
-            let mut visited = BTreeSet::from([start]);
-            let mut bounds = BTreeSet::new();
-            while let Some(block) = found.pop() {
-                for &neighbour in &neighbours[block] {
-                    if stays[neighbour] {
-                        bounds.insert(neighbour);
-                    } else if visited.insert(neighbour) {
-                        found.push(neighbour);
-                    }
-                }
-            }
+            let found = reached_through(&neighbours, start, |block, _| !stays[block]);
+            let around = found.iter().flat_map(|&(block, _)| &neighbours[block]).copied();
+            let bounds: BTreeSet<usize> = around.filter(|&block| stays[block]).collect();
             let next = of.len();
             let own = *of.entry(bounds).or_insert(next);
-            visited.into_iter().for_each(|block| group[block] = Some(own));
+            found.into_iter().for_each(|(block, _)| group[block] = Some(own));
         }
         let groups = of.len();
         self.regrouped(&stays, &group, groups)
@@ -343,13 +327,22 @@ impl<'a> Graph<'a> {
 
 /// The blocks reachable from a block, with the number of lines to each, nearest first.
 pub(super) fn reached(neighbours: &[Vec<usize>], start: usize) -> Vec<(usize, usize)> {
-    let mut out = vec![(start, 0)];
+    reached_through(neighbours, start, |_, _| true)
+}
+
+/// The same through blocks that may be entered, which is asked once for each, with its distance.
+fn reached_through(
+    neighbours: &[Vec<usize>],
+    start: usize,
+    mut enter: impl FnMut(usize, usize) -> bool,
+) -> Vec<(usize, usize)> {
+    let mut out: Vec<(usize, usize)> = enter(start, 0).then_some((start, 0)).into_iter().collect();
     let mut visited = BTreeSet::from([start]);
     let mut next = 0;
     while let Some(&(block, distance)) = out.get(next) {
         next += 1;
         for &neighbour in &neighbours[block] {
-            if visited.insert(neighbour) {
+            if visited.insert(neighbour) && enter(neighbour, distance + 1) {
                 out.push((neighbour, distance + 1));
             }
         }

@@ -11,7 +11,6 @@ mod tests;
 
 use kardan_results::{JoinKind, Mechanism, MechanismPart, Symbol};
 
-use crate::analysis_pictures::{drawing, figure_of};
 use crate::model::Picture;
 use crate::text::escape;
 use cells::{Group, Mark};
@@ -20,24 +19,23 @@ use layout::Scene;
 /// Around the drawing, px.
 const MARGIN: f64 = 6.0;
 
+/// The drawn parts, and the size of the picture.
+fn scene(mechanism: &Mechanism) -> Option<(Scene, [f64; 2])> {
+    let scene = layout::scene(&graph::Graph::of(mechanism));
+    let size = [scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN];
+    (!scene.groups.is_empty()).then_some((scene, size))
+}
+
 /// The drawing of a mechanism; none of one without parts.
 pub(super) fn picture(mechanism: &Mechanism) -> Option<Picture> {
-    let scene = layout::scene(&graph::Graph::of(mechanism));
-    if scene.groups.is_empty() {
-        return None;
-    }
-    let drawn = drawing(scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN, &describe(mechanism), &svg(&scene));
-    let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing mechanism\"", 1);
-    Some(figure_of("", &drawn, &caption(mechanism, &scene)))
+    let (scene, size) = scene(mechanism)?;
+    let picture = Picture::drawn("", size, &describe(mechanism), &svg(&scene), &caption(mechanism, &scene));
+    Some(picture.of_class("mechanism"))
 }
 
 /// The same as an SVG document of its own, in the colours of the page on paper.
 pub(super) fn document(mechanism: &Mechanism) -> Option<String> {
-    let scene = layout::scene(&graph::Graph::of(mechanism));
-    if scene.groups.is_empty() {
-        return None;
-    }
-    let (width, height) = (scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN);
+    let (scene, [width, height]) = scene(mechanism)?;
     Some(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"drawing mechanism\" viewBox=\"0 0 {width:.1} {height:.1}\" \
          width=\"{width:.1}\" height=\"{height:.1}\" \

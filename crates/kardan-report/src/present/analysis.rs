@@ -211,7 +211,7 @@ fn class(class: &Class) -> Body {
     let rest = if moved.is_empty() { "all angles 0 rad" } else { "all other angles 0 rad" };
     let at = moved.iter().map(String::as_str).chain([rest]).collect::<Vec<_>>().join(", ");
     let moving = point.motion.iter().filter(|one| one.value != 0.0);
-    let motion: Vec<String> = moving.map(|one| format!("{} = {} {}", one.name, number(one.value), one.unit)).collect();
+    let motion = moving.map(|one| format!("{} = {} {}", one.name, number(one.value), one.unit));
     let friction = point.friction.iter().map(|FrictionState { element, coulomb_torque, stuck }| {
         let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
         row![element, *coulomb_torque, state]
@@ -223,7 +223,7 @@ fn class(class: &Class) -> Body {
         .table(&["constraint", "equation", "kind"], constraints)
         .list(reasons)
         .paragraph(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
-        .paragraph(if motion.is_empty() { String::new() } else { format!("Motion there: {}.", motion.join(", ")) })
+        .paragraph(phrases::listed("Motion there", motion, usize::MAX).unwrap_or_default())
         .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 

@@ -3,6 +3,7 @@
 use crate::bench_pictures::pictured;
 use crate::charts;
 use crate::model::{Block, Body, Cell, Page, Section, row, warnings};
+use crate::phrases::listed;
 use crate::text::{figure, number};
 use kardan_results::{
     BenchPlan, BenchStudy, ClosedLoop, Experiment, IdentifiedParameter, Interval, Response, TrueValue, Verdict,
@@ -212,9 +213,7 @@ fn plan_sentences(plan: &BenchPlan) -> Vec<String> {
             number(plan.gain)
         ),
     ];
-    if !plan.fixed.is_empty() {
-        out.push(format!("Taken from the model: {}.", plan.fixed.join(", ")));
-    }
+    out.extend(listed("Taken from the model", &plan.fixed, usize::MAX));
     out
 }
 

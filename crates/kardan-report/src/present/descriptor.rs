@@ -59,11 +59,7 @@ fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
             phrases::list(&blocks, ORDERS)
         ),
     ];
-    let defined: Vec<String> =
-        found.definitions.iter().map(|one| format!("{} = {}", one.state, one.expression)).collect();
-    if !defined.is_empty() {
-        all.push(format!("States of the equivalent state space: {}.", phrases::list(&defined, 12)));
-    }
+    all.extend(phrases::defined("States of the equivalent state space", &found.definitions));
     all
 }
 

@@ -4,8 +4,8 @@ use super::{alternatives, margins, optional, responses};
 use crate::design_pictures as pictures;
 use crate::groups::distinct;
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::phrases::{self, design as design_phrases, list, pairs};
-use crate::text::number;
+use crate::phrases::{self, design as design_phrases, list, listed, pairs};
+use crate::text::{DIGITS, number, quantity};
 use kardan_results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
     Flatness, HiddenMotion, Integrators, LoopAlongPath, Motion, NO_RESPONSES, ObserverResult, Pole, Stability,
@@ -141,7 +141,7 @@ fn decouplability(design: &Design) -> Vec<String> {
     if *rank == 0 && *normal_rank == 0 && reasons.is_empty() {
         return Vec::new();
     }
-    let blocks = blocks(design);
+    let blocks: Vec<String> = found.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect();
     let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
     let added: Vec<String> = integrators
         .iter()
@@ -173,11 +173,6 @@ fn decouplability(design: &Design) -> Vec<String> {
 fn sentence(text: &str) -> String {
     let text = phrases::capital(text);
     if text.ends_with(['.', '!', '?']) { text } else { text + "." }
-}
-
-/// Blocks of outputs by name: `{rk.phi, fs.phi}`.
-fn blocks(design: &Design) -> Vec<String> {
-    design.decouplability.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect()
 }
 
 fn channels(channels: &[ChannelResult]) -> Body {
@@ -336,7 +331,7 @@ fn window(couplings: &[CrossCoupling]) -> Option<String> {
 
 /// `ref_rk by 1 rad`.
 fn step(coupling: &CrossCoupling) -> String {
-    format!("{} by {} {}", coupling.reference, number(coupling.step), coupling.step_unit).trim_end().into()
+    format!("{} by {}", coupling.reference, quantity(coupling.step, DIGITS, &coupling.step_unit))
 }
 
 fn cross_coupling(design: &Design) -> Body {
@@ -346,8 +341,7 @@ fn cross_coupling(design: &Design) -> Body {
     }
     let same = window(found);
     let over = same.as_ref().map_or(String::new(), |same| format!(", {same}"));
-    let with_unit =
-        |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
+    let amount = |value: Option<f64>, unit: &str| quantity(value.unwrap_or(f64::NAN), DIGITS, unit);
     let row = |c: &CrossCoupling| {
         let mut row = row![step(c), &c.output, if c.same_channel { "own" } else { "other" }];
         row.extend(match &c.failure {
@@ -355,7 +349,7 @@ fn cross_coupling(design: &Design) -> Body {
             None => {
                 let share =
                     design_phrases::relative(c, found).map_or(String::new(), |share| design_phrases::share(share, 5));
-                row![with_unit(c.peak, &c.unit), with_unit(c.rms, &c.unit), share]
+                row![amount(c.peak, &c.unit), amount(c.rms, &c.unit), share]
             }
         });
         row.extend(same.is_none().then(|| c.window.into()));
@@ -443,12 +437,8 @@ fn flatness(found: &Flatness) -> Vec<String> {
         let at = if values.is_empty() { String::new() } else { format!(", at {values} 1/s") };
         out.push(format!("The filter that remains has the poles of {}{at}.", found.remainder));
     }
-    let degrees =
-        found.outputs.iter().zip(&found.derivatives).map(|(output, degree)| format!("{output} up to {degree}"));
-    let degrees: Vec<String> = degrees.collect();
-    if !degrees.is_empty() {
-        out.push(format!("Derivatives needed: {}.", list(&degrees, NAMES)));
-    }
+    let degrees = found.outputs.iter().zip(&found.derivatives);
+    out.extend(listed("Derivatives needed", degrees.map(|(name, degree)| format!("{name} up to {degree}")), NAMES));
     out
 }
 
@@ -470,10 +460,7 @@ fn sizes(found: &Canonical, design: &Design) -> Vec<String> {
         ));
     }
     let ranks = found.ranks.iter().enumerate().map(|(k, rank)| format!("all but input {}: {rank}", k + 1));
-    let ranks: Vec<String> = ranks.collect();
-    if !ranks.is_empty() {
-        out.push(format!("Ranks of the controllability matrices: {}.", list(&ranks, NAMES)));
-    }
+    out.extend(listed("Ranks of the controllability matrices", ranks, NAMES));
     out
 }
 
@@ -500,24 +487,15 @@ fn block(data: &ControllerData) -> Vec<String> {
         None => "in continuous time".into(),
     };
     let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
-    let matrices: Vec<String> = data
-        .matrices
-        .iter()
-        .map(|DataMatrix { name, values: rows }| {
-            format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
-        })
-        .collect();
+    let matrices = data.matrices.iter().map(|DataMatrix { name, values: rows }| {
+        format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
+    });
+    let numbers = data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value)));
     let mut out = vec![
         format!("Block {} of kardan-rt, {time}.", data.block),
         format!("Reads {}; writes {}.", list(&reads, NAMES), list(&data.writes, NAMES)),
     ];
-    if !matrices.is_empty() {
-        out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
-    }
-    let numbers: Vec<String> =
-        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value))).collect();
-    if !numbers.is_empty() {
-        out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
-    }
+    out.extend(listed("Matrices", matrices, NAMES));
+    out.extend(listed("Numbers", numbers, NAMES));
     out
 }

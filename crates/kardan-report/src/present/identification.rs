@@ -3,7 +3,7 @@
 use crate::groups::distinct;
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::phrases::list;
+use crate::phrases::{list, listed};
 use crate::text::number;
 use kardan_results::{Identification, Interval, LogRead, NamedMatrix, ResidualTest, Span, Suggestion, Suggestions};
 
@@ -27,7 +27,7 @@ pub fn page(found: &Identification) -> Page {
             ("fit", "Measured and predicted", new().pictures(pictures::traces(found))),
             ("friction", "Friction over speed", new().pictures(pictures::curves(found))),
             ("undetermined", "Unidentifiable parameters", undetermined(found)),
-            ("residuals", "Residuals", residuals(found)),
+            ("residuals", "Residuals", tests(&found.tests).pictures(pictures::residuals(found))),
             ("validation", "Validation", validation(found)),
             ("candidates", "Models compared", candidates(found)),
             ("suggestions", "Terms suggested", suggestions(found)),
@@ -127,10 +127,6 @@ fn tests(all: &[ResidualTest]) -> Body {
         ]
     });
     Body::default().table_of(ROWS, &["if the model is right", "#probability", "verdict"], rows)
-}
-
-fn residuals(found: &Identification) -> Body {
-    tests(&found.tests).pictures(pictures::residuals(found))
 }
 
 fn validation(found: &Identification) -> Body {
@@ -266,11 +262,7 @@ fn silent(suggested: &Suggestions) -> String {
         }
     };
     let not_tried: String = suggested.untested_terms.iter().map(|one| format!(" Not tried: {one}.")).collect();
-    let silent = if names.is_empty() {
-        String::new()
-    } else {
-        format!("Tried, and not significantly different from zero: {}.", list(&names, 40))
-    };
+    let silent = listed("Tried, and not significantly different from zero", names, 40).unwrap_or_default();
     format!("{silent}{orders}{not_tried}")
 }
 

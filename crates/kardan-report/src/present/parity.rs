@@ -240,15 +240,9 @@ fn sentences(found: &Parity) -> Vec<String> {
             phrases::list(&silent, NAMES)
         ));
     }
-    if !isolable.is_empty() {
-        out.push(format!(
-            "Detectable, and isolable from every other single fault: {}.",
-            phrases::list(&isolable, NAMES)
-        ));
-    }
-    for group in groups {
-        out.push(format!("Detectable, but not isolable from each other: {}.", phrases::list(&group, NAMES)));
-    }
+    out.extend(phrases::listed("Detectable, and isolable from every other single fault", isolable, NAMES));
+    let together = |group: Vec<String>| phrases::listed("Detectable, but not isolable from each other", group, NAMES);
+    out.extend(groups.into_iter().filter_map(together));
     out
 }
 

@@ -121,27 +121,22 @@ fn over_positions(found: &LoopResponses) -> Body {
     }
     let rows = first.motors.iter().map(|motor| {
         let all = || {
-            let of = |one: &ChannelMargin| one.name == motor.name;
-            over_positions
-                .positions
-                .iter()
-                .filter_map(move |one| Some((one.motors.iter().find(|one| of(one))?, one.angle)))
+            let own = |one: &&ChannelMargin| one.name == motor.name;
+            over_positions.positions.iter().filter_map(move |one| Some((one.motors.iter().find(own)?, one.angle)))
         };
-        let least = |value: fn(&ChannelMargin) -> f64| all().min_by(|a, b| value(a.0).total_cmp(&value(b.0)));
-        let margin_cell =
-            |found: Option<(&ChannelMargin, f64)>, value: &dyn Fn(&ChannelMargin) -> f64, what: &str| match found {
-                Some((one, at)) if value(one).is_finite() => {
-                    format!("{}{what} (at {})", number(value(one)), degrees(at))
-                }
-                _ => "any".into(),
-            };
-        let phase = least(|one| one.phase);
-        let low = least(|one| -one.gain[0]);
-        let mut cells = row![&motor.name, margin_cell(low, &|one| one.gain[0], "")];
-        cells.push(margin_cell(least(|one| one.gain[1]), &|one| one.gain[1], "").into());
-        cells.push(margin_cell(phase, &|one| one.phase.to_degrees(), "°").into());
-        cells.push(margin_cell(least(|one| one.disk), &|one| one.disk, "").into());
-        cells
+        // The margin that is the least by its `size`, as it is written.
+        let margin_cell = |size: fn(&ChannelMargin) -> f64, value: fn(&ChannelMargin) -> f64, what: &str| {
+            let least = all().min_by(|a, b| size(a.0).total_cmp(&size(b.0)));
+            let finite = least.map(|(one, at)| (value(one), at)).filter(|(value, _)| value.is_finite());
+            finite.map_or("any".into(), |(value, at)| format!("{}{what} (at {})", number(value), degrees(at)))
+        };
+        row![
+            &motor.name,
+            margin_cell(|one| -one.gain[0], |one| one.gain[0], ""),
+            margin_cell(|one| one.gain[1], |one| one.gain[1], ""),
+            margin_cell(|one| one.phase, |one| one.phase.to_degrees(), "°"),
+            margin_cell(|one| one.disk, |one| one.disk, ""),
+        ]
     });
     let headers =
         ["torque of", "largest factor below one", "least factor above one", "least phase", "least disk margin"];

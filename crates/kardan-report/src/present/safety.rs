@@ -44,42 +44,40 @@ fn verdict(table: &Safety) -> Verdict {
 
 /// The verdicts that do not pass, with their numbers.
 fn kinds(table: &Safety) -> String {
-    let found = grouped(table.failing().map(|row| (row.verdict.label(), row)));
-    let counts: Vec<String> = found.iter().map(|(label, rows)| format!("{} {label}", rows.len())).collect();
+    let found = grouped(table.failing().map(|row| (row.verdict, row)));
+    let counts: Vec<String> = found.iter().map(|(verdict, rows)| format!("{} {verdict}", rows.len())).collect();
     counts.join(", ")
 }
 
-/// The cells before the numbers of a row.
-fn head(row: &SafetyRow, several: bool) -> Vec<Cell> {
-    let faults = if row.faults.is_empty() { NO_FAULT.to_string() } else { row.faults.join(" + ") };
-    let mut cells = row![faults];
-    if several {
-        cells.extend(row![&row.variant]);
-    }
-    cells.extend(row.values.iter().map(|value| Cell::Text(prevent_line_breaks(&value.value))));
-    cells
-}
-
-/// Whether there is more than one variant.
-fn several(table: &Safety) -> bool {
-    table.rows.iter().any(|row| row.variant != table.rows[0].variant)
-}
-
-fn titles(table: &Safety) -> Vec<String> {
+/// A row for each of these, with its faults, its variant if there are several, and its values before further columns; titles and cells.
+fn listed<'a>(
+    table: &'a Safety,
+    rows: impl Iterator<Item = &'a SafetyRow>,
+    further: impl IntoIterator<Item = String>,
+    cells: impl Fn(&SafetyRow) -> Vec<Cell>,
+) -> (Vec<String>, Vec<Vec<Cell>>) {
+    let several = table.rows.iter().any(|row| row.variant != table.rows[0].variant);
     let mut titles = vec!["fault".to_string()];
-    titles.extend(several(table).then(|| "variant".to_string()));
+    titles.extend(several.then(|| "variant".to_string()));
     titles.extend(table.rows.first().into_iter().flat_map(|row| &row.values).map(|value| value.name.clone()));
-    titles
+    titles.extend(further);
+    let rows = rows.map(|row| {
+        let mut all = row![if row.faults.is_empty() { NO_FAULT.to_string() } else { row.faults.join(" + ") }];
+        all.extend(several.then(|| Cell::from(&row.variant)));
+        all.extend(row.values.iter().map(|value| Cell::Text(prevent_line_breaks(&value.value))));
+        all.extend(cells(row));
+        all.resize(titles.len(), Cell::Text(String::new()));
+        all
+    });
+    let rows = rows.collect();
+    (titles, rows)
 }
 
 fn rows(table: &Safety) -> Body {
-    let several = several(table);
-    let mut columns = titles(table);
-    columns.extend(["#detected after ms", "reaction", "worst effect", "bound", "verdict"].map(String::from));
     let noted = table.rows.iter().any(|row| row.note.is_some());
-    columns.extend(noted.then(|| "note".to_string()));
-    let one = |one: &SafetyRow| {
-        let mut cells = head(one, several);
+    let further = ["#detected after ms", "reaction", "worst effect", "bound", "verdict"].into_iter();
+    let further = further.chain(noted.then_some("note")).map(String::from);
+    let (columns, rows) = listed(table, table.rows.iter(), further, |one| {
         let after = one.detection_time.filter(|_| !one.faults.is_empty());
         let shown = match (after, one.detection_time) {
             (Some(after), _) => number(1e3 * after),
@@ -91,19 +89,17 @@ fn rows(table: &Safety) -> Body {
         let worst = one.worst.and_then(|k| Some((table.effects.get(k)?, one.effects.get(k)?)));
         let (effect, bound) =
             worst.map_or_else(Default::default, |(effect, found)| (shown_of(effect, found), bound(effect)));
-        cells.extend([shown, states.join(", "), effect, bound].map(Cell::Text));
-        cells.push(Cell::Mark(one.verdict.passes(), one.verdict.label().into()));
-        if noted {
-            cells.push(Cell::Text(one.note.clone().unwrap_or_default()));
-        }
+        let verdict = Cell::Mark(one.verdict.passes(), one.verdict.to_string());
+        let mut cells = row![shown, states.join(", "), effect, bound, verdict];
+        cells.extend(noted.then(|| Cell::Text(one.note.clone().unwrap_or_default())));
         cells
-    };
+    });
     let detected = table.detected.as_ref().map_or_else(String::new, |condition| {
         let limit_text =
             table.detection_time_limit.map_or_else(String::new, |time| format!(", within {} ms", number(1e3 * time)));
         format!("Detected: `{condition}` first becomes true where it is false without the fault{limit_text}.")
     });
-    Body::default().table_of(usize::MAX, &columns, table.rows.iter().map(one)).hint(detected)
+    Body::default().table_of(usize::MAX, &columns, rows).hint(detected)
 }
 
 /// A measured effect, in the unit of its bounds.
@@ -137,11 +133,9 @@ fn effects(table: &Safety) -> Body {
     if table.effects.len() < 2 {
         return definitions;
     }
-    let several = several(table);
-    let mut columns = titles(table);
-    columns.extend(table.effects.iter().map(|effect| effect.name.clone()));
-    let one = |one: &SafetyRow| {
-        let mut cells = head(one, several);
+    let faulty = table.rows.iter().filter(|row| !row.faults.is_empty());
+    let names = table.effects.iter().map(|effect| effect.name.clone());
+    let (columns, rows) = listed(table, faulty, names, |one| {
         let cell = |(effect, found): (&SafetyEffect, &EffectMeasured)| {
             let shown = found.measured.map_or_else(|| "none".to_string(), |value| in_unit(value, effect));
             match found.within_bounds {
@@ -149,11 +143,9 @@ fn effects(table: &Safety) -> Body {
                 None => Cell::Text(shown),
             }
         };
-        cells.extend(table.effects.iter().zip(&one.effects).map(cell));
-        cells.resize(columns.len(), Cell::Text(String::new()));
-        cells
-    };
-    let all = Body::default().table(&columns, table.rows.iter().filter(|row| !row.faults.is_empty()).map(one));
+        table.effects.iter().zip(&one.effects).map(cell).collect()
+    });
+    let all = Body::default().table(&columns, rows);
     definitions.fold("All effects of all rows", all)
 }
 
@@ -165,14 +157,8 @@ fn monitors(table: &Safety) -> Body {
 }
 
 fn commands(table: &Safety) -> Body {
-    let several = several(table);
-    let mut columns = titles(table);
-    columns.push("command".into());
-    let rows = table.rows.iter().map(|one| {
-        let mut cells = head(one, several);
-        cells.push(Cell::Verbatim(one.command.clone()));
-        cells
-    });
+    let command = |one: &SafetyRow| vec![Cell::Verbatim(one.command.clone())];
+    let (columns, rows) = listed(table, table.rows.iter(), ["command".to_string()], command);
     let hint = "A simulation of the faults that the file names, as a basis for a failure analysis. Mapping it to the \
                  standards of a project, such as ISO 26262 and ISO 19725, decides its value there.";
     Body::default().table(&columns, rows).hint(hint)

@@ -6,10 +6,10 @@ use crate::groups::{distinct, grouped};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
 use crate::phrases;
 use crate::svg::{self, PlotFile};
-use crate::text::{Clock, figure, number, with_unit};
+use crate::text::{Clock, DIGITS, figure, shown, with_unit};
 use kardan_results::{
-    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot, Run,
-    RunVerdict, Signal, Structure, Study, Verdict,
+    self, Accuracy, Design, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorLoad, Outcome, Plot,
+    RequirementResult, Run, RunVerdict, Signal, Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
@@ -142,6 +142,11 @@ fn about(study: &Study, text: &str, runs: &[&Run]) -> String {
     if study.runs.len() < 2 { text.into() } else { format!("{text} ({})", phrases::list(&labels, NAMED)) }
 }
 
+/// Each requirement with its verdicts in all runs.
+pub(super) fn judged(study: &Study) -> Vec<(&String, Vec<(&Run, &RequirementResult)>)> {
+    grouped(study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (&one.text, (run, one)))))
+}
+
 /// The requirements that are not met.
 fn failed(study: &Study) -> String {
     let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (judged, run)));
@@ -270,7 +275,7 @@ fn variants(study: &Study) -> Body {
             &run.name,
             parameters.join(", "),
             outcome,
-            effort.method.word(),
+            effort.method.to_string(),
             effort.steps,
             effort.rejected,
             effort.evaluations,
@@ -282,9 +287,10 @@ fn variants(study: &Study) -> Body {
     or_none(Body::default().table(&headers, rows), "There are no runs.")
 }
 
-/// The name of the first of several rows, which represents all of them.
-fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
-    if index == 0 { Cell::Span(text.into(), rows) } else { Cell::Under }
+/// A row for each of several things; their name represents all of these rows.
+fn spanned<T>(name: &str, all: &[T], row: impl Fn(&T) -> Vec<Cell>) -> Vec<Vec<Cell>> {
+    let first = std::iter::once(Cell::Span(name.into(), all.len())).chain(std::iter::repeat(Cell::Under));
+    first.zip(all).map(|(first, one)| std::iter::once(first).chain(row(one)).collect()).collect()
 }
 
 /// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
@@ -301,13 +307,13 @@ pub(super) fn key_figures(study: &Study) -> Body {
         let runs = study.runs.iter().filter(|run| plotted(run, name));
         let found = runs.filter_map(|run| Some((run, run.series.signal(name)?)));
         let found: Vec<(&Run, &Signal)> = found.collect();
-        for (index, (run, signal)) in found.iter().enumerate() {
-            let unit = display_unit(study, name, signal);
-            let label = format!("{name} [{}]", unit.map_or(signal.physical.unit(), |unit| &unit.unit));
-            let mut row = row![span(label, index, found.len()), variant_label(study, run)];
-            row.extend(extremes(&run.series.time, &signal.values, unit, clock(study)));
-            rows.push(row);
-        }
+        let Some((_, first)) = found.first() else { continue };
+        let unit = |signal: &Signal| display_unit(study, name, signal);
+        let label = format!("{name} [{}]", unit(first).map_or(first.physical.unit(), |unit| &unit.unit));
+        rows.extend(spanned(&label, &found, |(run, signal)| {
+            let numbers = extremes(&run.series.time, &signal.values, unit(signal), clock(study));
+            row![variant_label(study, run)].into_iter().chain(numbers).collect()
+        }));
     }
     let headers = ["signal", "variant", "#minimum", "#at", "#maximum", "#at", "#final"];
     or_none(Body::default().table_of(usize::MAX, &headers, rows), "No signals are plotted.")
@@ -344,38 +350,28 @@ fn motors(study: &Study) -> Body {
 /// The figures, each for every variant.
 fn figures(study: &Study) -> Body {
     let all = study.runs.iter().flat_map(|run| run.figures.iter().map(move |figure| (&figure.name, (run, figure))));
-    let mut rows = Vec::new();
-    for (name, all) in grouped(all) {
-        for (index, (run, figure)) in all.iter().enumerate() {
-            let text = format!("{name}: {}", figure.text);
-            let value = measured(figure.value, figure.display.as_ref(), &figure.unit);
-            rows.push(row![span(&text, index, all.len()), variant_label(study, run), value]);
-        }
-    }
+    let rows = grouped(all).into_iter().flat_map(|(name, all)| {
+        spanned(&format!("{name}: {}", all[0].1.text), &all, |(run, figure)| {
+            row![variant_label(study, run), measured(figure.value, figure.display.as_ref(), &figure.unit)]
+        })
+    });
     Body::default().table(&["figure", "variant", "#value"], rows)
 }
 
 /// A number in the requested unit, if there is one.
 pub(super) fn measured(value: Option<f64>, display: Option<&DisplayUnit>, unit: &str) -> String {
-    match (value.filter(|value| value.is_finite()), display) {
-        (Some(value), Some(display)) => format!("{} {}", number(display.of(value)), display.unit),
-        (Some(value), None) => format!("{} {unit}", number(value)).trim_end().to_string(),
-        (None, _) => "not measured".into(),
-    }
+    let value = value.filter(|value| value.is_finite());
+    value.map_or("not measured".into(), |value| shown(value, DIGITS, unit, display))
 }
 
 /// The requirements, each for every variant.
 fn requirements(study: &Study) -> Body {
-    let all =
-        study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (&judged.text, (run, judged))));
-    let mut rows = Vec::new();
-    for (text, all) in grouped(all) {
-        for (index, (run, judged)) in all.iter().enumerate() {
+    let rows = judged(study).into_iter().flat_map(|(text, all)| {
+        spanned(text, &all, |(run, judged)| {
             let measured = measured(judged.measured, judged.display.as_ref(), &judged.unit);
-            let verdict = Cell::judged(judged.passed, ["passed", "failed"]);
-            rows.push(row![span(text, index, all.len()), variant_label(study, run), measured, verdict]);
-        }
-    }
+            row![variant_label(study, run), measured, Cell::judged(judged.passed, ["passed", "failed"])]
+        })
+    });
     let headers = ["requirement", "variant", "#measured", "verdict"];
     or_none(Body::default().table(&headers, rows), "The model file states no requirements.")
 }

@@ -4,9 +4,8 @@ use std::f64::consts::TAU;
 
 use kardan_results::{ChannelMargin, Design, Margins, RequirementResult, Run, SignalError, Stability, Study};
 
-use super::study::{alerts, key_figures, measured, verdict};
+use super::study::{alerts, judged, key_figures, measured, verdict};
 use crate::curves::variant_label;
-use crate::groups::grouped;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::phrases;
 use crate::text::figure;
@@ -51,8 +50,7 @@ struct Summed<'a> {
 }
 
 fn requirements(study: &Study) -> Vec<Summed<'_>> {
-    let all = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |one| (&one.text, (run, one))));
-    let summed = grouped(all).into_iter().map(|(_, all)| {
+    let summed = judged(study).into_iter().map(|(_, all)| {
         let measured: Vec<f64> =
             all.iter().filter_map(|(_, one)| one.measured.filter(|value| value.is_finite())).collect();
         let range = measured.iter().map(|&value| [value; 2]);

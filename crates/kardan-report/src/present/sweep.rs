@@ -3,7 +3,7 @@
 use super::optional;
 use crate::model::{Body, Cell, Page, Picture, row, warnings};
 use crate::samples::{Again, Samples};
-use crate::text::{escape, figure, number};
+use crate::text::{escape, figure, number, quantity, shown};
 use kardan_results::{
     DisplayUnit, Sweep, SweptBound, SweptRare, SweptRequirement, SweptRule, SweptValues, SweptWorst, Verdict,
 };
@@ -56,7 +56,7 @@ fn cases(found: &Sweep, again: &Again) -> Body {
     };
     for (name, variant, values, (unit, display), worst) in requirements.chain(figures) {
         let (Some(ends), Some(quantiles)) = (values.extreme_samples, values.quantiles) else { continue };
-        let [least, largest] = [0, 6].map(|k| shown(quantiles[k], unit, display));
+        let [least, largest] = [0, 6].map(|k| shown(quantiles[k], DIGITS, unit, display));
         if quantiles[0] == quantiles[6] {
             add(name, variant, "the same in all".into(), least, ends[0]);
             continue;
@@ -67,7 +67,7 @@ fn cases(found: &Sweep, again: &Again) -> Body {
         }
     }
     if let Some(worst) = &found.worst {
-        let value = worst.measured.map_or_else(String::new, |x| shown(x, &worst.unit, None));
+        let value = worst.measured.map_or_else(String::new, |x| shown(x, DIGITS, &worst.unit, None));
         add(&worst.text, &worst.variant, "the worst that was found".into(), value, worst.sample);
     }
     let body = match &again.full {
@@ -236,7 +236,7 @@ fn rule(rule: &SweptRule) -> String {
 
 /// `0.2 ≤ grip < 0.41`
 fn bound(bound: &SweptBound) -> String {
-    let value = |value: f64| format!("{} {}", figure(value, BOUND_DIGITS), bound.unit).trim_end().to_string();
+    let value = |value: f64| quantity(value, BOUND_DIGITS, &bound.unit);
     let name = &bound.parameter;
     match (bound.above.map(value), bound.below.map(value)) {
         (Some(above), Some(below)) => format!("{above} ≤ {name} < {below}"),
@@ -246,20 +246,13 @@ fn bound(bound: &SweptBound) -> String {
     }
 }
 
-/// A number in its unit.
-fn shown(value: f64, unit: &str, display: Option<&DisplayUnit>) -> String {
-    match display {
-        Some(display) => format!("{} {}", figure(display.of(value), DIGITS), display.unit),
-        None => format!("{} {unit}", figure(value, DIGITS)).trim_end().to_string(),
-    }
-}
-
 /// The columns of numbers.
 const COLUMNS: [&str; 7] = ["#mean", "#deviation", "#least", "#5 %", "#median", "#95 %", "#largest"];
 
 /// Cells of numbers; differences of display units have no offset.
 fn numbers(values: &SweptValues, unit: &str, display: Option<&DisplayUnit>) -> Vec<Cell> {
-    let text = |value: Option<f64>| Cell::Text(value.map_or_else(String::new, |value| shown(value, unit, display)));
+    let text =
+        |value: Option<f64>| Cell::Text(value.map_or_else(String::new, |value| shown(value, DIGITS, unit, display)));
     let quantile = |k: usize| values.quantiles.map(|quantiles| quantiles[k]);
     [values.mean, values.deviation, quantile(0), quantile(1), quantile(3), quantile(5), quantile(6)].map(text).to_vec()
 }
@@ -325,7 +318,7 @@ fn measured(found: &Sweep) -> Body {
 /// `margin -0.12 N m`
 fn format_margin(worst: &SweptWorst) -> String {
     match worst.margin {
-        Some(margin) => format!("margin {}", shown(margin, &worst.unit, None)),
+        Some(margin) => format!("margin {}", shown(margin, DIGITS, &worst.unit, None)),
         None => "its run has no number".into(),
     }
 }
@@ -334,7 +327,7 @@ fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
     let variant = if several(found) { format!(", variant {}", worst.variant) } else { String::new() };
     let before = worst
         .margin_before_search
-        .map_or_else(String::new, |x| format!(", {} before the search", shown(x, &worst.unit, None)));
+        .map_or_else(String::new, |x| format!(", {} before the search", shown(x, DIGITS, &worst.unit, None)));
     let SweptWorst { sample, exploration_samples: explored, .. } = worst;
     let rested = match worst.restarts {
         0 => "the search has not converged yet: more samples may find worse ones".to_string(),
@@ -345,8 +338,7 @@ fn worst(found: &Sweep, worst: &SweptWorst) -> Body {
         "Sample {sample}{variant}: {}{before}. {explored} samples filled the space; {rested}. A found case is no proof that there is no worse one.",
         format_margin(worst)
     );
-    let rows =
-        worst.values.iter().map(|at| row![&at.parameter, format!("{} {}", figure(at.value, 9), at.unit).trim_end()]);
+    let rows = worst.values.iter().map(|at| row![&at.parameter, quantity(at.value, 9, &at.unit)]);
     Body::default().table_of(usize::MAX, &["parameter", "#value"], rows).hint(hint)
 }
 
@@ -357,7 +349,7 @@ fn rare(found: &Sweep, rare: &SweptRare) -> Body {
             (k + 1).to_string(),
             level.samples.to_string(),
             percent(level.fraction),
-            shown(level.margin, &rare.unit, None),
+            shown(level.margin, DIGITS, &rare.unit, None),
             figure(level.correlation, 2),
             level.acceptance_rate.map_or_else(String::new, percent)
         ]
@@ -406,7 +398,7 @@ fn effects(found: &Sweep) -> Body {
     let columns = titles(found, "number", &["parameter", "#size", "#its error", "#mean", "#deviation"]);
     let rows = numbers_of(found).flat_map(|(name, variant, values, unit)| {
         values.effects.iter().map(move |one| {
-            let cell = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, unit, None));
+            let cell = |x: Option<f64>| x.map_or_else(String::new, |x| shown(x, DIGITS, unit, None));
             let [size, size_error, mean, deviation] =
                 [Some(one.size), one.size_error, Some(one.mean), one.deviation].map(cell);
             named_row(found, name, variant, row![&one.parameter, size, size_error, mean, deviation])

@@ -1,7 +1,7 @@
 //! The runs of a sweep as a static picture, for pages without scripts.
 
 use super::{Samples, display_of_figure, fails, lot, shown};
-use crate::analysis_pictures::{drawing, entry, line};
+use crate::drawing::{drawing, entry, line};
 use crate::frame::Frame;
 use crate::model::Picture;
 use crate::text::{escape, powers, with_unit};
@@ -65,7 +65,7 @@ impl Samples {
             caption += &format!("{} of {} runs.", points.len(), self.all);
         }
         let title = format!("{up} over {across}");
-        let svg = drawing(frame.left + WIDTH + RIGHT, frame.end(), &title, &body);
+        let svg = drawing(frame.area.left + WIDTH + RIGHT, frame.end(), &title, &body);
         let drawing = format!(
             "<div class=\"unscripted\">\n<figure class=\"analysis\">\n<h3>{}</h3>\n{svg}<figcaption>{caption}</figcaption>\n</figure>\n</div>\n",
             escape(&title)

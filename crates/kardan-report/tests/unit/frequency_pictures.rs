@@ -2,6 +2,7 @@
 
 use super::loop_plots::drawn;
 use super::*;
+use crate::drawing::Area;
 use kardan::results::{ChannelMargin, LargestSingularValue, LoopGain, StepSignal};
 use kardan_rt::functions::{powf, powi};
 
@@ -84,8 +85,8 @@ fn phases_have_no_jumps_and_margins_are_measured_from_half_a_turn() {
 
 #[test]
 fn a_contour_has_the_gain_that_it_names_and_curves_stay_inside_the_frame() {
-    let axis = |low, high| Axis { low, high, logarithmic: false, step: 1.0 };
-    let panel = Panel { x: 0.0, y: 0.0, width: 10.0, height: 10.0, across: axis(0.0, 1.0), up: axis(0.0, 1.0) };
+    let area = Area { left: 0.0, top: 0.0, width: 10.0, height: 10.0 };
+    let panel = Panel { area, across: Axis::linear(0.0, 1.0, 1.0), up: Axis::linear(0.0, 1.0, 1.0) };
     let cut = panel.cut((-10.0, 5.0), (20.0, 5.0)).expect("it crosses the frame");
     assert!((cut.0.0, cut.1.0) == (0.0, 10.0) && panel.cut((-5.0, 20.0), (20.0, 20.0)).is_none());
     assert_eq!(panel.curve([(0.5, 3.0), (0.5, 4.0)].into_iter(), ""), "");

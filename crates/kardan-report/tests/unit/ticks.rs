@@ -19,8 +19,8 @@ fn logarithmic_axes_have_whole_decades() {
     let axis = decades([-1.0, 0.0, 2e-12, 0.5, f64::NAN].into_iter());
     assert_eq!((axis.low, axis.high, axis.step), (-12.0, 0.0, 2.0));
     assert_eq!([-12.0, -2.0, 0.0, 3.0, 5.0, 0.5].map(decade), ["1e−12", "0.01", "1", "1000", "1e5", ""]);
-    assert_eq!(decades([10.0].into_iter()), Axis { low: 1.0, high: 2.0, step: 1.0 });
-    assert_eq!(decades([0.0].into_iter()), Axis { low: 0.0, high: 1.0, step: 1.0 });
+    assert_eq!(decades([10.0].into_iter()), Axis::linear(1.0, 2.0, 1.0));
+    assert_eq!(decades([0.0].into_iter()), Axis::linear(0.0, 1.0, 1.0));
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn cells(table: &Safety, row: &SafetyRow) -> Vec<String> {
     cells.push(states.join("; "));
     cells.extend((0..table.effects.len()).map(|k| number(row.effects.get(k).and_then(|effect| effect.measured))));
     cells.push(row.worst.and_then(|k| table.effects.get(k)).map(|effect| effect.name.clone()).unwrap_or_default());
-    cells.push(row.verdict.label().to_string());
+    cells.push(row.verdict.to_string());
     cells.extend([row.note.clone().unwrap_or_default(), row.command.clone()]);
     cells
 }

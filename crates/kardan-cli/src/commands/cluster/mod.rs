@@ -30,7 +30,7 @@ use super::rows::{
 };
 use super::sweep::{merge, prepared_folder, settings};
 use crate::args::{MergeArgs, SweepArgs, Target, word};
-use crate::exit::DONE;
+use crate::exit::{DONE, done};
 use crate::files::{self, reason};
 use crate::input;
 use crate::lock::Lock;
@@ -57,8 +57,7 @@ const GRACE: Duration = Duration::from_secs(4);
 
 /// `kardan sweep template`.
 pub fn print_template(target: Target) -> Result<u8, Failure> {
-    print(Queue::of(target).template)?;
-    Ok(DONE)
+    done(Queue::of(target).template)
 }
 
 /// `kardan sweep --on`.

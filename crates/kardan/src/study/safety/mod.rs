@@ -46,7 +46,7 @@ impl Project {
     /// let table = project.safety(&Default::default(), &Silent).unwrap();
     /// // 1 rad/s² are missing for half a second: ½ · 2 · ½² rad.
     /// let missing = table.rows[1].effects[0].measured.unwrap();
-    /// assert!((missing - 0.25).abs() < 1e-12 && table.rows[1].verdict.label() == "not detected and harmful");
+    /// assert!((missing - 0.25).abs() < 1e-12 && table.rows[1].verdict.to_string() == "not detected and harmful");
     /// ```
     ///
     /// # Errors
