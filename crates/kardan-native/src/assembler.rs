@@ -229,15 +229,9 @@ impl Assembler {
     /// lower orders in rdx, whole numbers in rcx, which begin with the sign; the order's number in the lowest register,
     /// which is broadcast to all of another one.
     pub fn begin_series(&mut self, sign: Register, number: Register) {
-        self.bytes(&[0x53, 0x55]); // push rbx, push rbp
-        self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
+        self.begin();
         self.spread(sign, Operand::Number(0));
         self.spread(number, Operand::Register(0));
-    }
-
-    pub fn end_series(&mut self) {
-        self.bytes(&[0xc5, 0xf8, 0x77]); // vzeroupper
-        self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
     }
 
     /// Emits code for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from

@@ -90,7 +90,7 @@ impl<N: Value> NativeSeries<N> {
         let (mut assembler, mut starts) = (Assembler::new(N::WIDTH), Vec::new());
         for k in 1..=own_orders(steps, order) {
             starts.push(assembler.code.len());
-            write(&mut assembler, steps, values, N::WIDTH, Some(k as u32));
+            write(&mut assembler, steps, values, N::WIDTH, Some(k));
         }
         starts.push(assembler.code.len());
         write(&mut assembler, steps, values, N::WIDTH, None);

@@ -137,6 +137,7 @@ macro_rules! bits {
         }
 
         #[inline]
+        #[allow(clippy::useless_conversion)] // of `f64`
         fn widened(self) -> f64 {
             f64::from(self)
         }
