@@ -5,14 +5,14 @@
 //! in memory as a whole.
 
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use miniz_oxide::inflate::stream::{InflateState, inflate};
 use miniz_oxide::{DataFormat, MZFlush, MZStatus};
 use rayon::prelude::*;
 
-use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored, word};
-use super::source::Source;
+use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored};
+use super::source::{Source, word};
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
 
 const MAT: &str = "MAT";
@@ -31,24 +31,14 @@ const STEP: usize = 1 << 20;
 /// Bytes of all columns of a group read at once.
 const STEPS: usize = 64 << 20;
 
-type Shared = Arc<Mutex<Source>>;
-
-fn append(source: &Shared, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
-    source.lock().unwrap_or_else(PoisonError::into_inner).append(at, count, out)
-}
-
-fn size(source: &Shared) -> u64 {
-    source.lock().unwrap_or_else(PoisonError::into_inner).size
-}
-
 /// The bytes of a variable, from front to back.
 enum Stream {
-    Plain(Shared),
+    Plain(Source),
     Packed(Box<Inflater>),
 }
 
 struct Inflater {
-    source: Shared,
+    source: Source,
     state: InflateState,
     /// The position of the next compressed bytes.
     at: u64,
@@ -61,7 +51,7 @@ struct Inflater {
 }
 
 impl Stream {
-    fn open(source: &Shared, variable: Variable) -> Self {
+    fn open(source: &Source, variable: Variable) -> Self {
         if !variable.packed {
             return Self::Plain(source.clone());
         }
@@ -81,9 +71,9 @@ impl Stream {
     fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
         match self {
             Self::Plain(source) => {
-                let available = size(source).saturating_sub(at).min(count as u64) as usize;
-                append(source, at, available, out)?;
-                if available < count { append(source, at + available as u64, count - available, out) } else { Ok(()) }
+                let available = source.available(at, count);
+                source.append(at, available, out)?;
+                if available < count { source.append(at + available as u64, count - available, out) } else { Ok(()) }
             }
             Self::Packed(inflater) => {
                 let mut passed = [0; 4096];
@@ -116,12 +106,12 @@ impl Inflater {
                 self.packed.clear();
                 self.used = 0;
                 let count = (self.end - self.at).min(16 << 10) as usize;
-                let available = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
+                let available = self.source.available(self.at, count);
                 if available == 0 {
                     let what = "a compressed variable continues".to_owned();
-                    return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
+                    return Err(LogError::Truncated { format: MAT, what, end: self.source.size });
                 }
-                append(&self.source, self.at, available, &mut self.packed)?;
+                self.source.append(self.at, available, &mut self.packed)?;
                 self.at += available as u64;
             }
             let result = inflate(&mut self.state, &self.packed[self.used..], &mut piece[filled..], MZFlush::None);
@@ -213,7 +203,7 @@ struct PendingChannel {
 }
 
 pub(super) struct MatLog {
-    source: Shared,
+    source: Source,
     groups: Vec<Group>,
     columns: Vec<Vec<Column>>,
     constants: Vec<(String, f64)>,
@@ -237,7 +227,7 @@ struct Cursor {
 
 impl MatLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let source = Arc::new(Mutex::new(Source::open(&*bytes, MAT)?));
+        let source = Source::open(&*bytes, MAT)?;
         let mut index = Index {
             source,
             little: true,
@@ -284,7 +274,7 @@ impl MatLog {
 
 /// Traverses the variables.
 struct Index {
-    source: Shared,
+    source: Source,
     little: bool,
     budget: usize,
     /// Remaining bytes for names.
@@ -308,12 +298,8 @@ impl Index {
     }
 
     fn variables(&mut self) -> Result<(), LogError> {
-        let end = size(&self.source);
-        let bytes = |source: &Shared, at, count| {
-            let mut out = Vec::new();
-            append(source, at, count, &mut out).map(|()| out)
-        };
-        let header = bytes(&self.source, 0, HEADER as usize)?;
+        let end = self.source.size;
+        let header = self.source.bytes(0, HEADER as usize)?;
         self.little = match &header[126..] {
             b"IM" => true,
             b"MI" => false,
@@ -321,7 +307,7 @@ impl Index {
         };
         let mut at = HEADER;
         while at < end {
-            let tag = bytes(&self.source, at, 8)?;
+            let tag = self.source.bytes(at, 8)?;
             let (kind, length) = (word(&tag[..4], self.little), word(&tag[4..], self.little));
             let body = at + 8;
             let variable = Variable { packed: kind == 15, at: body, end: body + length };

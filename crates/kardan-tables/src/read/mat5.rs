@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 
 use super::LogError;
+use super::source::word;
 
 /// Largest total size of the decompressed variables of a file, bytes.
 pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
@@ -133,11 +134,6 @@ impl Numbers<&[u8]> {
             stored => Ok(stored),
         }
     }
-}
-
-pub(crate) fn word(bytes: &[u8], little: bool) -> u64 {
-    let step = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-    if little { bytes.iter().rev().fold(0, step) } else { bytes.iter().fold(0, step) }
 }
 
 /// The contents of an array.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::source::Source;
+use super::source::{Source, unsigned};
 use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
 use blocks::{DataGroup, File, Layout, MDF};
 use stream::Stream;
@@ -57,10 +57,10 @@ struct Records {
 
 impl MdfLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let mut source = Source::open(&*bytes, MDF)?;
-        let (file, groups, mut notes) = blocks::read(&mut source)?;
+        let source = Source::open(&*bytes, MDF)?;
+        let (file, groups, mut notes) = blocks::read(&source)?;
         // The last block of an unfinished recording has no length yet.
-        let missing = if file.unfinished_length { None } else { end::missing(&mut source) };
+        let missing = if file.unfinished_length { None } else { end::missing(&source) };
         let truncated = missing.is_some();
         notes.extend(missing.map(|error| error.to_string()));
         Ok(Self { bytes, file, groups, notes, truncated, reading: Vec::new(), end_notes: Vec::new(), lost: Vec::new() })
@@ -324,7 +324,7 @@ impl DataGroup {
             .map(|layout| out.iter().position(|records| Some(records.group) == layout.group))
             .collect();
         while raw.len() - at > self.id_bytes {
-            let id = blocks::unsigned(&raw[at..at + self.id_bytes]);
+            let id = unsigned(&raw[at..at + self.id_bytes]);
             let Some(index) = self.groups.iter().position(|layout| layout.id == id) else {
                 return Err(format!("a record has the unknown number {id}"));
             };
@@ -332,7 +332,7 @@ impl DataGroup {
             let start = at + self.id_bytes;
             let length = if layout.variable {
                 let Some(length) = raw.get(start..start + 4) else { break };
-                4 + blocks::unsigned(length) as usize
+                4 + unsigned(length) as usize
             } else {
                 layout.record_bytes()
             };

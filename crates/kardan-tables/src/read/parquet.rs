@@ -5,7 +5,7 @@ mod units;
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
-use std::sync::{Arc, Mutex, Once};
+use std::sync::{Arc, Once};
 
 use ::parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
@@ -17,9 +17,9 @@ use ::parquet::schema::types::ColumnDescriptor;
 use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
-use super::source::Source;
+use super::source::{Source, unsigned};
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
-use pages::{Inflated, LIMIT, Shared};
+use pages::{Inflated, LIMIT};
 
 const PARQUET: &str = "Parquet";
 
@@ -42,7 +42,7 @@ struct Column {
 }
 
 pub(super) struct ParquetLog {
-    file: Shared,
+    file: Source,
     metadata: ParquetMetaData,
     groups: [Group; 1],
     columns: Vec<Column>,
@@ -110,19 +110,18 @@ fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Re
 
 impl ParquetLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let mut source = Source::open(&*bytes, PARQUET)?;
-        let end = source.size;
-        let tail = if end < 12 { Vec::new() } else { source.bytes(end - 8, 8)? };
+        let file = Source::open(&*bytes, PARQUET)?;
+        let end = file.size;
+        let tail = if end < 12 { Vec::new() } else { file.bytes(end - 8, 8)? };
         if tail.get(4..) != Some(b"PAR1") {
             let what = "the description of its columns (at the end of the file) is missing, and kardan needs it to read any row";
             return Err(LogError::Truncated { format: PARQUET, what: what.into(), end });
         }
-        let length = tail[..4].iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
+        let length = unsigned(&tail[..4]);
         if length > (end - 12).min(LIMIT as u64) {
             let what = format!("the declared length of the description of its columns is {length} bytes");
             return Err(LogError::damaged(PARQUET, format!("at byte {}", end - 8), what));
         }
-        let file = Shared(Arc::new(Mutex::new(source)));
         let place = format!("in the description of its columns, at byte {}", end - 8 - length);
         let metadata = guarded(&place, || ParquetMetaDataReader::new().parse_and_finish(&file))?;
         let mut log =

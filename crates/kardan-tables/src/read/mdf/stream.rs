@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::super::LogError;
-use super::super::source::Source;
-use super::blocks::{Header, MDF, damaged, unsigned};
+use super::super::source::{Source, unsigned};
+use super::blocks::{Header, MDF, damaged};
 
 /// Largest size of a decompressed block in bytes (4 MiB in the standard).
 const INFLATED_LIMIT: u64 = 64 << 20;
@@ -111,7 +111,7 @@ impl Stream {
         if !self.blocks.insert(at) {
             return Err(damaged(at, "a block of records is listed twice"));
         }
-        let header = Header::read(&mut self.source, at)?;
+        let header = Header::read(&self.source, at)?;
         match &header.id {
             b"##DT" => {
                 self.at = header.data_at();
@@ -129,11 +129,11 @@ impl Stream {
             }
             b"##DZ" => self.inflate(&header)?,
             b"##HL" => {
-                let links = header.links(&mut self.source)?;
+                let links = header.links(&self.source)?;
                 self.next_list = links.first().copied().unwrap_or(0);
             }
             b"##DL" => {
-                let links = header.links(&mut self.source)?;
+                let links = header.links(&self.source)?;
                 if self.fragments.len() > 0 {
                     return Err(header.unexpected("a block of records inside a list"));
                 }

@@ -1,5 +1,7 @@
 //! Column metadata of an Arrow schema: a flatbuffer in base64, as pyarrow writes it into the metadata.
 
+use super::super::source::unsigned;
+
 /// The metadata of a column.
 pub(super) struct Field {
     pub name: String,
@@ -44,7 +46,7 @@ struct Buffer<'a>(&'a [u8]);
 impl Buffer<'_> {
     fn number(&self, at: usize, count: usize) -> Option<usize> {
         let bytes = self.0.get(at..at.checked_add(count)?)?;
-        Some(bytes.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte)))
+        Some(unsigned(bytes) as usize)
     }
 
     fn follow(&self, at: usize) -> Option<usize> {
