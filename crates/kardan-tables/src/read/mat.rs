@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use miniz_oxide::inflate::stream::{InflateState, inflate};
 use miniz_oxide::{DataFormat, MZFlush, MZStatus};
-use rayon::prelude::*;
 
 use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored};
 use super::source::{Source, word};
@@ -512,20 +511,15 @@ impl Log for MatLog {
         let widths = || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.storage.size());
         let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
         let count = (rows - reading.delivered).min(BLOCK_ROWS).min(most.max(1));
-        block.reset(reading.group, reading.cursors.len());
         let from = reading.delivered;
-        let errors: Vec<Option<LogError>> = reading
-            .cursors
-            .par_iter_mut()
-            .zip(&mut block.columns)
-            .map(|(cursor, column)| cursor.read(from, count, column).err())
-            .collect();
-        let available = block.cut_to_shortest(count);
+        let error =
+            block.fill(reading.group, &mut reading.cursors, count, |cursor, column| cursor.read(from, count, column));
+        let available = block.rows;
         reading.delivered += available;
         if available < count || reading.delivered == rows {
             self.reading.remove(next);
         }
-        if let Some(error) = errors.into_iter().flatten().next() {
+        if let Some(error) = error {
             if available == 0 {
                 self.pending = None;
                 return Err(error);

@@ -37,18 +37,6 @@ const TIME_NAMES: &[&str] = &[
     "datetime",
     "date time",
     "date_time",
-    "time_s",
-    "time_ms",
-    "time_us",
-    "time_ns",
-    "timestamp_s",
-    "timestamp_ms",
-    "timestamp_us",
-    "timestamp_ns",
-    "t_s",
-    "t_ms",
-    "t_us",
-    "t_ns",
 ];
 
 /// Whether a channel has a name of the time.
@@ -56,7 +44,12 @@ pub(super) fn named_time(name: &str) -> bool {
     let name = name.rsplit(['.', '/', '\\']).next().unwrap_or(name).trim().to_lowercase();
     let name =
         name.split(['[', '(']).next().unwrap_or("").trim().trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
-    TIME_NAMES.contains(&name)
+    let with_unit = || {
+        unit_in_name(name)
+            .and(name.rsplit_once('_'))
+            .is_some_and(|(name, _)| matches!(name, "time" | "timestamp" | "t"))
+    };
+    TIME_NAMES.contains(&name) || with_unit()
 }
 
 /// The unit that the name of a time ends with: `ms` of `time_ms`.

@@ -15,7 +15,6 @@ use ::parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
 use ::parquet::file::reader::SerializedPageReader;
 use ::parquet::schema::types::ColumnDescriptor;
 use kardan_rt::functions::powi;
-use rayon::prelude::*;
 
 use super::source::{Source, unsigned};
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
@@ -333,18 +332,15 @@ impl ParquetLog {
         let row_group = reading.row_group - 1;
         let count = reading.remaining.min(BLOCK_ROWS);
         let schema = self.metadata.file_metadata().schema_descr();
-        block.reset(0, reading.cursors.len());
         let (columns, group) = (&self.columns, &self.groups[0]);
-        let read = |(cursor, column): (&mut Cursor, &mut Vec<f64>)| {
+        let error = block.fill(0, &mut reading.cursors, count, |cursor, column| {
             let Column { leaf, meaning } = columns[cursor.column];
             let depth = schema.column(leaf).max_def_level();
-            guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column)).err()
-        };
-        let errors: Vec<Option<LogError>> = reading.cursors.par_iter_mut().zip(&mut block.columns).map(read).collect();
-        let decoded = block.cut_to_shortest(count);
-        reading.remaining -= decoded;
-        match errors.into_iter().flatten().next() {
-            Some(error) if decoded == 0 => Err(error),
+            guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column))
+        });
+        reading.remaining -= block.rows;
+        match error {
+            Some(error) if block.rows == 0 => Err(error),
             error => {
                 reading.failed = error;
                 Ok(true)

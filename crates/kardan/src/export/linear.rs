@@ -134,10 +134,15 @@ pub fn linear_mat(model: &Linearised) -> Option<Vec<u8>> {
     let all = all_matrices(model);
     let mut values: Vec<Values<'_>> = all
         .iter()
-        .map(|(name, matrix)| Values { name, rows: matrix.rows(), columns: matrix.columns(), values: columns(matrix) })
+        .map(|(name, matrix)| Values {
+            name,
+            rows: matrix.rows(),
+            columns: matrix.columns(),
+            values: columns(matrix).into(),
+        })
         .collect();
     let point: Vec<f64> = model.operating_point.iter().map(|(_, value)| *value).collect();
-    values.push(Values { name: "operating_point", rows: point.len(), columns: 1, values: point });
+    values.push(Values { name: "operating_point", rows: point.len(), columns: 1, values: point.into() });
     let names = kinds(model).map(|(key, all)| (key, all.iter().map(|one| one.name.as_str()).collect::<Vec<_>>()));
     let units = ["state_units", "input_units", "output_units"].into_iter().zip(kinds(model));
     let units = units.map(|(key, (_, all))| (key, all.iter().map(|one| one.unit.as_str()).collect::<Vec<_>>()));
@@ -266,7 +271,7 @@ pub fn realisations_mat(found: &Realisations) -> Option<Vec<u8>> {
         name,
         rows: *rows,
         columns: *columns,
-        values: values.clone(),
+        values: values.into(),
     });
     mat_matrices(&values.collect::<Vec<_>>(), &[])
 }
