@@ -75,20 +75,16 @@ impl Stream {
                 if available < count { source.append(at + available as u64, count - available, out) } else { Ok(()) }
             }
             Self::Packed(inflater) => {
-                let mut passed = [0; 4096];
-                while inflater.delivered < at {
-                    let count = (at - inflater.delivered).min(4096) as usize;
-                    inflater.read(&mut passed[..count])?;
-                }
-                let mut piece = [0; 4096];
-                let mut remaining = count;
-                while remaining > 0 {
-                    let count = remaining.min(4096);
+                let (mut piece, end) = ([0; 4096], at + count as u64);
+                while inflater.delivered < end {
                     let before = inflater.delivered;
-                    let outcome = inflater.read(&mut piece[..count]);
-                    out.extend_from_slice(&piece[..(inflater.delivered - before) as usize]);
+                    // Bytes before the position are passed.
+                    let limit = if before < at { at } else { end };
+                    let outcome = inflater.read(&mut piece[..(limit - before).min(4096) as usize]);
+                    if before >= at {
+                        out.extend_from_slice(&piece[..(inflater.delivered - before) as usize]);
+                    }
                     outcome?;
-                    remaining -= count;
                 }
                 Ok(())
             }
@@ -155,10 +151,6 @@ enum Run {
     At(u64),
 }
 
-fn broken(error: LogError) -> Broken {
-    Broken::Log(error)
-}
-
 impl Input for VariableInput {
     type Run = Run;
     const SPARSE: bool = false;
@@ -166,7 +158,7 @@ impl Input for VariableInput {
 
     fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
         self.buffer.clear();
-        self.stream.append(at, count, &mut self.buffer).map_err(broken)?;
+        self.stream.append(at, count, &mut self.buffer).map_err(Broken::Log)?;
         Ok(Cow::Borrowed(&self.buffer))
     }
 
