@@ -28,7 +28,6 @@ pub(super) struct Stream {
     /// The data after a truncated uncompressed block.
     after: Option<LogError>,
     failed: Option<LogError>,
-    has_failed: bool,
     /// The last record was not complete.
     pub cut: bool,
 }
@@ -47,7 +46,6 @@ impl Stream {
             used: 0,
             after: None,
             failed: None,
-            has_failed: false,
             cut: false,
         }
     }
@@ -58,7 +56,6 @@ impl Stream {
 
     /// Ends the stream with an error, returned after all data before it.
     pub fn fail(&mut self, error: LogError) {
-        self.has_failed = true;
         self.failed = Some(error);
         self.fragments = Vec::new().into_iter();
         (self.next_list, self.remaining, self.used) = (0, 0, self.inflated.len());
@@ -69,7 +66,7 @@ impl Stream {
     }
 
     pub fn has_failed(&self) -> bool {
-        self.has_failed
+        self.failed.is_some()
     }
 
     /// Appends bytes up to a length, fewer only at the end. Bytes before an error are in `out`.
