@@ -35,8 +35,8 @@ impl Executable {
     }
 
     /// Where it begins.
-    pub fn start(&self) -> *const libc::c_void {
-        self.start.as_ptr()
+    pub fn start(&self) -> *const u8 {
+        self.start.as_ptr().cast::<u8>()
     }
 }
 

@@ -3,22 +3,16 @@
 use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 
+use crate::assembler::Assembler;
+use crate::memory::Executable;
+use crate::recurrences::{NUMBERS, ORDERS, sums, write};
 use crate::step::Step;
-use crate::width::Value;
-#[cfg(all(target_arch = "x86_64", unix))]
-use crate::{
-    assembler::Assembler,
-    memory::Executable,
-    recurrences::{NUMBERS, ORDERS, sums, write},
-    width::is_able,
-};
+use crate::width::{Value, is_able};
 
 /// Most bytes of code for single orders: reading more takes longer than loops do.
-#[cfg(all(target_arch = "x86_64", unix))]
 const MOST: usize = 3 << 14;
 
 /// How many orders are to have code of their own: all, or most of them if that is not too long.
-#[cfg(all(target_arch = "x86_64", unix))]
 fn own_orders(steps: &[Step], order: usize) -> usize {
     let sums: usize = steps.iter().map(sums).sum();
     // Approximate bytes of a term and of the rest of a step.
@@ -56,7 +50,6 @@ fn own_orders(steps: &[Step], order: usize) -> usize {
 /// }
 /// ```
 pub struct NativeSeries<N> {
-    #[cfg(all(target_arch = "x86_64", unix))]
     code: Executable,
     /// The start of the code of each order from 1, where there is such code; then the start of that for all others.
     starts: Vec<usize>,
@@ -78,7 +71,6 @@ impl<N: Value> NativeSeries<N> {
     /// Writes the code of steps with `width` values per order, fastest up to an order. None as
     /// [`Native::new`](crate::Native::new), where a step names a value that does not exist, and where one [has no
     /// rule](Step::has_rule).
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(steps: &[Step], width: usize, order: usize) -> Option<Self> {
         // Offsets have 31 bits, also of the orders that have code of their own.
         let values =
@@ -97,19 +89,12 @@ impl<N: Value> NativeSeries<N> {
         Some(Self { code: Executable::new(&assembler.code)?, starts, width, values: PhantomData })
     }
 
-    /// None: there is no code for this processor or system.
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    pub fn new(_: &[Step], _: usize, _: usize) -> Option<Self> {
-        None
-    }
-
     /// Runs [`Step::find`] for each step in turn: computes the coefficients of order `k` of all values, from those of
     /// operands that no step computes. `memory` contains all coefficients, order after order. For order 0 it does
     /// nothing.
     ///
     /// # Panics
     /// If the memory has no order `k`.
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn advance(&self, memory: &mut [N], k: usize) {
         let needed = k.checked_add(1).and_then(|orders| orders.checked_mul(self.width));
         assert!(needed.is_some_and(|needed| needed <= memory.len()), "no coefficients of order {k}");
@@ -119,14 +104,10 @@ impl<N: Value> NativeSeries<N> {
         // write `width` values of each order from 0 to k, which the memory contains, each of as many numbers as `N`
         // has, and read `NUMBERS`; `new` checked that the processor supports it.
         unsafe {
-            let start = self.code.start().cast::<u8>().add(begin);
+            let start = self.code.start().add(begin);
             let run: unsafe extern "C" fn(*mut N, *mut N, usize, *const f64, f64) = std::mem::transmute(start);
             let lowest = memory.as_mut_ptr();
             run(lowest.add(k * self.width), lowest, k, NUMBERS.as_ptr(), 1.0 / k as f64);
         }
     }
-
-    /// There is no code for this processor or system.
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    pub fn advance(&self, _: &mut [N], _: usize) {}
 }
