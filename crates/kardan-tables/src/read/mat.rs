@@ -4,7 +4,6 @@
 //! decompressed variable. Each chosen column has its own decompressor; no variable is ever
 //! in memory as a whole.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use miniz_oxide::inflate::stream::{InflateState, inflate};
@@ -156,17 +155,17 @@ impl Input for VariableInput {
     const SPARSE: bool = false;
     const TEXT: usize = 1 << 20;
 
-    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
+    fn read(&mut self, at: u64, count: usize) -> Result<&[u8], Broken> {
         self.buffer.clear();
         self.stream.append(at, count, &mut self.buffer).map_err(Broken::Log)?;
-        Ok(Cow::Borrowed(&self.buffer))
+        Ok(&self.buffer)
     }
 
     fn run(&mut self, at: u64, count: usize) -> Result<Run, Broken> {
         if count > SHORT {
             return Ok(Run::At(at));
         }
-        self.read(at, count).map(|bytes| Run::Here(bytes.into_owned()))
+        self.read(at, count).map(|bytes| Run::Here(bytes.to_vec()))
     }
 }
 

@@ -68,7 +68,7 @@ impl MdfLog {
 
     /// Decodes some waiting records of a group into a block.
     fn decode(&self, records: &Records, count: usize, block: &mut Block) {
-        let (_, layout) = self.file.of_group(records.group);
+        let layout = self.file.layout(records.group);
         block.reset(records.group, records.fields.len());
         block.rows = count;
         let record_bytes = layout.record_bytes();
@@ -94,15 +94,15 @@ impl File {
     /// The delivered share of the rows of what is read, so that groups advance together.
     fn share(&self, reading: &Reading) -> f64 {
         let shares = reading.records.iter().map(|records| {
-            let rows = self.of_group(records.group).1.rows;
+            let rows = self.layout(records.group).rows;
             rows.map_or(records.delivered as f64 * 1e-12, |rows| records.delivered as f64 / rows.max(1) as f64)
         });
         shares.fold(f64::INFINITY, f64::min)
     }
 
-    fn of_group(&self, group: usize) -> (&DataGroup, &Layout) {
+    fn layout(&self, group: usize) -> &Layout {
         let (data, index) = self.places[group];
-        (&self.data[data], &self.data[data].groups[index])
+        &self.data[data].groups[index]
     }
 }
 
@@ -198,7 +198,7 @@ impl MdfLog {
     fn advance(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
         let data = &self.file.data[reading.data];
         loop {
-            let record_bytes = |records: &Records| self.file.of_group(records.group).1.record_bytes();
+            let record_bytes = |records: &Records| self.file.layout(records.group).record_bytes();
             let waiting = |records: &Records| records.waiting.len() / record_bytes(records);
             if reading.flushing
                 && let Some(index) = reading.records.iter().position(|records| waiting(records) > 0)
@@ -220,7 +220,7 @@ impl MdfLog {
 
     /// Reads more records of a data group.
     fn read_on(&self, data: &DataGroup, reading: &mut Reading) {
-        let (first, layout) = (&reading.records[0], self.file.of_group(reading.records[0].group).1);
+        let (first, layout) = (&reading.records[0], self.file.layout(reading.records[0].group));
         // Records of a sorted data group are read in whole blocks.
         let record = data.id_bytes + layout.record_bytes();
         let target = if data.is_sorted() {
@@ -262,7 +262,7 @@ impl MdfLog {
         if ended {
             reading.stream.cut = !reading.raw.is_empty() && (!data.is_sorted() || layout.rows.is_none());
             let short = reading.records.iter().find_map(|records| {
-                let layout = self.file.of_group(records.group).1;
+                let layout = self.file.layout(records.group);
                 let available = records.delivered + (records.waiting.len() / layout.record_bytes()) as u64;
                 layout.rows.filter(|rows| available < *rows).map(|rows| (records.group, available, rows))
             });
