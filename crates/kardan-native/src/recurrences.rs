@@ -2,7 +2,7 @@
 
 use kardan_rt::Operator;
 
-use crate::assembler::{ADD, Assembler, DIVIDE, MULTIPLY, Opcode, Operand, Register, SUBTRACT, Terms, XOR};
+use crate::assembler::{ADD, Assembler, DIVIDE, MULTIPLY, Opcode, Operand, Register, SUBTRACT, XOR};
 use crate::registers::{MASK, Registers, SIGN, SIZE};
 use crate::step::{Rules, Span, Step};
 use crate::width::Width;
@@ -27,17 +27,6 @@ const fn numbers() -> [f64; ORDERS + 2] {
         j += 1;
     }
     numbers
-}
-
-/// How many terms a sum in a loop has, and the first of them.
-fn loop_terms(span: Span) -> (Terms, u32) {
-    match span {
-        Span::All => (Terms::More, 0),
-        Span::Below => (Terms::Order, 0),
-        Span::Half => (Terms::Half, 0),
-        Span::Upper => (Terms::Order, 1),
-        Span::Inner => (Terms::Less, 1),
-    }
 }
 
 /// About how many sums over all orders a rule forms.
@@ -132,15 +121,15 @@ impl Writer<'_> {
     /// The sum in a loop, for any order.
     fn repeated(&mut self, sum: Register, [a, b]: [u32; 2], span: Span, sloped: bool) {
         self.assembler.operation(XOR, sum, sum, Operand::Register(sum));
-        let (terms, from) = loop_terms(span);
         let weight = sloped.then(|| [self.registers.take(), self.registers.take()]);
         if let Some([weight, one]) = weight {
             self.assembler.spread(weight, Operand::Number(8));
             self.assembler.spread(one, Operand::Number(8));
         }
-        let (skipped, at) = ((self.order_bytes * from) as i32, |place: u32| (self.bytes * place) as i32);
+        let (skipped, at) =
+            ((self.order_bytes * span.orders(1).start as u32) as i32, |place: u32| (self.bytes * place) as i32);
         let begin = [at(a) + skipped, at(b) - skipped];
-        self.assembler.repeat(terms, begin, self.order_bytes, |assembler| {
+        self.assembler.repeat(span, begin, self.order_bytes, |assembler| {
             match weight {
                 Some([weight, _]) => assembler.operation(MULTIPLY, PRODUCT, weight, Operand::First),
                 None => assembler.load(PRODUCT, Operand::First),
