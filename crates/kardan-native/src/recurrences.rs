@@ -126,8 +126,8 @@ impl Writer<'_> {
             self.assembler.spread(weight, Operand::Number(8));
             self.assembler.spread(one, Operand::Number(8));
         }
-        let (skipped, at) =
-            ((self.order_bytes * span.orders(1).start as u32) as i32, |place: u32| (self.bytes * place) as i32);
+        let skipped = (self.order_bytes * span.orders(1).start as u32) as i32;
+        let at = |place: u32| (self.bytes * place) as i32;
         let begin = [at(a) + skipped, at(b) - skipped];
         self.assembler.repeat(span, begin, self.order_bytes, |assembler| {
             match weight {
