@@ -173,9 +173,7 @@ impl Input for VariableInput {
 #[derive(Debug, Clone)]
 struct Column {
     variable: Variable,
-    run: Run,
-    storage: Storage,
-    little: bool,
+    numbers: Numbers<Run>,
     /// The first value.
     first: usize,
     /// From one value to the next.
@@ -430,8 +428,7 @@ impl Index {
                 return;
             }
             let (first, spacing) = if across { (k, columns) } else { (k * rows, 1) };
-            let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
-            let column = Column { variable, run, storage, little, first, spacing };
+            let column = Column { variable, numbers: numbers.clone(), first, spacing };
             let channel = Channel { name, unit: unit.to_owned() };
             self.found.push(PendingChannel { family: family.clone(), rows, channel, is_time, column });
         }
@@ -449,12 +446,12 @@ fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
 impl Cursor {
     /// Appends values; those before an error remain.
     fn read(&mut self, from: usize, count: usize, out: &mut Vec<f64>) -> Result<(), LogError> {
-        let Column { storage, little, first, spacing, .. } = self.column;
+        let Column { numbers: Numbers { storage, little, ref bytes, .. }, first, spacing, .. } = self.column;
         let width = storage.size();
         let start = (first + from * spacing) * width;
         let length = ((count - 1) * spacing + 1) * width;
         self.bytes.clear();
-        let outcome = match &self.column.run {
+        let outcome = match bytes {
             Run::Here(bytes) => {
                 self.bytes.extend_from_slice(bytes.get(start..start + length).unwrap_or(&[]));
                 Ok(())
@@ -499,7 +496,8 @@ impl Log for MatLog {
         let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
         let reading = &mut self.reading[next];
         let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
-        let widths = || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.storage.size());
+        let widths =
+            || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.numbers.storage.size());
         let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
         let count = (rows - reading.delivered).min(BLOCK_ROWS).min(most.max(1));
         let from = reading.delivered;

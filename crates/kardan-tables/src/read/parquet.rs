@@ -138,7 +138,7 @@ impl ParquetLog {
         for (leaf, descriptor) in schema.columns().iter().enumerate() {
             let name = descriptor.path().string();
             let field = fields.iter().find(|field| field.name == name);
-            let Some((meaning, own_unit)) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
+            let Some(meaning) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
                 self.notes.push(format!(
                     "`{name}` contains no plain numbers ({}) and is left out",
                     descriptor.physical_type()
@@ -156,6 +156,7 @@ impl ParquetLog {
                 unread = Some(compression);
                 continue;
             }
+            let own_unit = matches!(meaning, Meaning::Elapsed(_) | Meaning::Since(_)).then_some("s");
             let unit = field.and_then(|field| field.unit.as_deref());
             let unit = own_unit.or(unit).or_else(|| pair(&format!("unit:{name}"))).unwrap_or("").to_owned();
             self.groups[0].channels.push(Channel { name, unit });
@@ -181,8 +182,8 @@ impl ParquetLog {
     }
 }
 
-/// The meaning of the numbers of a column and their unit, if known; `durations` is their number per second if they are durations.
-fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Meaning, Option<&'static str>)> {
+/// The meaning of the numbers of a column, if they are numbers; `durations` is their number per second if they are durations.
+fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<Meaning> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
         TimeUnit::MICROS => 1e6,
@@ -192,25 +193,25 @@ fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Mea
         return None;
     }
     let whole = match descriptor.physical_type() {
-        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some((Meaning::Plain, None)),
-        Physical::INT96 => return Some((Meaning::Since(1e9), Some("s"))),
+        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some(Meaning::Plain),
+        Physical::INT96 => return Some(Meaning::Since(1e9)),
         Physical::INT32 | Physical::INT64 => (descriptor.logical_type_ref(), descriptor.converted_type()),
         _ => return None,
     };
     Some(match whole {
-        (Some(LogicalType::Timestamp(kind)), _) => (Meaning::Since(per_second(&kind.unit)), Some("s")),
-        (Some(LogicalType::Time(kind)), _) => (Meaning::Elapsed(per_second(&kind.unit)), Some("s")),
-        (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => (Meaning::Unsigned, None),
-        (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(powi(10.0, kind.scale)), None),
-        (_, ConvertedType::TIMESTAMP_MILLIS) => (Meaning::Since(1e3), Some("s")),
-        (_, ConvertedType::TIMESTAMP_MICROS) => (Meaning::Since(1e6), Some("s")),
-        (_, ConvertedType::TIME_MILLIS) => (Meaning::Elapsed(1e3), Some("s")),
-        (_, ConvertedType::TIME_MICROS) => (Meaning::Elapsed(1e6), Some("s")),
+        (Some(LogicalType::Timestamp(kind)), _) => Meaning::Since(per_second(&kind.unit)),
+        (Some(LogicalType::Time(kind)), _) => Meaning::Elapsed(per_second(&kind.unit)),
+        (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => Meaning::Unsigned,
+        (Some(LogicalType::Decimal(kind)), _) => Meaning::Scaled(powi(10.0, kind.scale)),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => Meaning::Since(1e3),
+        (_, ConvertedType::TIMESTAMP_MICROS) => Meaning::Since(1e6),
+        (_, ConvertedType::TIME_MILLIS) => Meaning::Elapsed(1e3),
+        (_, ConvertedType::TIME_MICROS) => Meaning::Elapsed(1e6),
         (_, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
-            (Meaning::Unsigned, None)
+            Meaning::Unsigned
         }
-        (_, ConvertedType::DECIMAL) => (Meaning::Scaled(powi(10.0, descriptor.type_scale())), None),
-        _ => durations.map_or((Meaning::Plain, None), |per_second| (Meaning::Elapsed(per_second), Some("s"))),
+        (_, ConvertedType::DECIMAL) => Meaning::Scaled(powi(10.0, descriptor.type_scale())),
+        _ => durations.map_or(Meaning::Plain, Meaning::Elapsed),
     })
 }
 
