@@ -56,6 +56,7 @@ mod functions {
 
 #[cfg(not(all(target_arch = "x86_64", unix)))]
 mod memory {
+    #[derive(Debug)]
     pub enum Executable {}
 
     impl Executable {
@@ -69,7 +70,6 @@ mod memory {
     }
 }
 
-use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 
 use kardan_rt::Plan;
@@ -81,6 +81,7 @@ use width::is_able;
 pub use width::{Value, lanes, switch_off};
 
 /// A plan as machine code, for memory of entries `N`: one evaluation, or one in each lane.
+#[derive(Debug)]
 pub struct Native<N> {
     code: memory::Executable,
     /// Entries of memory.
@@ -88,12 +89,6 @@ pub struct Native<N> {
     inputs: usize,
     outputs: Vec<u32>,
     values: PhantomData<fn(N)>,
-}
-
-impl<N> Debug for Native<N> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Native").field("places", &self.places).finish_non_exhaustive()
-    }
 }
 
 impl<N: Value> Native<N> {

@@ -3,6 +3,7 @@
 use std::ptr::{NonNull, null_mut};
 
 /// Code in memory of its own.
+#[derive(Debug)]
 pub struct Executable {
     start: NonNull<libc::c_void>,
     length: usize,

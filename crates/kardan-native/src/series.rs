@@ -1,6 +1,5 @@
 //! Machine code for the Taylor coefficients of a list of steps, one order after the other.
 
-use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 
 use crate::assembler::Assembler;
@@ -49,6 +48,7 @@ fn own_orders(steps: &[Step], order: usize) -> usize {
 ///     assert_eq!(memory[3], Lanes([30.0, -2.0, 0.0, 0.0]));
 /// }
 /// ```
+#[derive(Debug)]
 pub struct NativeSeries<N> {
     code: Executable,
     /// The start of the code of each order from 1, where there is such code; then the start of that for all others.
@@ -56,15 +56,6 @@ pub struct NativeSeries<N> {
     /// Values of an order.
     width: usize,
     values: PhantomData<fn(N)>,
-}
-
-impl<N> Debug for NativeSeries<N> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_struct("NativeSeries")
-            .field("orders", &self.starts.len())
-            .field("width", &self.width)
-            .finish_non_exhaustive()
-    }
 }
 
 impl<N: Value> NativeSeries<N> {
