@@ -1,26 +1,19 @@
 //! Names of channels: made unique; names of the time.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::Channel;
 
 /// Makes names unique: `x`, `x (2)`, `x (3)`.
 pub(super) fn make_unique(channels: &mut [Channel]) {
-    let mut used = HashSet::new();
-    let mut counts = std::collections::HashMap::new();
+    let (mut used, mut counts) = (HashSet::new(), HashMap::new());
     for channel in channels {
-        if used.contains(&channel.name) {
-            let count = counts.entry(channel.name.clone()).or_insert(1usize);
-            loop {
-                *count += 1;
-                let name = format!("{} ({count})", channel.name);
-                if !used.contains(&name) {
-                    channel.name = name;
-                    break;
-                }
-            }
+        let name = channel.name.clone();
+        while !used.insert(channel.name.clone()) {
+            let count = counts.entry(name.clone()).or_insert(1usize);
+            *count += 1;
+            channel.name = format!("{name} ({count})");
         }
-        used.insert(channel.name.clone());
     }
 }
 
