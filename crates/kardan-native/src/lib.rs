@@ -111,7 +111,7 @@ impl<N: Value> Native<N> {
             return false;
         }
         self.run(memory);
-        let finite = |x: &N| !x.any(|x| !x.is_finite());
+        let finite = |x: &N| x.all_finite();
         memory.iter().take(self.inputs).all(finite)
             && self.outputs.iter().all(|output| memory.get(*output as usize).is_some_and(finite))
     }

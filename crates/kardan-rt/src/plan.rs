@@ -165,12 +165,6 @@ fn place(number: u32) -> usize {
     usize::try_from(number).map_or(usize::MAX, |place| place)
 }
 
-/// Whether all lanes are finite.
-#[inline]
-fn is_finite<N: Number>(x: N) -> bool {
-    !x.any(|x| !x.is_finite())
-}
-
 /// The value at an index. An index out of range means that the plan is incomplete.
 #[inline]
 fn value<N: Number>(computed: &[N], number: u32) -> N {
@@ -210,14 +204,14 @@ impl<T: Real> Plan<'_, T> {
             operands = later;
             done = sum(&[done, values]);
         }
-        memory.iter().take(self.inputs).all(|input| is_finite(*input))
-            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| is_finite(*value)))
+        memory.iter().take(self.inputs).all(|input| input.all_finite())
+            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| value.all_finite()))
     }
 
     /// An output of the last evaluation; none where there is no such output.
     #[inline]
     pub fn output<N: Number<One = T>>(&self, output: usize, memory: &[N]) -> Option<N> {
-        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| is_finite(*value))
+        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| value.all_finite())
     }
 
     #[inline]
