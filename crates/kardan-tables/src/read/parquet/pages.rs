@@ -41,7 +41,7 @@ impl ChunkReader for Source {
 }
 
 /// Reads on from a position.
-pub(in super::super) struct Forward {
+pub(in crate::read) struct Forward {
     file: Source,
     at: u64,
 }
