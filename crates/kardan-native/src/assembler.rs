@@ -1,5 +1,6 @@
 //! Instructions of x86-64 with AVX and AVX-512F, as far as plans need them.
 
+use crate::step::Span;
 use crate::width::Width;
 
 /// A vector register.
@@ -75,19 +76,6 @@ const BLEND_EIGHT: Opcode = Opcode { map: 2, byte: 0x65, byte_eight: 0x65, bits:
 const SPREAD: Opcode = Opcode { map: 2, byte: 0x19, byte_eight: 0x19, bits: true };
 /// The register of masks in use: k1.
 const DIGITS: Register = 1;
-
-/// How many terms a sum of order k has.
-#[derive(Clone, Copy)]
-pub enum Terms {
-    /// k + 1.
-    More,
-    /// k.
-    Order,
-    /// k − 1.
-    Less,
-    /// Half of k + 1, rounded down.
-    Half,
-}
 
 /// Machine code while it is written, for one number or for several side by side.
 pub struct Assembler {
@@ -229,32 +217,27 @@ impl Assembler {
     /// lower orders in rdx, whole numbers in rcx, which begin with the sign; the order's number in the lowest register,
     /// which is broadcast to all of another one.
     pub fn begin_series(&mut self, sign: Register, number: Register) {
-        self.bytes(&[0x53, 0x55]); // push rbx, push rbp
-        self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
+        self.begin();
         self.spread(sign, Operand::Number(0));
         self.spread(number, Operand::Register(0));
     }
 
-    pub fn end_series(&mut self) {
-        self.bytes(&[0xc5, 0xf8, 0x77]); // vzeroupper
-        self.bytes(&[0x5d, 0x5b, 0xc3]); // pop rbp; pop rbx; ret
-    }
-
     /// Emits code for each term of a sum `Σ a_j b_(k−j)`, a from `first` bytes above the first coefficients, b from
     /// `second` bytes above those of the current order; `order_bytes` bytes are between two orders.
-    pub fn repeat(&mut self, terms: Terms, [first, second]: [i32; 2], order_bytes: u32, term: impl FnOnce(&mut Self)) {
+    pub fn repeat(&mut self, span: Span, [first, second]: [i32; 2], order_bytes: u32, term: impl FnOnce(&mut Self)) {
         self.bytes(&[0x48, 0x8d, 0xbd]); // lea rdi, [rbp + first]
         self.bytes(&first.to_le_bytes());
         self.bytes(&[0x48, 0x8d, 0xb3]); // lea rsi, [rbx + second]
         self.bytes(&second.to_le_bytes());
-        self.bytes(match terms {
-            Terms::More => &[0x48, 0x8d, 0x42, 0x01], // lea rax, [rdx + 1]
-            Terms::Order => &[0x48, 0x89, 0xd0],      // mov rax, rdx
-            Terms::Half => &[0x48, 0x8d, 0x42, 0x01, 0x48, 0xd1, 0xe8], // lea rax, [rdx + 1]; shr rax, 1
-            Terms::Less => &[0x48, 0x89, 0xd0, 0x48, 0xff, 0xc8], // mov rax, rdx; dec rax
+        // The number of terms.
+        self.bytes(match span {
+            Span::All => &[0x48, 0x8d, 0x42, 0x01],                    // lea rax, [rdx + 1]
+            Span::Below | Span::Upper => &[0x48, 0x89, 0xd0],          // mov rax, rdx
+            Span::Half => &[0x48, 0x8d, 0x42, 0x01, 0x48, 0xd1, 0xe8], // lea rax, [rdx + 1]; shr rax, 1
+            Span::Inner => &[0x48, 0x89, 0xd0, 0x48, 0xff, 0xc8],      // mov rax, rdx; dec rax
         });
         let none = self.code.len();
-        if matches!(terms, Terms::Less) {
+        if matches!(span, Span::Inner) {
             self.bytes(&[0x74, 0]); // jz behind
         }
         let again = self.code.len();
@@ -266,7 +249,7 @@ impl Assembler {
         self.bytes(&[0x48, 0xff, 0xc8]); // dec rax
         let back = again as i64 - (self.code.len() as i64 + 2);
         self.bytes(&[0x75, back as i8 as u8]); // jnz again
-        if matches!(terms, Terms::Less) {
+        if matches!(span, Span::Inner) {
             self.code[none + 1] = (self.code.len() - none - 2) as u8;
         }
     }

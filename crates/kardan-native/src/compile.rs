@@ -80,14 +80,8 @@ impl Writer {
             }
             _ => return None,
         };
-        if operator == Operator::SquareRoot {
-            let last = registers.operand(at(last));
-            let target = registers.free();
-            assembler.operation(ROOT, target, 0, last);
-            registers.store_result(assembler, target, at(out));
-            return Some(());
-        }
-        let first = registers.loaded(assembler, at(first));
+        // A root has no first operand.
+        let first = if operator == Operator::SquareRoot { 0 } else { registers.loaded(assembler, at(first)) };
         let last = match operator {
             Operator::Negate => Operand::Register(SIGN),
             Operator::Absolute => Operand::Register(SIZE),

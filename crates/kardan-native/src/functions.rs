@@ -23,52 +23,39 @@ fn results<N: Number<One = f64>>(operator: Operator, a: N, b: N) -> (N, N) {
     (one, one)
 }
 
-/// A function of an operator for numbers of this type, with instructions of this feature.
+/// The function of an operator for numbers of this type, with instructions of this feature.
 macro_rules! function {
-    ($name:ident, $operator:path, $number:ty $(, $feature:literal)?) => {
+    ($operator:ident, $number:ty $(, $feature:literal)?) => {{
         $(#[target_feature(enable = $feature)])?
-        unsafe extern "C" fn $name(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
+        unsafe extern "C" fn function(a: *const f64, b: *const f64, first: *mut f64, second: *mut f64) {
             // SAFETY: the code passes addresses within the memory of a plan, which it received for this call; each is
             // as long as this number, and aligned as its lanes are.
             unsafe {
-                let (one, other) = results($operator, *a.cast::<$number>(), *b.cast::<$number>());
+                let (one, other) = results(Operator::$operator, *a.cast::<$number>(), *b.cast::<$number>());
                 *second.cast::<$number>() = other;
                 *first.cast::<$number>() = one;
             }
         }
-    };
+        function
+    }};
 }
 
-/// The functions of operators, by their names for one number, four and eight.
+/// The functions of operators.
 macro_rules! functions {
-    ($($operator:path: $one:ident, $four:ident, $eight:ident;)*) => {
-        $(
-            function!($one, $operator, f64);
-            function!($four, $operator, Lanes<f64, 4>, "avx2");
-            function!($eight, $operator, Lanes<f64, 8>, "avx512f");
-        )*
-
+    ($($operator:ident)*) => {
         /// The function of an operator; none where that is an instruction, or a table.
         pub fn function(operator: Operator, width: Width) -> Option<Function> {
-            match (operator, width) {
+            let function: Function = match (operator, width) {
                 $(
-                    ($operator, Width::One) => Some($one),
-                    ($operator, Width::Four) => Some($four),
-                    ($operator, Width::Eight) => Some($eight),
+                    (Operator::$operator, Width::One) => function!($operator, f64),
+                    (Operator::$operator, Width::Four) => function!($operator, Lanes<f64, 4>, "avx2"),
+                    (Operator::$operator, Width::Eight) => function!($operator, Lanes<f64, 8>, "avx512f"),
                 )*
-                _ => None,
-            }
+                _ => return None,
+            };
+            Some(function)
         }
     };
 }
 
-functions! {
-    Operator::SineCosine: sine_cosine, sine_cosine_4, sine_cosine_8;
-    Operator::Tangent: tangent, tangent_4, tangent_8;
-    Operator::ArcSine: arc_sine, arc_sine_4, arc_sine_8;
-    Operator::ArcCosine: arc_cosine, arc_cosine_4, arc_cosine_8;
-    Operator::ArcTangent: arc_tangent, arc_tangent_4, arc_tangent_8;
-    Operator::ArcTangent2: arc_tangent_2, arc_tangent_2_4, arc_tangent_2_8;
-    Operator::Exponential: exponential, exponential_4, exponential_8;
-    Operator::Logarithm: logarithm, logarithm_4, logarithm_8;
-}
+functions! { SineCosine Tangent ArcSine ArcCosine ArcTangent ArcTangent2 Exponential Logarithm }

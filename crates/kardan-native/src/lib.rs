@@ -34,23 +34,42 @@
 //! ```
 
 mod aligned;
-#[cfg(all(target_arch = "x86_64", unix))]
 mod assembler;
-#[cfg(all(target_arch = "x86_64", unix))]
 mod compile;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod functions;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod memory;
-#[cfg(all(target_arch = "x86_64", unix))]
 mod recurrences;
-#[cfg(all(target_arch = "x86_64", unix))]
 mod registers;
 mod series;
 mod step;
 mod width;
 
-use std::fmt::{self, Debug, Formatter};
+/// Without functions and executable memory there is no code.
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+mod functions {
+    pub fn function(_: kardan_rt::Operator, _: crate::width::Width) -> Option<fn()> {
+        None
+    }
+}
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+mod memory {
+    #[derive(Debug)]
+    pub enum Executable {}
+
+    impl Executable {
+        pub fn new(_: &[u8]) -> Option<Self> {
+            None
+        }
+
+        pub fn start(&self) -> *const u8 {
+            match *self {}
+        }
+    }
+}
+
 use std::marker::PhantomData;
 
 use kardan_rt::Plan;
@@ -58,13 +77,12 @@ use kardan_rt::Plan;
 pub use aligned::Aligned;
 pub use series::NativeSeries;
 pub use step::Step;
-#[cfg(all(target_arch = "x86_64", unix))]
 use width::is_able;
 pub use width::{Value, lanes, switch_off};
 
 /// A plan as machine code, for memory of entries `N`: one evaluation, or one in each lane.
+#[derive(Debug)]
 pub struct Native<N> {
-    #[cfg(all(target_arch = "x86_64", unix))]
     code: memory::Executable,
     /// Entries of memory.
     places: usize,
@@ -73,16 +91,9 @@ pub struct Native<N> {
     values: PhantomData<fn(N)>,
 }
 
-impl<N> Debug for Native<N> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Native").field("places", &self.places).finish_non_exhaustive()
-    }
-}
-
 impl<N: Value> Native<N> {
     /// Writes the code of a plan. None on processors without AVX2 (for eight lanes AVX-512F), on other systems, where
     /// memory for code is refused, after [`switch_off`], and for plans with tables.
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(plan: &Plan<'_, f64>) -> Option<Self> {
         if !is_able(N::WIDTH) {
             return None;
@@ -90,12 +101,6 @@ impl<N: Value> Native<N> {
         let code = memory::Executable::new(&compile::compile(plan, N::WIDTH)?)?;
         let (places, inputs) = (plan.memory(), plan.inputs);
         Some(Self { code, places, inputs, outputs: plan.outputs.to_vec(), values: PhantomData })
-    }
-
-    /// None: there is no code for this processor or system.
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    pub fn new(_: &Plan<'_, f64>) -> Option<Self> {
-        None
     }
 
     /// Evaluates as [`Plan::evaluate`], in memory that [`Plan::begin`] has prepared. False where an input or output of
@@ -106,7 +111,7 @@ impl<N: Value> Native<N> {
             return false;
         }
         self.run(memory);
-        let finite = |x: &N| !x.any(|x| !x.is_finite());
+        let finite = |x: &N| x.all_finite();
         memory.iter().take(self.inputs).all(finite)
             && self.outputs.iter().all(|output| memory.get(*output as usize).is_some_and(finite))
     }
@@ -120,7 +125,6 @@ impl<N: Value> Native<N> {
         self.run(memory);
     }
 
-    #[cfg(all(target_arch = "x86_64", unix))]
     fn run(&self, memory: &mut [N]) {
         // SAFETY: `compile` wrote a function of this type; it reads and writes the values of the plan, each of as many
         // numbers as `N` has, and the memory contains them all; `new` checked that the processor supports it.
@@ -129,7 +133,4 @@ impl<N: Value> Native<N> {
             run(memory.as_mut_ptr(), registers::BITS.as_ptr().cast());
         }
     }
-
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    fn run(&self, _: &mut [N]) {}
 }

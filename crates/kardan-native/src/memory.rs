@@ -3,6 +3,7 @@
 use std::ptr::{NonNull, null_mut};
 
 /// Code in memory of its own.
+#[derive(Debug)]
 pub struct Executable {
     start: NonNull<libc::c_void>,
     length: usize,
@@ -35,8 +36,8 @@ impl Executable {
     }
 
     /// Where it begins.
-    pub fn start(&self) -> *const libc::c_void {
-        self.start.as_ptr()
+    pub fn start(&self) -> *const u8 {
+        self.start.as_ptr().cast::<u8>()
     }
 }
 

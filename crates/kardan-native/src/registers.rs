@@ -78,6 +78,9 @@ impl Registers {
 
     /// The register that contains a value.
     pub fn of(&mut self, place: Operand) -> Option<Register> {
+        if let Operand::Register(register) = place {
+            return Some(register);
+        }
         self.now += 1;
         let k = self.contents[..self.count]
             .iter()

@@ -1,24 +1,17 @@
 //! Machine code for the Taylor coefficients of a list of steps, one order after the other.
 
-use std::fmt::{self, Debug, Formatter};
 use std::marker::PhantomData;
 
+use crate::assembler::Assembler;
+use crate::memory::Executable;
+use crate::recurrences::{NUMBERS, ORDERS, sums, write};
 use crate::step::Step;
-use crate::width::Value;
-#[cfg(all(target_arch = "x86_64", unix))]
-use crate::{
-    assembler::Assembler,
-    memory::Executable,
-    recurrences::{NUMBERS, ORDERS, sums, write},
-    width::is_able,
-};
+use crate::width::{Value, is_able};
 
 /// Most bytes of code for single orders: reading more takes longer than loops do.
-#[cfg(all(target_arch = "x86_64", unix))]
 const MOST: usize = 3 << 14;
 
 /// How many orders are to have code of their own: all, or most of them if that is not too long.
-#[cfg(all(target_arch = "x86_64", unix))]
 fn own_orders(steps: &[Step], order: usize) -> usize {
     let sums: usize = steps.iter().map(sums).sum();
     // Approximate bytes of a term and of the rest of a step.
@@ -55,8 +48,8 @@ fn own_orders(steps: &[Step], order: usize) -> usize {
 ///     assert_eq!(memory[3], Lanes([30.0, -2.0, 0.0, 0.0]));
 /// }
 /// ```
+#[derive(Debug)]
 pub struct NativeSeries<N> {
-    #[cfg(all(target_arch = "x86_64", unix))]
     code: Executable,
     /// The start of the code of each order from 1, where there is such code; then the start of that for all others.
     starts: Vec<usize>,
@@ -65,20 +58,10 @@ pub struct NativeSeries<N> {
     values: PhantomData<fn(N)>,
 }
 
-impl<N> Debug for NativeSeries<N> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_struct("NativeSeries")
-            .field("orders", &self.starts.len())
-            .field("width", &self.width)
-            .finish_non_exhaustive()
-    }
-}
-
 impl<N: Value> NativeSeries<N> {
     /// Writes the code of steps with `width` values per order, fastest up to an order. None as
     /// [`Native::new`](crate::Native::new), where a step names a value that does not exist, and where one [has no
     /// rule](Step::has_rule).
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn new(steps: &[Step], width: usize, order: usize) -> Option<Self> {
         // Offsets have 31 bits, also of the orders that have code of their own.
         let values =
@@ -90,17 +73,11 @@ impl<N: Value> NativeSeries<N> {
         let (mut assembler, mut starts) = (Assembler::new(N::WIDTH), Vec::new());
         for k in 1..=own_orders(steps, order) {
             starts.push(assembler.code.len());
-            write(&mut assembler, steps, values, N::WIDTH, Some(k as u32));
+            write(&mut assembler, steps, values, N::WIDTH, Some(k));
         }
         starts.push(assembler.code.len());
         write(&mut assembler, steps, values, N::WIDTH, None);
         Some(Self { code: Executable::new(&assembler.code)?, starts, width, values: PhantomData })
-    }
-
-    /// None: there is no code for this processor or system.
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    pub fn new(_: &[Step], _: usize, _: usize) -> Option<Self> {
-        None
     }
 
     /// Runs [`Step::find`] for each step in turn: computes the coefficients of order `k` of all values, from those of
@@ -109,7 +86,6 @@ impl<N: Value> NativeSeries<N> {
     ///
     /// # Panics
     /// If the memory has no order `k`.
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn advance(&self, memory: &mut [N], k: usize) {
         let needed = k.checked_add(1).and_then(|orders| orders.checked_mul(self.width));
         assert!(needed.is_some_and(|needed| needed <= memory.len()), "no coefficients of order {k}");
@@ -119,14 +95,10 @@ impl<N: Value> NativeSeries<N> {
         // write `width` values of each order from 0 to k, which the memory contains, each of as many numbers as `N`
         // has, and read `NUMBERS`; `new` checked that the processor supports it.
         unsafe {
-            let start = self.code.start().cast::<u8>().add(begin);
+            let start = self.code.start().add(begin);
             let run: unsafe extern "C" fn(*mut N, *mut N, usize, *const f64, f64) = std::mem::transmute(start);
             let lowest = memory.as_mut_ptr();
             run(lowest.add(k * self.width), lowest, k, NUMBERS.as_ptr(), 1.0 / k as f64);
         }
     }
-
-    /// There is no code for this processor or system.
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    pub fn advance(&self, _: &mut [N], _: usize) {}
 }

@@ -66,8 +66,160 @@ impl Step {
     /// If the memory has no such index.
     pub fn find<N: Number<One = f64>>(&self, memory: &mut [N], width: usize, k: usize) {
         let mut all = Coefficients { memory, width, k };
-        let value = all.value(self);
+        let value = self.rule(&mut all).unwrap_or(N::all(f64::NAN));
         all.put(self.out, value);
+    }
+
+    /// The coefficient of the value, where there is a rule; that of the auxiliary value is written.
+    pub(crate) fn rule<R: Rules>(&self, rules: &mut R) -> Option<R::Value> {
+        use Operator::{Add, Divide, Multiply, Subtract};
+        let Step { operator, scaled, out, operands: [a, b, c], more } = *self;
+        Some(match operator {
+            Add | Subtract => rules.apply(operator, rules.now(a), rules.now(b)),
+            Operator::Negate => rules.negated(rules.now(a)),
+            Divide if scaled => rules.apply(Divide, rules.now(a), rules.begin(b)),
+            Divide => {
+                let below = rules.sum(out, b, Span::Below);
+                rules.quotient(rules.now(a), below, b)
+            }
+            Multiply | Operator::AddProduct | Operator::SubtractProduct => {
+                let product =
+                    if scaled { rules.apply(Multiply, rules.now(a), rules.begin(b)) } else { rules.product(a, b) };
+                match operator {
+                    Operator::AddProduct => rules.apply(Add, product, rules.now(c)),
+                    Operator::SubtractProduct => rules.apply(Subtract, rules.now(c), product),
+                    _ => product,
+                }
+            }
+            Operator::SquareRoot => {
+                let inner = rules.sum(out, out, Span::Inner);
+                let rest = rules.apply(Subtract, rules.now(a), inner);
+                rules.by_doubled(rest, out)
+            }
+            Operator::Exponential => rules.sloped(a, out, Span::Upper),
+            Operator::Logarithm => {
+                let inner = rules.sloped(out, a, Span::Inner);
+                rules.quotient(rules.now(a), inner, a)
+            }
+            Operator::SineCosine => {
+                let (cosine, sine) = (rules.sloped(a, out, Span::Upper), rules.sloped(a, more, Span::Upper));
+                let cosine = rules.negated(cosine);
+                rules.put(more, cosine);
+                sine
+            }
+            Operator::Tangent => {
+                let tangent = rules.sloped(a, more, Span::Upper);
+                rules.put(out, tangent);
+                let square = rules.product(out, out);
+                rules.put(more, square);
+                tangent
+            }
+            Operator::ArcTangent | Operator::ArcTangent2 | Operator::ArcSine | Operator::ArcCosine => {
+                let square = rules.product(a, a);
+                let auxiliary = match operator {
+                    Operator::ArcTangent => square,
+                    Operator::ArcTangent2 => {
+                        let other = rules.product(b, b);
+                        rules.apply(Add, square, other)
+                    }
+                    _ => {
+                        let inner = rules.sum(more, more, Span::Inner);
+                        let squares = rules.apply(Add, square, inner);
+                        let negated = rules.negated(squares);
+                        rules.by_doubled(negated, more)
+                    }
+                };
+                rules.put(more, auxiliary);
+                let slope = match operator {
+                    Operator::ArcTangent2 => {
+                        let (turn, back) = (rules.sloped(a, b, Span::Upper), rules.sloped(b, a, Span::Upper));
+                        rules.apply(Subtract, turn, back)
+                    }
+                    Operator::ArcCosine => rules.negated(rules.now(a)),
+                    _ => rules.now(a),
+                };
+                let inner = rules.sloped(out, more, Span::Inner);
+                rules.quotient(slope, inner, more)
+            }
+            Operator::Select => rules.select(rules.begin(more), rules.now(a), rules.now(b)),
+            Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Table => return None,
+        })
+    }
+}
+
+/// Which terms a sum `Σ a_j b_(k−j)` has.
+#[derive(Clone, Copy)]
+pub enum Span {
+    /// j = 0 … k
+    All,
+    /// j = 0 … k − 1
+    Below,
+    /// j = 0 … (k − 1)/2, rounded down
+    Half,
+    /// j = 1 … k
+    Upper,
+    /// j = 1 … k − 1
+    Inner,
+}
+
+impl Span {
+    #[inline]
+    pub fn orders(self, k: usize) -> Range<usize> {
+        match self {
+            Self::All => 0..k + 1,
+            Self::Below => 0..k,
+            Self::Half => 0..k.div_ceil(2),
+            Self::Upper => 1..k + 1,
+            Self::Inner => 1..k,
+        }
+    }
+}
+
+/// What the rules of steps are written in: numbers, or registers of the code that computes them. k is the order sought.
+pub trait Rules {
+    /// A number, or where it is. A result is an operand once.
+    type Value: Copy;
+
+    /// The coefficient of order k.
+    fn now(&self, place: u32) -> Self::Value;
+
+    /// The value itself.
+    fn begin(&self, place: u32) -> Self::Value;
+
+    /// Writes the coefficient of order k.
+    fn put(&mut self, place: u32, value: Self::Value);
+
+    /// A sum, difference, product or quotient.
+    fn apply(&mut self, operator: Operator, first: Self::Value, last: Self::Value) -> Self::Value;
+
+    /// The negative.
+    fn negated(&mut self, value: Self::Value) -> Self::Value;
+
+    /// `then` where the sign is negative, else `otherwise`.
+    fn select(&mut self, sign: Self::Value, then: Self::Value, otherwise: Self::Value) -> Self::Value;
+
+    /// `Σ a_j b_(k−j)` over some j.
+    fn sum(&mut self, a: u32, b: u32, span: Span) -> Self::Value;
+
+    /// The same over all j; of a square two times the sum over the lower half, plus the square in the middle where
+    /// there is one.
+    fn product(&mut self, a: u32, b: u32) -> Self::Value;
+
+    /// `Σ j a_j b_(k−j)/k` over some j from 1: over all up to k the coefficient of `∫ b ȧ`.
+    fn sloped(&mut self, a: u32, b: u32, span: Span) -> Self::Value;
+
+    /// `(whole − part)/b_0`
+    #[inline]
+    fn quotient(&mut self, whole: Self::Value, part: Self::Value, b: u32) -> Self::Value {
+        let rest = self.apply(Operator::Subtract, whole, part);
+        self.apply(Operator::Divide, rest, self.begin(b))
+    }
+
+    /// `value/(2·b_0)`
+    #[inline]
+    fn by_doubled(&mut self, value: Self::Value, b: u32) -> Self::Value {
+        let doubled = self.apply(Operator::Add, self.begin(b), self.begin(b));
+        self.apply(Operator::Divide, value, doubled)
     }
 }
 
@@ -83,6 +235,10 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
     fn at(&self, place: u32, order: usize) -> N {
         self.memory[order * self.width + place as usize]
     }
+}
+
+impl<N: Number<One = f64>> Rules for Coefficients<'_, N> {
+    type Value = N;
 
     #[inline]
     fn now(&self, place: u32) -> N {
@@ -90,8 +246,8 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
     }
 
     #[inline]
-    fn doubled(&self, place: u32) -> N {
-        N::all(2.0) * self.at(place, 0)
+    fn begin(&self, place: u32) -> N {
+        self.at(place, 0)
     }
 
     #[inline]
@@ -99,80 +255,43 @@ impl<N: Number<One = f64>> Coefficients<'_, N> {
         self.memory[self.k * self.width + place as usize] = value;
     }
 
-    /// `Σ a_j b_(k−j)` over some j.
     #[inline]
-    fn sum(&self, a: u32, b: u32, orders: Range<usize>) -> N {
-        orders.fold(N::all(0.0), |sum, j| sum + self.at(a, j) * self.at(b, self.k - j))
+    fn apply(&mut self, operator: Operator, first: N, last: N) -> N {
+        match operator {
+            Operator::Add => first + last,
+            Operator::Subtract => first - last,
+            Operator::Multiply => first * last,
+            _ => first / last,
+        }
     }
 
-    /// The same over j = 0 … k; of a square each pair once.
-    fn product(&self, a: u32, b: u32) -> N {
+    #[inline]
+    fn negated(&mut self, value: N) -> N {
+        -value
+    }
+
+    #[inline]
+    fn select(&mut self, sign: N, then: N, otherwise: N) -> N {
+        sign.select(N::all(0.0), then, otherwise)
+    }
+
+    #[inline]
+    fn sum(&mut self, a: u32, b: u32, span: Span) -> N {
+        span.orders(self.k).fold(N::all(0.0), |sum, j| sum + self.at(a, j) * self.at(b, self.k - j))
+    }
+
+    fn product(&mut self, a: u32, b: u32) -> N {
         if a != b {
-            return self.sum(a, b, 0..self.k + 1);
+            return self.sum(a, b, Span::All);
         }
-        let half = self.sum(a, a, 0..self.k.div_ceil(2));
+        let half = self.sum(a, a, Span::Half);
         let doubled = half + half;
         if self.k.is_multiple_of(2) { doubled + self.at(a, self.k / 2) * self.at(a, self.k / 2) } else { doubled }
     }
 
-    /// `Σ a_j a_(k−j)` over j = 1 … k − 1.
-    fn inner(&self, a: u32) -> N {
-        self.sum(a, a, 1..self.k)
-    }
-
-    /// `Σ j a_j b_(k−j)/k` over some j from 1: over all up to k the coefficient of `∫ b ȧ`.
     #[inline]
-    fn sloped(&self, a: u32, b: u32, orders: Range<usize>) -> N {
+    fn sloped(&mut self, a: u32, b: u32, span: Span) -> N {
         let term = |j: usize| N::all(j as f64) * self.at(a, j) * self.at(b, self.k - j);
-        orders.fold(N::all(0.0), |sum, j| sum + term(j)) * N::all(1.0 / self.k as f64)
-    }
-
-    fn value(&mut self, step: &Step) -> N {
-        let k = self.k;
-        let Step { operator, scaled, out, operands: [a, b, c], more } = *step;
-        match operator {
-            Operator::Add => self.now(a) + self.now(b),
-            Operator::Subtract => self.now(a) - self.now(b),
-            Operator::Negate => -self.now(a),
-            Operator::Multiply if scaled => self.now(a) * self.at(b, 0),
-            Operator::Divide if scaled => self.now(a) / self.at(b, 0),
-            Operator::AddProduct if scaled => self.now(c) + self.now(a) * self.at(b, 0),
-            Operator::SubtractProduct if scaled => self.now(c) - self.now(a) * self.at(b, 0),
-            Operator::Multiply => self.product(a, b),
-            Operator::AddProduct => self.now(c) + self.product(a, b),
-            Operator::SubtractProduct => self.now(c) - self.product(a, b),
-            Operator::Divide => (self.now(a) - self.sum(out, b, 0..k)) / self.at(b, 0),
-            Operator::SquareRoot => (self.now(a) - self.inner(out)) / self.doubled(out),
-            Operator::Exponential => self.sloped(a, out, 1..k + 1),
-            Operator::Logarithm => (self.now(a) - self.sloped(out, a, 1..k)) / self.at(a, 0),
-            Operator::SineCosine => {
-                let (cosine, sine) = (-self.sloped(a, out, 1..k + 1), self.sloped(a, more, 1..k + 1));
-                self.put(more, cosine);
-                sine
-            }
-            Operator::Tangent => {
-                let tangent = self.sloped(a, more, 1..k + 1);
-                self.put(out, tangent);
-                self.put(more, self.product(out, out));
-                tangent
-            }
-            Operator::ArcTangent => {
-                self.put(more, self.product(a, a));
-                (self.now(a) - self.sloped(out, more, 1..k)) / self.at(more, 0)
-            }
-            Operator::ArcSine | Operator::ArcCosine => {
-                let square = self.product(a, a) + self.inner(more);
-                self.put(more, -square / self.doubled(more));
-                let slope = if operator == Operator::ArcSine { self.now(a) } else { -self.now(a) };
-                (slope - self.sloped(out, more, 1..k)) / self.at(more, 0)
-            }
-            Operator::ArcTangent2 => {
-                self.put(more, self.product(a, a) + self.product(b, b));
-                let turn = self.sloped(a, b, 1..k + 1) - self.sloped(b, a, 1..k + 1);
-                (turn - self.sloped(out, more, 1..k)) / self.at(more, 0)
-            }
-            Operator::Select => self.at(more, 0).select(N::all(0.0), self.now(a), self.now(b)),
-            Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Table => N::all(f64::NAN),
-        }
+        span.orders(self.k).fold(N::all(0.0), |sum, j| sum + term(j)) * N::all(1.0 / self.k as f64)
     }
 }

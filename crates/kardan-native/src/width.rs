@@ -57,7 +57,6 @@ pub enum Width {
 
 impl Width {
     /// Bytes of a value in memory.
-    #[cfg(all(target_arch = "x86_64", unix))]
     pub fn bytes(self) -> u32 {
         8 * self as u32
     }

@@ -103,7 +103,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         self.solution(now, memory, torques).is_some()
     }
 
-    fn solution(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> Option<()> {
+    fn solution(&self, now: Situation<'_, T>, mut memory: &mut [T], torques: &mut [T]) -> Option<()> {
         let (mechanism, m) = (&self.mechanism, self.tasks.len());
         let columns = mechanism.coordinates;
         let r = columns.checked_sub(mechanism.cuts)?;
@@ -112,14 +112,13 @@ impl<T: Real> ComputedTorque<'_, T> {
         if self.inputs.len() != m || columns == 0 || !all_finite(references) || !all_finite(now.disturbances) {
             return None;
         }
-        let mut rest = memory;
-        let evaluated = mechanism.evaluate_in(position, speed, &mut rest)?;
-        let force = take(&mut rest, columns)?;
-        let y = take(&mut rest, columns)?;
-        let lower = take(&mut rest, r.saturating_mul(r))?;
-        let inputs = take(&mut rest, m.saturating_mul(columns))?;
+        let evaluated = mechanism.evaluate_in(position, speed, &mut memory)?;
+        let force = take(&mut memory, columns)?;
+        let y = take(&mut memory, columns)?;
+        let lower = take(&mut memory, r.saturating_mul(r))?;
+        let inputs = take(&mut memory, m.saturating_mul(columns))?;
         let width = m.saturating_add(1);
-        let equations = take(&mut rest, m.saturating_mul(width))?;
+        let equations = take(&mut memory, m.saturating_mul(width))?;
 
         modelled_forces(mechanism, &evaluated, self.friction_width, force);
         for (torque, basis_row) in now.disturbances.iter().zip(evaluated.basis.chunks_exact(columns)) {

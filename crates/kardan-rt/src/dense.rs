@@ -1,6 +1,6 @@
 //! Small dense solvers in memory of the caller. Matrices are stored row by row; no function here panics.
 
-use crate::Real;
+use crate::{Arithmetic, Real};
 
 /// A sum of counts; the largest number where it overflows, which no memory has.
 #[inline]
@@ -33,8 +33,8 @@ pub fn all_finite<T: Real>(x: &[T]) -> bool {
 
 /// Entry of a slice; 0 behind its end.
 #[inline]
-pub fn at<T: Real>(x: &[T], k: usize) -> T {
-    x.get(k).map_or(T::ZERO, |x| *x)
+pub fn at<N: Arithmetic>(x: &[N], k: usize) -> N {
+    x.get(k).map_or(N::whole(0), |x| *x)
 }
 
 /// Row k of a matrix; empty behind its end.
@@ -53,8 +53,8 @@ pub fn copy<T: Copy>(from: &[T], to: &mut [T]) {
 
 /// Inner product over the shorter of the two.
 #[inline]
-pub fn dot<T: Real>(x: &[T], y: &[T]) -> T {
-    x.iter().zip(y).fold(T::ZERO, |sum, (x, y)| sum + *x * *y)
+pub fn dot<N: Arithmetic>(x: &[N], y: &[N]) -> N {
+    x.iter().zip(y).fold(N::whole(0), |sum, (x, y)| sum + *x * *y)
 }
 
 /// Adds `factor·x` to `out`.

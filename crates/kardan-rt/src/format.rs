@@ -135,6 +135,18 @@ macro_rules! bits {
         fn with_sign(self, other: Self) -> Self {
             self.copysign(other)
         }
+
+        #[inline]
+        #[allow(clippy::useless_conversion)] // of `f64`
+        fn widened(self) -> f64 {
+            f64::from(self)
+        }
+
+        #[inline]
+        #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::unnecessary_cast)] // to the nearest
+        fn nearest(wide: f64) -> Self {
+            wide as Self
+        }
     };
 }
 
@@ -237,16 +249,6 @@ impl Format for f64 {
     ];
 
     bits!(f64, one 1.0_f64, sign 62, mantissa 52, bias 1023_i64, root_half 0x3fe6_a09e_667f_3bcd_u64);
-
-    #[inline]
-    fn widened(self) -> f64 {
-        self
-    }
-
-    #[inline]
-    fn nearest(wide: f64) -> Self {
-        wide
-    }
 }
 
 impl Format for f32 {
@@ -283,15 +285,4 @@ impl Format for f32 {
         &[0.166_666_66, 0.075_000_94, 0.044_599_403, 0.031_100_662, 0.017_149_238, 0.033_690_847];
 
     bits!(f32, one 1.0_f32, sign 30, mantissa 23, bias 127_i32, root_half 0x3f35_04f3_u32);
-
-    #[inline]
-    fn widened(self) -> f64 {
-        f64::from(self)
-    }
-
-    #[inline]
-    #[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // to the nearest
-    fn nearest(wide: f64) -> Self {
-        wide as Self
-    }
 }

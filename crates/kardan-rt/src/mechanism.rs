@@ -99,9 +99,8 @@ impl<T: Real> Mechanism<'_, T> {
     /// is not finite.
     ///
     /// Costs as much as its [`Plan::evaluate`].
-    pub fn evaluate<'m>(&self, position: &[T], speed: &[T], memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {
-        let mut rest = memory;
-        self.evaluate_in(position, speed, &mut rest)
+    pub fn evaluate<'m>(&self, position: &[T], speed: &[T], mut memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {
+        self.evaluate_in(position, speed, &mut memory)
     }
 
     /// [`evaluate`](Self::evaluate) in the first part of a memory; the rest is left to the caller.

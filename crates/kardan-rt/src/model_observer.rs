@@ -113,8 +113,7 @@ impl<T: Real> ModelObserver<'_, T> {
     /// short.
     #[must_use = "false: there is no output"]
     pub fn rates(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut [T], out: &mut [T]) -> bool {
-        let mut rest = memory;
-        let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
+        let Some(found) = self.found(state, torques, readings, memory) else { return false };
         let Some(out) = out.get_mut(..found.len()) else { return false };
         copy(found, out);
         true
@@ -129,8 +128,7 @@ impl<T: Real> ModelObserver<'_, T> {
     #[must_use = "false: the sample was dropped"]
     pub fn step(&self, state: &mut [T], torques: &[T], readings: &[T], memory: &mut [T]) -> bool {
         let n = self.states();
-        let mut rest = memory;
-        let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
+        let Some(found) = self.found(state, torques, readings, memory) else { return false };
         let change = |i: usize| dot(row(self.zoh_integral, i, n), found);
         let Some(state) = state.get_mut(..n) else { return false };
         let usable = |x: T| (x * x * x * x).is_finite();
@@ -146,15 +144,15 @@ impl<T: Real> ModelObserver<'_, T> {
     }
 
     /// x̂′ in the memory, if it is finite.
-    fn found<'m>(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut &'m mut [T]) -> Option<&'m [T]> {
+    fn found<'m>(&self, state: &[T], torques: &[T], readings: &[T], mut memory: &'m mut [T]) -> Option<&'m [T]> {
         let (r, p) = (self.mechanism.coordinates, self.sensors.len());
         let (position, rest) = state.split_at_checked(r)?;
         let (speed, disturbing) = rest.split_at_checked(r)?;
         let disturbing = disturbing.get(..self.disturbances.len())?;
-        let evaluated = self.mechanism.evaluate_in(position, speed, memory)?;
-        let force = take(memory, r)?;
-        let lower = take(memory, r.checked_mul(r)?)?;
-        let out = take(memory, self.states())?;
+        let evaluated = self.mechanism.evaluate_in(position, speed, &mut memory)?;
+        let force = take(&mut memory, r)?;
+        let lower = take(&mut memory, r.checked_mul(r)?)?;
+        let out = take(&mut memory, self.states())?;
         modelled_forces(&self.mechanism, &evaluated, self.friction_width, force);
         for (shaft, torque) in self.disturbances.iter().zip(disturbing) {
             add_scaled(*torque, row(evaluated.basis, *shaft, r), force);

@@ -97,52 +97,24 @@ impl<T: Real> Number for T {
 #[repr(transparent)]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
-impl<T: Real, const N: usize> Lanes<T, N> {
-    #[inline(always)]
-    fn both(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        let mut out = self;
-        for (a, b) in out.0.iter_mut().zip(other.0) {
-            *a = function(*a, b);
+/// An operator of two numbers in each lane.
+macro_rules! lanewise {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl<T: Real, const N: usize> $trait for Lanes<T, N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $operator b)
+            }
         }
-        out
-    }
+    };
 }
 
-impl<T: Real, const N: usize> Add for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.both(other, |a, b| a + b)
-    }
-}
-
-impl<T: Real, const N: usize> Sub for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.both(other, |a, b| a - b)
-    }
-}
-
-impl<T: Real, const N: usize> Mul for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.both(other, |a, b| a * b)
-    }
-}
-
-impl<T: Real, const N: usize> Div for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.both(other, |a, b| a / b)
-    }
-}
+lanewise!(Add, add, +);
+lanewise!(Sub, sub, -);
+lanewise!(Mul, mul, *);
+lanewise!(Div, div, /);
 
 impl<T: Real, const N: usize> Neg for Lanes<T, N> {
     type Output = Self;
@@ -170,7 +142,7 @@ impl<T: Real, const N: usize> Arithmetic for Lanes<T, N> {
 
     #[inline(always)]
     fn finite_or(self, other: Self) -> Self {
-        self.both(other, Arithmetic::finite_or)
+        self.zip(other, Arithmetic::finite_or)
     }
 
     #[inline(always)]
@@ -203,7 +175,11 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
 
     #[inline(always)]
     fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        self.both(other, function)
+        let mut out = self;
+        for (a, b) in out.0.iter_mut().zip(other.0) {
+            *a = function(*a, b);
+        }
+        out
     }
 
     #[inline(always)]

@@ -165,37 +165,10 @@ fn place(number: u32) -> usize {
     usize::try_from(number).map_or(usize::MAX, |place| place)
 }
 
-/// Whether all lanes are finite.
-#[inline]
-fn is_finite<N: Number>(x: N) -> bool {
-    !x.any(|x| !x.is_finite())
-}
-
 /// The value at an index. An index out of range means that the plan is incomplete.
 #[inline]
 fn value<N: Number>(computed: &[N], number: u32) -> N {
     computed.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)
-}
-
-#[inline]
-fn unary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N) -> N) {
-    for (out, a) in out.iter_mut().zip(operands) {
-        *out = function(value(computed, *a));
-    }
-}
-
-#[inline]
-fn binary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N) -> N) {
-    for (out, [a, b]) in out.iter_mut().zip(operands.as_chunks().0) {
-        *out = function(value(computed, *a), value(computed, *b));
-    }
-}
-
-#[inline]
-fn ternary<N: Number>(computed: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N, N) -> N) {
-    for (out, [a, b, c]) in out.iter_mut().zip(operands.as_chunks().0) {
-        *out = function(value(computed, *a), value(computed, *b), value(computed, *c));
-    }
 }
 
 impl<T: Real> Plan<'_, T> {
@@ -231,49 +204,53 @@ impl<T: Real> Plan<'_, T> {
             operands = later;
             done = sum(&[done, values]);
         }
-        memory.iter().take(self.inputs).all(|input| is_finite(*input))
-            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| is_finite(*value)))
+        memory.iter().take(self.inputs).all(|input| input.all_finite())
+            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| value.all_finite()))
     }
 
     /// An output of the last evaluation; none where there is no such output.
     #[inline]
     pub fn output<N: Number<One = T>>(&self, output: usize, memory: &[N]) -> Option<N> {
-        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| is_finite(*value))
+        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| value.all_finite())
     }
 
     #[inline]
     fn run<N: Number<One = T>>(&self, operator: Operator, operands: &[u32], computed: &[N], out: &mut [N]) {
+        // The result of each operation from the values of its operands.
+        macro_rules! each {
+            ([$($operand:ident),+] => $result:expr) => {
+                for (out, [$($operand),+]) in out.iter_mut().zip(operands.as_chunks().0) {
+                    $(let $operand = value(computed, *$operand);)+
+                    *out = $result;
+                }
+            };
+        }
         match operator {
-            Operator::Add => binary(computed, operands, out, |a, b| a + b),
-            Operator::Subtract => binary(computed, operands, out, |a, b| a - b),
-            Operator::Multiply => binary(computed, operands, out, |a, b| a * b),
-            Operator::Divide => binary(computed, operands, out, |a, b| a / b),
-            Operator::AddProduct => ternary(computed, operands, out, |a, b, c| c + a * b),
-            Operator::SubtractProduct => ternary(computed, operands, out, |a, b, c| c - a * b),
-            Operator::Negate => unary(computed, operands, out, |a| -a),
-            Operator::Absolute => unary(computed, operands, out, |a| a.map(Real::abs)),
-            Operator::SquareRoot => unary(computed, operands, out, |a| a.map(Real::sqrt)),
+            Operator::Add => each!([a, b] => a + b),
+            Operator::Subtract => each!([a, b] => a - b),
+            Operator::Multiply => each!([a, b] => a * b),
+            Operator::Divide => each!([a, b] => a / b),
+            Operator::AddProduct => each!([a, b, c] => c + a * b),
+            Operator::SubtractProduct => each!([a, b, c] => c - a * b),
+            Operator::Negate => each!([a] => -a),
+            Operator::Absolute => each!([a] => a.map(Real::abs)),
+            Operator::SquareRoot => each!([a] => a.map(Real::sqrt)),
             Operator::SineCosine => {
                 let Some((sines, cosines)) = out.split_at_mut_checked(operands.len()) else { return };
                 for ((sine, cosine), a) in sines.iter_mut().zip(cosines).zip(operands) {
                     (*sine, *cosine) = functions::sin_cos(value(computed, *a));
                 }
             }
-            Operator::Tangent => unary(computed, operands, out, functions::tan),
-            Operator::ArcSine => unary(computed, operands, out, functions::asin),
-            Operator::ArcCosine => unary(computed, operands, out, functions::acos),
-            Operator::ArcTangent => unary(computed, operands, out, functions::atan),
-            Operator::ArcTangent2 => binary(computed, operands, out, functions::atan2),
-            Operator::Exponential => unary(computed, operands, out, functions::exp),
-            Operator::Logarithm => unary(computed, operands, out, functions::ln),
-            Operator::Minimum => binary(computed, operands, out, |a, b| a.select(b, a, b)),
-            Operator::Maximum => binary(computed, operands, out, |a, b| a.select(b, b, a)),
-            Operator::Select => {
-                for (out, [a, b, c, d]) in out.iter_mut().zip(operands.as_chunks().0) {
-                    let (then, otherwise) = (value(computed, *c), value(computed, *d));
-                    *out = value(computed, *a).select(value(computed, *b), then, otherwise);
-                }
-            }
+            Operator::Tangent => each!([a] => functions::tan(a)),
+            Operator::ArcSine => each!([a] => functions::asin(a)),
+            Operator::ArcCosine => each!([a] => functions::acos(a)),
+            Operator::ArcTangent => each!([a] => functions::atan(a)),
+            Operator::ArcTangent2 => each!([a, b] => functions::atan2(a, b)),
+            Operator::Exponential => each!([a] => functions::exp(a)),
+            Operator::Logarithm => each!([a] => functions::ln(a)),
+            Operator::Minimum => each!([a, b] => a.select(b, a, b)),
+            Operator::Maximum => each!([a, b] => a.select(b, b, a)),
+            Operator::Select => each!([a, b, c, d] => a.select(b, c, d)),
             Operator::Table => {
                 for (out, [number, x]) in out.iter_mut().zip(operands.as_chunks().0) {
                     let at = |x| self.tables.get(place(*number)).map_or(T::NAN, |table| table.at(self.numbers, x));

@@ -40,88 +40,53 @@ pub trait Real:
     fn abs(self) -> Self;
 }
 
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const EPSILON: Self = Self::EPSILON;
-    const NAN: Self = Self::NAN;
+/// A format as the number of the target, with its functions of libm.
+macro_rules! real {
+    ($number:ty, $sqrt:ident, $floor:ident) => {
+        impl Real for $number {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = Self::EPSILON;
+            const NAN: Self = Self::NAN;
 
-    #[inline]
-    fn sqrt(self) -> Self {
-        // The root is exact either way; the compiler vectorises only its own.
-        #[cfg(feature = "std")]
-        return f32::sqrt(self);
-        #[cfg(not(feature = "std"))]
-        libm::sqrtf(self)
-    }
+            #[inline]
+            fn sqrt(self) -> Self {
+                // The root is exact either way; the compiler vectorises only its own.
+                #[cfg(feature = "std")]
+                return <$number>::sqrt(self);
+                #[cfg(not(feature = "std"))]
+                libm::$sqrt(self)
+            }
 
-    #[inline]
-    fn floor(self) -> Self {
-        libm::floorf(self)
-    }
+            #[inline]
+            fn floor(self) -> Self {
+                libm::$floor(self)
+            }
 
-    #[inline]
-    #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // as its contract says
-    fn whole(self) -> usize {
-        self as usize
-    }
+            #[inline]
+            #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // as its contract says
+            fn whole(self) -> usize {
+                self as usize
+            }
 
-    #[inline]
-    #[allow(clippy::as_conversions)] // to the nearest
-    fn count(whole: usize) -> Self {
-        whole as Self
-    }
+            #[inline]
+            #[allow(clippy::as_conversions)] // to the nearest
+            fn count(whole: usize) -> Self {
+                whole as Self
+            }
 
-    #[inline]
-    fn is_finite(self) -> bool {
-        f32::is_finite(self)
-    }
+            #[inline]
+            fn is_finite(self) -> bool {
+                <$number>::is_finite(self)
+            }
 
-    #[inline]
-    fn abs(self) -> Self {
-        f32::abs(self)
-    }
+            #[inline]
+            fn abs(self) -> Self {
+                <$number>::abs(self)
+            }
+        }
+    };
 }
 
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const EPSILON: Self = Self::EPSILON;
-    const NAN: Self = Self::NAN;
-
-    #[inline]
-    fn sqrt(self) -> Self {
-        // The root is exact either way; the compiler vectorises only its own.
-        #[cfg(feature = "std")]
-        return f64::sqrt(self);
-        #[cfg(not(feature = "std"))]
-        libm::sqrt(self)
-    }
-
-    #[inline]
-    fn floor(self) -> Self {
-        libm::floor(self)
-    }
-
-    #[inline]
-    #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // as its contract says
-    fn whole(self) -> usize {
-        self as usize
-    }
-
-    #[inline]
-    #[allow(clippy::as_conversions)] // to the nearest
-    fn count(whole: usize) -> Self {
-        whole as Self
-    }
-
-    #[inline]
-    fn is_finite(self) -> bool {
-        f64::is_finite(self)
-    }
-
-    #[inline]
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-}
+real!(f32, sqrtf, floorf);
+real!(f64, sqrt, floor);

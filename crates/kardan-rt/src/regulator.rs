@@ -155,11 +155,8 @@ impl<T: Real> Regulator<'_, T> {
                 Some(nonlinear) => -(fed + nonlinear.on_forces.row_times(number, nonlinear.forces)),
                 None => -fed,
             };
-            let bounded = match self.bounds.get(number) {
-                Some(bounds) => bounds.nearest(desired, *command),
-                None => Bounds { torque: None, change: None }.nearest(desired, *command),
-            };
-            *command = if bounded.is_finite() { bounded } else { *command };
+            let bounds = self.bounds.get(number).copied().unwrap_or(Bounds { torque: None, change: None });
+            *command = bounds.nearest(desired, *command);
             health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != desired));
         }
 

@@ -1,6 +1,7 @@
 //! Numbers scheduled over an angle, linear between the rows of a table.
 
 use crate::Real;
+use crate::dense::row;
 
 /// Numbers over an angle that repeat after a period: rows at equal distances, linear between them.
 ///
@@ -49,8 +50,8 @@ impl<'a, T: Real> Schedule<'a, T> {
         let next = before.saturating_add(1);
         let behind = if next < self.count { next } else { 0 };
         let share = place - T::count(before);
-        let row = |k: usize| -> &[T] { self.rows.get(k.saturating_mul(self.width)..).map_or(&[], |rest| rest) };
-        for ((out, a), b) in out.iter_mut().zip(row(before)).zip(row(behind)) {
+        let (before, behind) = (row(self.rows, before, self.width), row(self.rows, behind, self.width));
+        for ((out, a), b) in out.iter_mut().zip(before).zip(behind) {
             *out = (T::ONE - share) * *a + share * *b;
         }
         true

@@ -22,12 +22,13 @@ pub struct Table<'a> {
     pub columns: Vec<Column<'a>>,
 }
 
-impl Table<'_> {
-    /// Checks that every column is as long as the time.
+impl<'a> Table<'a> {
+    /// The time under this name, then the columns.
     ///
     /// # Panics
-    /// If one is not.
-    pub(crate) fn check(&self) {
+    /// If a column is not as long as the time.
+    pub(crate) fn with_time(&self, name: &'a str) -> Vec<Column<'a>> {
+        let time = Column { name, unit: "s", description: "time", values: self.time };
         for column in &self.columns {
             assert_eq!(
                 column.values.len(),
@@ -36,5 +37,6 @@ impl Table<'_> {
                 column.name
             );
         }
+        std::iter::once(time).chain(self.columns.iter().copied()).collect()
     }
 }

@@ -13,6 +13,9 @@ pub fn is_minus(c: char) -> bool {
     matches!(c, '-' | '\u{2010}'..='\u{2015}' | '\u{2212}' | '\u{fe58}' | '\u{fe63}' | '\u{ff0d}')
 }
 
+/// The digits of base64 (RFC 4648).
+pub(crate) const BASE64: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
 /// Whether spreadsheets interpret a text as a formula, without apostrophes before it; numbers are no formulas.
 fn is_formula(text: &str) -> bool {
     let text = text.trim_start_matches('\'');

@@ -1,6 +1,6 @@
 //! Exponential, logarithm and whole powers.
 
-use super::sums::{all, exact_sum, ordered_sum, polynomial};
+use super::sums::{exact_sum, ordered_sum, polynomial};
 use crate::format::Format;
 use crate::number::Number;
 use crate::real::Real;
@@ -31,13 +31,13 @@ pub fn powi<T: Real>(x: T, power: i32) -> T {
 #[inline(always)]
 pub fn exp<N: Number>(x: N) -> N {
     let (least, most) = N::One::EXPONENTS;
-    let (least, most) = (all::<N>(least), all::<N>(most));
+    let (least, most) = (N::all(least), N::all(most));
     let x = most.select(x, most, x.select(least, least, x));
-    let rounded = x * all(N::One::ONE_OVER_LN_2) + all(N::One::ROUND);
-    let n = rounded - all(N::One::ROUND);
+    let rounded = x * N::all(N::One::ONE_OVER_LN_2) + N::all(N::One::ROUND);
+    let n = rounded - N::all(N::One::ROUND);
     let (high, low) = N::One::LN_2;
-    let (rest, lost) = exact_sum(x - n * all(high), -(n * all(low)));
-    let (sum, lost_again) = ordered_sum(all(N::One::ONE), rest);
+    let (rest, lost) = exact_sum(x - n * N::all(high), -(n * N::all(low)));
+    let (sum, lost_again) = ordered_sum(N::all(N::One::ONE), rest);
     let found = sum + (lost_again + (lost + rest * rest * polynomial(N::One::EXPONENTIAL, rest)));
     found.zip(rounded, Format::scaled)
 }
@@ -45,20 +45,20 @@ pub fn exp<N: Number>(x: N) -> N {
 /// The natural logarithm, NaN below zero; of the mantissa by `s = f/(2 + f)`: `ln(1 + f) = f − f²/2 + s (f²/2 + s² R(s²))`.
 #[inline(always)]
 pub fn ln<N: Number>(x: N) -> N {
-    let (zero, one, normal) = (all::<N>(N::One::ZERO), all::<N>(N::One::ONE), all::<N>(N::One::NORMAL));
+    let (zero, one, normal) = (N::all(N::One::ZERO), N::all(N::One::ONE), N::all(N::One::NORMAL));
     let (factor, digits) = N::One::LIFT;
-    let lifted = x.select(normal, x * all(factor), x);
-    let exponent = lifted.map(Format::exponent) - x.select(normal, all(digits), zero);
+    let lifted = x.select(normal, x * N::all(factor), x);
+    let exponent = lifted.map(Format::exponent) - x.select(normal, N::all(digits), zero);
     let f = lifted.map(Format::mantissa) - one;
     let s = f / (one + one + f);
     let square = s * s;
-    let half = all::<N>(N::One::HALF) * f * f;
+    let half = N::all(N::One::HALF) * f * f;
     let (high, low) = N::One::LN_2;
-    let (sum, lost) = ordered_sum(exponent * all(high), f);
-    let rest = half - (s * (half + square * polynomial(N::One::LOGARITHM, square)) + exponent * all(low));
+    let (sum, lost) = ordered_sum(exponent * N::all(high), f);
+    let rest = half - (s * (half + square * polynomial(N::One::LOGARITHM, square)) + exponent * N::all(low));
     // x·0 preserves NaN.
     let found = sum + (lost - rest) + x * zero;
-    let edge = x.select(zero, all(N::One::NAN), all(-N::One::INFINITY));
-    let found = x.select(all(N::One::LEAST), edge, found);
-    all::<N>(N::One::MOST).select(x, x, found)
+    let edge = x.select(zero, N::all(N::One::NAN), N::all(-N::One::INFINITY));
+    let found = x.select(N::all(N::One::LEAST), edge, found);
+    N::all(N::One::MOST).select(x, x, found)
 }

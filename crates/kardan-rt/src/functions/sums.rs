@@ -4,12 +4,6 @@ use crate::format::Format;
 use crate::number::Number;
 use crate::real::Real;
 
-/// A constant in all lanes.
-#[inline(always)]
-pub fn all<N: Number>(value: N::One) -> N {
-    N::all(value)
-}
-
 /// A sum and its rounding error, where the first is the larger or zero.
 #[inline(always)]
 pub fn ordered_sum<N: Number>(a: N, b: N) -> (N, N) {
@@ -28,7 +22,7 @@ pub fn exact_sum<N: Number>(a: N, b: N) -> (N, N) {
 /// Half of the digits, and the other half.
 #[inline(always)]
 pub fn split<N: Number>(a: N) -> (N, N) {
-    let large = a * all(N::One::SPLIT);
+    let large = a * N::all(N::One::SPLIT);
     let high = large - (large - a);
     (high, a - high)
 }
@@ -54,13 +48,13 @@ pub fn quotient<N: Number>(above: (N, N), below: (N, N)) -> (N, N) {
 #[inline(always)]
 pub fn polynomial<N: Number>(coefficients: &[N::One], z: N) -> N {
     let square = z * z;
-    let (mut even, mut odd) = (all::<N>(N::One::ZERO), all::<N>(N::One::ZERO));
+    let (mut even, mut odd) = (N::all(N::One::ZERO), N::all(N::One::ZERO));
     for pair in coefficients.chunks(2).rev() {
         if let [own, next] = pair {
-            even = even * square + all(*own);
-            odd = odd * square + all(*next);
+            even = even * square + N::all(*own);
+            odd = odd * square + N::all(*next);
         } else if let [own] = pair {
-            even = even * square + all(*own);
+            even = even * square + N::all(*own);
         }
     }
     even + z * odd

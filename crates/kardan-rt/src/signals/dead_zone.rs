@@ -30,6 +30,6 @@ impl<N: Arithmetic> DeadZone<N> {
     pub fn step(&self, input: N, state: &mut [N; 1]) -> bool {
         let below = input.select(self.low, input - self.low, zero());
         let output = self.high.select(input, input - self.high, below);
-        store(state.iter_mut(), [output].into_iter(), &[input])
+        store(state, [output], &[input])
     }
 }

@@ -34,6 +34,6 @@ impl<N: Arithmetic> Hysteresis<N> {
         let on = self.lower.select(input, above, N::whole(0));
         let [off_output, on_output] = self.levels;
         let output = half::<N>().select(on, on_output, off_output);
-        store(state.iter_mut(), [output, on].into_iter(), &[input])
+        store(state, [output, on], &[input])
     }
 }

@@ -35,7 +35,7 @@ impl<N: Arithmetic> Integrator<N> {
         let [_, sum] = *state;
         let output = clamped(half::<N>().select(reset, reset_to, sum), self.low, self.high);
         let next = clamped(output + self.sample_time * input, self.low, self.high);
-        store(state.iter_mut(), [output, next].into_iter(), &[input, reset, reset_to])
+        store(state, [output, next], &[input, reset, reset_to])
     }
 
     /// One sample by the trapezoidal rule, whose output depends on its input at once; its memory contains the previous
@@ -54,6 +54,6 @@ impl<N: Arithmetic> Integrator<N> {
         let [_, sum] = *state;
         let share = half::<N>() * self.sample_time * input;
         let output = clamped(half::<N>().select(reset, reset_to, sum + share), self.low, self.high);
-        store(state.iter_mut(), [output, output + share].into_iter(), &[input, reset, reset_to])
+        store(state, [output, output + share], &[input, reset, reset_to])
     }
 }

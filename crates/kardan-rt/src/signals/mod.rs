@@ -75,14 +75,10 @@ fn zero_or_nan<N: Arithmetic>(x: N) -> N {
 
 /// New entries of a memory, for each lane all of them or none: where an input or an entry is not a number, the memory
 /// stays unchanged. Returns whether all lanes are new.
-fn store<'m, N: Arithmetic + 'm>(
-    state: impl Iterator<Item = &'m mut N>,
-    new: impl Iterator<Item = N> + Clone,
-    inputs: &[N],
-) -> bool {
-    let nan_sum = inputs.iter().copied().chain(new.clone()).fold(zero(), |sum: N, x| sum + zero_or_nan(x));
+fn store<N: Arithmetic, const K: usize>(state: &mut [N; K], new: [N; K], inputs: &[N]) -> bool {
+    let nan_sum = inputs.iter().chain(&new).fold(zero(), |sum: N, x| sum + zero_or_nan(*x));
     let stays = nan_sum.finite_or(one());
-    for (old, new) in state.zip(new) {
+    for (old, new) in state.iter_mut().zip(new) {
         *old = half::<N>().select(stays, *old, new);
     }
     nan_sum.all_finite()

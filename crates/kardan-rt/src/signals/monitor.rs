@@ -43,6 +43,6 @@ impl<N: Arithmetic> Monitor<N> {
         let alarm = half::<N>().select(changes, one::<N>() - alarm, alarm);
         // A count that continues for ever stops where numbers are no longer exact.
         let count = smaller(half::<N>().select(changes, zero(), count), N::whole(1 << 24));
-        store(state.iter_mut(), [alarm, count].into_iter(), &[]) & residual.all_finite()
+        store(state, [alarm, count], &[]) & residual.all_finite()
     }
 }

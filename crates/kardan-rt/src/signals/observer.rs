@@ -2,7 +2,7 @@
 
 use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
-use crate::dense::row;
+use crate::dense::{dot, row};
 
 /// A sampled linear observer: `x⁺ = A x + B u + L (y − C x)`, with the estimate x of the state of a plant with inputs u
 /// and measurements y.
@@ -19,11 +19,6 @@ pub struct Observer<'a, N> {
     pub c: &'a [N],
     /// L, states × measurements.
     pub gain: &'a [N],
-}
-
-/// Inner product over the shorter of the two.
-fn dot<N: Arithmetic>(x: &[N], y: &[N]) -> N {
-    x.iter().zip(y).fold(zero(), |sum, (x, y)| sum + *x * *y)
 }
 
 impl<N: Arithmetic> Observer<'_, N> {

@@ -84,6 +84,6 @@ impl<N: Arithmetic> Pid<N> {
         let next = integral + time * rate;
         let next = half::<N>().select(on, next, manual.value - direct);
         let new = [output, next, slope, weighted, one()];
-        store(state.iter_mut(), new.into_iter(), &[reference, measured, manual.on, manual.value])
+        store(state, new, &[reference, measured, manual.on, manual.value])
     }
 }

@@ -30,6 +30,6 @@ impl<N: Arithmetic> RateLimit<N> {
         let [before, begun] = *state;
         let limited = clamped(input, Some(before - self.fall), Some(before + self.rise));
         let output = half::<N>().select(begun, limited, input);
-        store(state.iter_mut(), [output, one()].into_iter(), &[input])
+        store(state, [output, one()], &[input])
     }
 }

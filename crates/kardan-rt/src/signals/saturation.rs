@@ -27,6 +27,6 @@ impl<N: Arithmetic> Saturation<N> {
     /// ```
     #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, state: &mut [N; 1]) -> bool {
-        store(state.iter_mut(), [clamped(input, self.low, self.high)].into_iter(), &[input])
+        store(state, [clamped(input, self.low, self.high)], &[input])
     }
 }

@@ -20,11 +20,9 @@ pub struct StateMachine<'a> {
 }
 
 impl StateMachine<'_> {
-    /// Entries of its memory: the number of its state, and samples since it came there.
-    pub const MEMORY: usize = 2;
-
     /// One sample: takes the first transition from the present state whose guard is above a half. A guard that is not a
-    /// number counts as false, and the block returns false.
+    /// number counts as false, and the block returns false. The entries of its memory are the number of its state, and
+    /// samples since it came there.
     ///
     /// ```
     /// use kardan_rt::{StateMachine, Transition};

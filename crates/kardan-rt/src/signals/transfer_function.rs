@@ -2,6 +2,7 @@
 
 use super::{half, one, zero, zero_or_nan};
 use crate::Arithmetic;
+use crate::dense::at;
 
 /// A sampled transfer function `(b₀ + b₁ z⁻¹ + …)/(1 + a₁ z⁻¹ + …)`: filters, leads and lags (direct form II, transposed).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,12 +29,10 @@ impl<N: Arithmetic> TransferFunction<'_, N> {
     /// ```
     #[must_use = "false: the output is that of the sample before"]
     pub fn step(&self, input: N, state: &mut [N]) -> bool {
-        let coefficient = |list: &[N], k: usize| list.get(k).map_or(zero(), |x| *x);
         let Some((output, states)) = state.split_first_mut() else { return input.all_finite() };
-        let first = states.first().map_or(zero(), |x| *x);
-        let now = coefficient(self.numerator, 0) * input + first;
+        let now = at(self.numerator, 0) * input + at(states, 0);
         let new = |k: usize, later: Option<&N>| {
-            let (b, a) = (coefficient(self.numerator, k.saturating_add(1)), coefficient(self.denominator, k));
+            let (b, a) = (at(self.numerator, k.saturating_add(1)), at(self.denominator, k));
             b * input - a * now + later.map_or(zero(), |x| *x)
         };
         let all = || states.iter().skip(1).map(Some).chain(core::iter::once(None)).enumerate().take(states.len());

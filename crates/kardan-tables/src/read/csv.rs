@@ -92,7 +92,7 @@ impl Lines {
 
 impl Reading {
     /// Parses the present text and reads the next one in parallel.
-    fn advance(&mut self, found: &mut Noticed, names: &dyn Fn(usize) -> String) {
+    fn advance(&mut self, found: &mut Noticed, name: &dyn Fn(usize) -> String) {
         let mut text = std::mem::take(&mut self.text);
         if self.skip > 0 {
             let mut start = 0;
@@ -158,7 +158,7 @@ impl Reading {
         } else if let (true, Some((row, cell, text))) = (*odd_cells > 4 * (found.rows + 10), first_odd_cell) {
             let more = odd_cells - 1;
             let what = format!("there is `{text}` instead of a number, and {more} more cells are not numbers");
-            self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", names(*cell)), what));
+            self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", name(*cell)), what));
         }
         if self.failed.is_some() {
             (self.text, self.source.ended) = (Vec::new(), true);
@@ -216,12 +216,7 @@ impl Log for CsvLog {
                     return failed.map_or(Ok(false), Err);
                 }
             }
-            let (group, layout) = (&self.groups[0], &self.layout);
-            let name = |cell: usize| {
-                let channel = layout.cells_of_channels.iter().position(|of| *of == cell);
-                channel.map_or_else(|| format!("{}", cell + 1), |channel| group.channels[channel].name.clone())
-            };
-            reading.advance(&mut self.found, &name);
+            reading.advance(&mut self.found, &|cell| self.layout.name(&self.groups[0], cell));
         }
     }
 
@@ -236,8 +231,7 @@ impl Log for CsvLog {
                 .push(format!("{skipped} {rows} not the {cells} cells of the others, or no number (first: row {row})"));
         }
         if let Some((row, cell, text)) = &found.first_odd_cell {
-            let channel = self.layout.cells_of_channels.iter().position(|of| of == cell);
-            let name = channel.map_or("", |channel| &self.groups[0].channels[channel].name);
+            let name = self.layout.name(&self.groups[0], *cell);
             let count = found.odd_cells;
             let cells = if count == 1 { "cell is not a number and counts" } else { "cells are not numbers and count" };
             notes.push(format!("{count} {cells} as missing (first: row {row}, column `{name}`: `{text}`)"));

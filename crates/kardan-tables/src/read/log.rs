@@ -3,6 +3,8 @@
 use std::io::{self, Cursor, Read, Seek};
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::LogError;
 
 /// Largest number of rows of a [`Block`].
@@ -109,11 +111,20 @@ impl Block {
         self.columns.iter_mut().for_each(Vec::clear);
     }
 
-    /// Retains the rows that all columns have, at most `count`; how many there are.
-    pub(super) fn cut_to_shortest(&mut self, count: usize) -> usize {
+    /// Reads each column at its cursor, in parallel, and retains the rows that all columns have, at most `count`; the first error.
+    pub(super) fn fill<C: Send>(
+        &mut self,
+        group: usize,
+        cursors: &mut [C],
+        count: usize,
+        read: impl Fn(&mut C, &mut Vec<f64>) -> Result<(), LogError> + Sync,
+    ) -> Option<LogError> {
+        self.reset(group, cursors.len());
+        let each = cursors.par_iter_mut().zip(&mut self.columns);
+        let errors: Vec<Option<LogError>> = each.map(|(cursor, column)| read(cursor, column).err()).collect();
         self.rows = self.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
         self.columns.iter_mut().for_each(|column| column.truncate(self.rows));
-        self.rows
+        errors.into_iter().flatten().next()
     }
 }
 

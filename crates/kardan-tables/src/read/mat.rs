@@ -4,15 +4,13 @@
 //! decompressed variable. Each chosen column has its own decompressor; no variable is ever
 //! in memory as a whole.
 
-use std::borrow::Cow;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use miniz_oxide::inflate::stream::{InflateState, inflate};
 use miniz_oxide::{DataFormat, MZFlush, MZStatus};
-use rayon::prelude::*;
 
-use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored, word};
-use super::source::Source;
+use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, Stored};
+use super::source::{Source, word};
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
 
 const MAT: &str = "MAT";
@@ -31,24 +29,14 @@ const STEP: usize = 1 << 20;
 /// Bytes of all columns of a group read at once.
 const STEPS: usize = 64 << 20;
 
-type Shared = Arc<Mutex<Source>>;
-
-fn append(source: &Shared, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
-    source.lock().unwrap_or_else(PoisonError::into_inner).append(at, count, out)
-}
-
-fn size(source: &Shared) -> u64 {
-    source.lock().unwrap_or_else(PoisonError::into_inner).size
-}
-
 /// The bytes of a variable, from front to back.
 enum Stream {
-    Plain(Shared),
+    Plain(Source),
     Packed(Box<Inflater>),
 }
 
 struct Inflater {
-    source: Shared,
+    source: Source,
     state: InflateState,
     /// The position of the next compressed bytes.
     at: u64,
@@ -61,7 +49,7 @@ struct Inflater {
 }
 
 impl Stream {
-    fn open(source: &Shared, variable: Variable) -> Self {
+    fn open(source: &Source, variable: Variable) -> Self {
         if !variable.packed {
             return Self::Plain(source.clone());
         }
@@ -81,25 +69,21 @@ impl Stream {
     fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
         match self {
             Self::Plain(source) => {
-                let available = size(source).saturating_sub(at).min(count as u64) as usize;
-                append(source, at, available, out)?;
-                if available < count { append(source, at + available as u64, count - available, out) } else { Ok(()) }
+                let available = source.available(at, count);
+                source.append(at, available, out)?;
+                if available < count { source.append(at + available as u64, count - available, out) } else { Ok(()) }
             }
             Self::Packed(inflater) => {
-                let mut passed = [0; 4096];
-                while inflater.delivered < at {
-                    let count = (at - inflater.delivered).min(4096) as usize;
-                    inflater.read(&mut passed[..count])?;
-                }
-                let mut piece = [0; 4096];
-                let mut remaining = count;
-                while remaining > 0 {
-                    let count = remaining.min(4096);
+                let (mut piece, end) = ([0; 4096], at + count as u64);
+                while inflater.delivered < end {
                     let before = inflater.delivered;
-                    let outcome = inflater.read(&mut piece[..count]);
-                    out.extend_from_slice(&piece[..(inflater.delivered - before) as usize]);
+                    // Bytes before the position are passed.
+                    let limit = if before < at { at } else { end };
+                    let outcome = inflater.read(&mut piece[..(limit - before).min(4096) as usize]);
+                    if before >= at {
+                        out.extend_from_slice(&piece[..(inflater.delivered - before) as usize]);
+                    }
                     outcome?;
-                    remaining -= count;
                 }
                 Ok(())
             }
@@ -116,12 +100,12 @@ impl Inflater {
                 self.packed.clear();
                 self.used = 0;
                 let count = (self.end - self.at).min(16 << 10) as usize;
-                let available = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
+                let available = self.source.available(self.at, count);
                 if available == 0 {
                     let what = "a compressed variable continues".to_owned();
-                    return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
+                    return Err(LogError::Truncated { format: MAT, what, end: self.source.size });
                 }
-                append(&self.source, self.at, available, &mut self.packed)?;
+                self.source.append(self.at, available, &mut self.packed)?;
                 self.at += available as u64;
             }
             let result = inflate(&mut self.state, &self.packed[self.used..], &mut piece[filled..], MZFlush::None);
@@ -166,26 +150,22 @@ enum Run {
     At(u64),
 }
 
-fn broken(error: LogError) -> Broken {
-    Broken::Log(error)
-}
-
 impl Input for VariableInput {
     type Run = Run;
     const SPARSE: bool = false;
     const TEXT: usize = 1 << 20;
 
-    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
+    fn read(&mut self, at: u64, count: usize) -> Result<&[u8], Broken> {
         self.buffer.clear();
-        self.stream.append(at, count, &mut self.buffer).map_err(broken)?;
-        Ok(Cow::Borrowed(&self.buffer))
+        self.stream.append(at, count, &mut self.buffer).map_err(Broken::Log)?;
+        Ok(&self.buffer)
     }
 
     fn run(&mut self, at: u64, count: usize) -> Result<Run, Broken> {
         if count > SHORT {
             return Ok(Run::At(at));
         }
-        self.read(at, count).map(|bytes| Run::Here(bytes.into_owned()))
+        self.read(at, count).map(|bytes| Run::Here(bytes.to_vec()))
     }
 }
 
@@ -193,9 +173,7 @@ impl Input for VariableInput {
 #[derive(Debug, Clone)]
 struct Column {
     variable: Variable,
-    run: Run,
-    storage: Storage,
-    little: bool,
+    numbers: Numbers<Run>,
     /// The first value.
     first: usize,
     /// From one value to the next.
@@ -213,7 +191,7 @@ struct PendingChannel {
 }
 
 pub(super) struct MatLog {
-    source: Shared,
+    source: Source,
     groups: Vec<Group>,
     columns: Vec<Vec<Column>>,
     constants: Vec<(String, f64)>,
@@ -237,7 +215,7 @@ struct Cursor {
 
 impl MatLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let source = Arc::new(Mutex::new(Source::open(&*bytes, MAT)?));
+        let source = Source::open(&*bytes, MAT)?;
         let mut index = Index {
             source,
             little: true,
@@ -284,7 +262,7 @@ impl MatLog {
 
 /// Traverses the variables.
 struct Index {
-    source: Shared,
+    source: Source,
     little: bool,
     budget: usize,
     /// Remaining bytes for names.
@@ -308,12 +286,8 @@ impl Index {
     }
 
     fn variables(&mut self) -> Result<(), LogError> {
-        let end = size(&self.source);
-        let bytes = |source: &Shared, at, count| {
-            let mut out = Vec::new();
-            append(source, at, count, &mut out).map(|()| out)
-        };
-        let header = bytes(&self.source, 0, HEADER as usize)?;
+        let end = self.source.size;
+        let header = self.source.bytes(0, HEADER as usize)?;
         self.little = match &header[126..] {
             b"IM" => true,
             b"MI" => false,
@@ -321,7 +295,7 @@ impl Index {
         };
         let mut at = HEADER;
         while at < end {
-            let tag = bytes(&self.source, at, 8)?;
+            let tag = self.source.bytes(at, 8)?;
             let (kind, length) = (word(&tag[..4], self.little), word(&tag[4..], self.little));
             let body = at + 8;
             let variable = Variable { packed: kind == 15, at: body, end: body + length };
@@ -454,8 +428,7 @@ impl Index {
                 return;
             }
             let (first, spacing) = if across { (k, columns) } else { (k * rows, 1) };
-            let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
-            let column = Column { variable, run, storage, little, first, spacing };
+            let column = Column { variable, numbers: numbers.clone(), first, spacing };
             let channel = Channel { name, unit: unit.to_owned() };
             self.found.push(PendingChannel { family: family.clone(), rows, channel, is_time, column });
         }
@@ -473,12 +446,12 @@ fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
 impl Cursor {
     /// Appends values; those before an error remain.
     fn read(&mut self, from: usize, count: usize, out: &mut Vec<f64>) -> Result<(), LogError> {
-        let Column { storage, little, first, spacing, .. } = self.column;
+        let Column { numbers: Numbers { storage, little, ref bytes, .. }, first, spacing, .. } = self.column;
         let width = storage.size();
         let start = (first + from * spacing) * width;
         let length = ((count - 1) * spacing + 1) * width;
         self.bytes.clear();
-        let outcome = match &self.column.run {
+        let outcome = match bytes {
             Run::Here(bytes) => {
                 self.bytes.extend_from_slice(bytes.get(start..start + length).unwrap_or(&[]));
                 Ok(())
@@ -523,23 +496,19 @@ impl Log for MatLog {
         let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
         let reading = &mut self.reading[next];
         let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
-        let widths = || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.storage.size());
+        let widths =
+            || reading.cursors.iter().map(|cursor| cursor.column.spacing * cursor.column.numbers.storage.size());
         let most = (STEP / widths().max().unwrap_or(8)).min(STEPS / widths().sum::<usize>().max(1));
         let count = (rows - reading.delivered).min(BLOCK_ROWS).min(most.max(1));
-        block.reset(reading.group, reading.cursors.len());
         let from = reading.delivered;
-        let errors: Vec<Option<LogError>> = reading
-            .cursors
-            .par_iter_mut()
-            .zip(&mut block.columns)
-            .map(|(cursor, column)| cursor.read(from, count, column).err())
-            .collect();
-        let available = block.cut_to_shortest(count);
+        let error =
+            block.fill(reading.group, &mut reading.cursors, count, |cursor, column| cursor.read(from, count, column));
+        let available = block.rows;
         reading.delivered += available;
         if available < count || reading.delivered == rows {
             self.reading.remove(next);
         }
-        if let Some(error) = errors.into_iter().flatten().next() {
+        if let Some(error) = error {
             if available == 0 {
                 self.pending = None;
                 return Err(error);

@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 
 use super::LogError;
+use super::source::word;
 
 /// Largest total size of the decompressed variables of a file, bytes.
 pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
@@ -135,11 +136,6 @@ impl Numbers<&[u8]> {
     }
 }
 
-pub(crate) fn word(bytes: &[u8], little: bool) -> u64 {
-    let step = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-    if little { bytes.iter().rev().fold(0, step) } else { bytes.iter().fold(0, step) }
-}
-
 /// The contents of an array.
 #[derive(Debug, Clone)]
 pub enum Content<R> {
@@ -261,7 +257,7 @@ pub(crate) trait Input {
     const TEXT: usize;
 
     /// Reads a few bytes from a position, which is never before the last one.
-    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken>;
+    fn read(&mut self, at: u64, count: usize) -> Result<&[u8], Broken>;
 
     /// A run of bytes from a position.
     fn run(&mut self, at: u64, count: usize) -> Result<Self::Run, Broken>;
@@ -270,27 +266,21 @@ pub(crate) trait Input {
 /// Bytes in memory.
 struct Slice<'a>(&'a [u8]);
 
-impl<'a> Slice<'a> {
-    fn get(&self, at: u64, count: usize) -> Result<&'a [u8], Broken> {
-        let at = at as usize;
-        match at.checked_add(count).and_then(|end| self.0.get(at..end)) {
-            Some(bytes) => Ok(bytes),
-            None => damaged("it breaks off"),
-        }
-    }
-}
-
 impl<'a> Input for Slice<'a> {
     type Run = &'a [u8];
     const SPARSE: bool = true;
     const TEXT: usize = usize::MAX;
 
-    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
-        self.get(at, count).map(Cow::Borrowed)
+    fn read(&mut self, at: u64, count: usize) -> Result<&[u8], Broken> {
+        self.run(at, count)
     }
 
     fn run(&mut self, at: u64, count: usize) -> Result<&'a [u8], Broken> {
-        self.get(at, count)
+        let at = at as usize;
+        match at.checked_add(count).and_then(|end| self.0.get(at..end)) {
+            Some(bytes) => Ok(bytes),
+            None => damaged("it breaks off"),
+        }
     }
 }
 
@@ -333,7 +323,7 @@ impl<I: Input> Reader<I> {
     fn tag(&mut self) -> Result<Tag, Broken> {
         let (at, little) = (self.at, self.little);
         self.check_range(at, 4)?;
-        let first = word(&self.input.read(at, 4)?, little) as u32;
+        let first = word(self.input.read(at, 4)?, little) as u32;
         let tag = if first >> 16 != 0 {
             let length = (first >> 16) as usize;
             self.check_range(at + 4, 4)?;
@@ -343,7 +333,7 @@ impl<I: Input> Reader<I> {
             Tag { data_type: first & 0xffff, at: at + 4, length, next: at + 8 }
         } else {
             self.check_range(at + 4, 4)?;
-            let length = word(&self.input.read(at + 4, 4)?, little) as usize;
+            let length = word(self.input.read(at + 4, 4)?, little) as usize;
             self.check_range(at + 8, length)?;
             // Compressed variables follow each other without padding.
             let padded = if first == 15 { length } else { length.next_multiple_of(8) };
@@ -360,7 +350,7 @@ impl<I: Input> Reader<I> {
     }
 
     /// Type and body of the next element, which is read.
-    fn small(&mut self) -> Result<(u32, Cow<'_, [u8]>), Broken> {
+    fn small(&mut self) -> Result<(u32, &[u8]), Broken> {
         let tag = self.tag()?;
         if tag.length > I::TEXT {
             return Err(Broken::TooLarge(format!("names or sizes of it have {} bytes", tag.length)));
@@ -397,7 +387,7 @@ impl<I: Input> Reader<I> {
 
     fn text(&mut self) -> Result<String, Broken> {
         let (_, bytes) = self.small()?;
-        Ok(String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_string())
+        Ok(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_string())
     }
 
     /// The field names of a structure.
@@ -538,7 +528,7 @@ impl<I: Input> Reader<I> {
             char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect()
         };
         Ok(Some(match data_type {
-            1 | 2 | 16 => String::from_utf8_lossy(&bytes).chars().collect(),
+            1 | 2 | 16 => String::from_utf8_lossy(bytes).chars().collect(),
             3 | 4 | 17 => utf_16(2),
             5 | 6 | 18 => bytes
                 .chunks_exact(4)

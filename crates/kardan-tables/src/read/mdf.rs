@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::source::Source;
+use super::source::{Source, unsigned};
 use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
 use blocks::{DataGroup, File, Layout, MDF};
 use stream::Stream;
@@ -39,7 +39,7 @@ struct Reading {
     data: usize,
     stream: Stream,
     records: Vec<Records>,
-    /// Bytes read and not yet decoded (sorted) or split (unsorted).
+    /// Bytes read and not yet split.
     raw: Vec<u8>,
     ended: bool,
     /// Whether to return all waiting records.
@@ -51,31 +51,31 @@ struct Records {
     group: usize,
     fields: Vec<usize>,
     delivered: u64,
-    /// Records of an unsorted data group that are not yet decoded.
+    /// Records that are not yet decoded.
     waiting: Vec<u8>,
 }
 
 impl MdfLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let mut source = Source::open(&*bytes, MDF)?;
-        let (file, groups, mut notes) = blocks::read(&mut source)?;
+        let source = Source::open(&*bytes, MDF)?;
+        let (file, groups, mut notes) = blocks::read(&source)?;
         // The last block of an unfinished recording has no length yet.
-        let missing = if file.unfinished_length { None } else { end::missing(&mut source) };
+        let missing = if file.unfinished_length { None } else { end::missing(&source) };
         let truncated = missing.is_some();
         notes.extend(missing.map(|error| error.to_string()));
         Ok(Self { bytes, file, groups, notes, truncated, reading: Vec::new(), end_notes: Vec::new(), lost: Vec::new() })
     }
 
-    /// Decodes some records of a group into a block.
-    fn decode(&self, records: &Records, bytes: &[u8], count: usize, block: &mut Block) {
-        let (_, layout) = self.file.of_group(records.group);
+    /// Decodes some waiting records of a group into a block.
+    fn decode(&self, records: &Records, count: usize, block: &mut Block) {
+        let layout = self.file.layout(records.group);
         block.reset(records.group, records.fields.len());
         block.rows = count;
         let record_bytes = layout.record_bytes();
         let first = records.delivered;
         let field = |(column, field): (&mut Vec<f64>, &usize)| {
             layout.fields[*field].decode(
-                &bytes[..count * record_bytes],
+                &records.waiting[..count * record_bytes],
                 record_bytes,
                 layout.data_bytes,
                 first,
@@ -94,15 +94,15 @@ impl File {
     /// The delivered share of the rows of what is read, so that groups advance together.
     fn share(&self, reading: &Reading) -> f64 {
         let shares = reading.records.iter().map(|records| {
-            let rows = self.of_group(records.group).1.rows;
+            let rows = self.layout(records.group).rows;
             rows.map_or(records.delivered as f64 * 1e-12, |rows| records.delivered as f64 / rows.max(1) as f64)
         });
         shares.fold(f64::INFINITY, f64::min)
     }
 
-    fn of_group(&self, group: usize) -> (&DataGroup, &Layout) {
+    fn layout(&self, group: usize) -> &Layout {
         let (data, index) = self.places[group];
-        (&self.data[data], &self.data[data].groups[index])
+        &self.data[data].groups[index]
     }
 }
 
@@ -136,14 +136,8 @@ impl Log for MdfLog {
             let next = (0..self.reading.len()).min_by(|a, b| share(a).total_cmp(&share(b)));
             let Some(next) = next else { return Ok(false) };
             let mut reading = self.reading.swap_remove(next);
-            let data = &self.file.data[reading.data];
-            let outcome = if data.is_sorted() {
-                self.next_sorted(&mut reading, block)
-            } else {
-                self.next_unsorted(&mut reading, block)
-            };
             // After an error the other groups continue without loss.
-            if outcome? {
+            if self.advance(&mut reading, block)? {
                 self.reading.push(reading);
                 let last = self.reading.len() - 1;
                 self.reading.swap(next, last);
@@ -200,111 +194,83 @@ impl MdfLog {
         counted + more.take_while(|bytes| bytes.iter().any(|byte| *byte != 0)).count()
     }
 
-    fn next_sorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
-        let (data, layout) = self.file.of_group(reading.records[0].group);
-        let records = &reading.records[0];
-        let record = data.id_bytes + layout.record_bytes();
-        let count = BLOCK_ROWS.min((STEP / record).max(1));
-        if reading.ended {
-            return Ok(false);
-        }
-        let failed = reading.stream.fill(&mut reading.raw, count * record).err();
-        let read = (reading.raw.len() / record).min(count);
-        let available = Self::valid_rows(layout, &reading.raw[..read * record], read, records.delivered);
-        reading.ended = available < read;
-        if available == 0 {
-            reading.ended = true;
-            return match (failed, layout.rows) {
-                (Some(error), _) => Err(error),
-                (None, Some(rows)) if rows <= records.delivered => Ok(false),
-                (None, Some(rows)) => {
-                    let what = format!(
-                        "group `{}` has {} of the {rows} declared rows",
-                        self.groups[records.group].name, records.delivered
-                    );
-                    Err(LogError::Truncated { format: MDF, what, end: reading.stream.size() })
-                }
-                (None, None) => {
-                    reading.stream.cut = !reading.raw.is_empty();
-                    Ok(false)
-                }
-            };
-        }
-        if data.id_bytes > 0 {
-            for k in 0..available {
-                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * layout.record_bytes());
-            }
-        }
-        let mut rest = reading.raw.split_off(available * record);
-        self.decode(&reading.records[0], &reading.raw, available, block);
-        std::mem::swap(&mut reading.raw, &mut rest);
-        reading.records[0].delivered += available as u64;
-        if let Some(error) = failed {
-            // Reported after the rows before it.
-            reading.stream.fail(error);
-        }
-        Ok(true)
-    }
-
-    fn next_unsorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
+    /// The next records of some group of a data group. They wait, separated by groups, until there are enough or the stream ends.
+    fn advance(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
         let data = &self.file.data[reading.data];
         loop {
-            let record_bytes = |records: &Records| self.file.of_group(records.group).1.record_bytes();
+            let record_bytes = |records: &Records| self.file.layout(records.group).record_bytes();
             let waiting = |records: &Records| records.waiting.len() / record_bytes(records);
-            if let (true, Some(index)) =
-                (reading.flushing, reading.records.iter().position(|records| waiting(records) > 0))
+            if reading.flushing
+                && let Some(index) = reading.records.iter().position(|records| waiting(records) > 0)
             {
-                let record_bytes = record_bytes(&reading.records[index]);
-                let mut bytes = std::mem::take(&mut reading.records[index].waiting);
-                let count = (bytes.len() / record_bytes).min(BLOCK_ROWS);
-                self.decode(&reading.records[index], &bytes, count, block);
-                bytes.drain(..count * record_bytes);
-                reading.records[index].waiting = bytes;
+                let records = &reading.records[index];
+                let count = waiting(records).min(BLOCK_ROWS);
+                let bytes = count * record_bytes(records);
+                self.decode(records, count, block);
+                reading.records[index].waiting.drain(..bytes);
                 reading.records[index].delivered += count as u64;
                 return Ok(true);
             }
-            reading.flushing = false;
             if reading.ended {
                 return reading.stream.failed().map_or(Ok(false), Err);
             }
-            let target = reading.raw.len() + (1 << 20);
-            if let Err(error) = reading.stream.fill(&mut reading.raw, target) {
-                reading.stream.fail(error);
+            self.read_on(data, reading);
+        }
+    }
+
+    /// Reads more records of a data group.
+    fn read_on(&self, data: &DataGroup, reading: &mut Reading) {
+        let (first, layout) = (&reading.records[0], self.file.layout(reading.records[0].group));
+        // Records of a sorted data group are read in whole blocks.
+        let record = data.id_bytes + layout.record_bytes();
+        let target = if data.is_sorted() {
+            BLOCK_ROWS.min((STEP / record).max(1)) * record
+        } else {
+            reading.raw.len() + (1 << 20)
+        };
+        if let Err(error) = reading.stream.fill(&mut reading.raw, target) {
+            reading.stream.fail(error);
+        }
+        let mut ended = reading.raw.len() < target;
+        if data.is_sorted() {
+            let read = reading.raw.len() / record;
+            let valid = Self::valid_rows(layout, &reading.raw[..read * record], read, first.delivered);
+            if valid < read {
+                reading.raw.truncate(valid * record);
+                ended = true;
+                // Damage behind the rows does not matter.
+                if valid > 0 {
+                    reading.stream.failed();
+                }
             }
-            let ended = reading.raw.len() < target;
-            let used = match data.split(&reading.raw, &mut reading.records) {
-                Ok(used) => used,
-                Err(what) => {
-                    let at = reading.stream.size();
-                    reading.stream.fail(LogError::damaged(
-                        MDF,
-                        format!("in the records of {}", self.named(reading)),
-                        format!("{what} (file of {at} bytes)"),
-                    ));
-                    (reading.ended, reading.flushing) = (true, true);
-                    continue;
-                }
-            };
-            reading.raw.drain(..used);
-            reading.flushing =
-                ended || reading.records.iter().map(|records| records.waiting.len()).sum::<usize>() >= STEP;
-            if ended {
-                reading.ended = true;
-                reading.stream.cut = !reading.raw.is_empty();
-                let short = reading.records.iter().find_map(|records| {
-                    let layout = self.file.of_group(records.group).1;
-                    let available = records.delivered + (records.waiting.len() / layout.record_bytes()) as u64;
-                    layout.rows.filter(|rows| available < *rows).map(|rows| (records.group, available, rows))
-                });
-                if let (Some((group, available, rows)), false) = (short, reading.stream.has_failed()) {
-                    let what =
-                        format!("group `{}` has {available} of the {rows} declared rows", self.groups[group].name);
-                    reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
-                }
-            } else if reading.raw.len() > 64 << 20 {
-                let what = "a record is longer than 64 MiB";
-                reading.stream.fail(LogError::damaged(MDF, format!("in the records of {}", self.named(reading)), what));
-                reading.ended = true;
+        }
+        let damage = match data.split(&reading.raw, &mut reading.records) {
+            Ok(used) => {
+                reading.raw.drain(..used);
+                (!ended && reading.raw.len() > 64 << 20).then(|| "a record is longer than 64 MiB".to_owned())
+            }
+            Err(what) => Some(format!("{what} (file of {} bytes)", reading.stream.size())),
+        };
+        if let Some(what) = damage {
+            let place = format!("in the records of {}", self.named(reading));
+            reading.stream.fail(LogError::damaged(MDF, place, what));
+            (reading.ended, reading.flushing) = (true, true);
+            return;
+        }
+        let waiting = reading.records.iter().map(|records| records.waiting.len()).sum::<usize>();
+        (reading.ended, reading.flushing) = (ended, ended || data.is_sorted() || waiting >= STEP);
+        if ended {
+            reading.stream.cut = !reading.raw.is_empty() && (!data.is_sorted() || layout.rows.is_none());
+            let short = reading.records.iter().find_map(|records| {
+                let layout = self.file.layout(records.group);
+                let available = records.delivered + (records.waiting.len() / layout.record_bytes()) as u64;
+                layout.rows.filter(|rows| available < *rows).map(|rows| (records.group, available, rows))
+            });
+            if let Some((group, available, rows)) = short
+                && !reading.stream.has_failed()
+            {
+                let what = format!("group `{}` has {available} of the {rows} declared rows", self.groups[group].name);
+                reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
             }
         }
     }
@@ -317,6 +283,11 @@ impl DataGroup {
 
     /// Passes complete records to their groups; returns the number of used bytes.
     fn split(&self, raw: &[u8], out: &mut [Records]) -> Result<usize, String> {
+        if self.is_sorted() && self.id_bytes == 0 {
+            let whole = raw.len() - raw.len() % self.groups[0].record_bytes();
+            out[0].waiting.extend_from_slice(&raw[..whole]);
+            return Ok(whole);
+        }
         let mut at = 0;
         let destination: Vec<Option<usize>> = self
             .groups
@@ -324,15 +295,15 @@ impl DataGroup {
             .map(|layout| out.iter().position(|records| Some(records.group) == layout.group))
             .collect();
         while raw.len() - at > self.id_bytes {
-            let id = blocks::unsigned(&raw[at..at + self.id_bytes]);
-            let Some(index) = self.groups.iter().position(|layout| layout.id == id) else {
+            let id = unsigned(&raw[at..at + self.id_bytes]);
+            let Some(index) = self.groups.iter().position(|layout| self.is_sorted() || layout.id == id) else {
                 return Err(format!("a record has the unknown number {id}"));
             };
             let layout = &self.groups[index];
             let start = at + self.id_bytes;
             let length = if layout.variable {
                 let Some(length) = raw.get(start..start + 4) else { break };
-                4 + blocks::unsigned(length) as usize
+                4 + unsigned(length) as usize
             } else {
                 layout.record_bytes()
             };

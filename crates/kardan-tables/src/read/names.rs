@@ -1,26 +1,19 @@
 //! Names of channels: made unique; names of the time.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::Channel;
 
 /// Makes names unique: `x`, `x (2)`, `x (3)`.
 pub(super) fn make_unique(channels: &mut [Channel]) {
-    let mut used = HashSet::new();
-    let mut counts = std::collections::HashMap::new();
+    let (mut used, mut counts) = (HashSet::new(), HashMap::new());
     for channel in channels {
-        if used.contains(&channel.name) {
-            let count = counts.entry(channel.name.clone()).or_insert(1usize);
-            loop {
-                *count += 1;
-                let name = format!("{} ({count})", channel.name);
-                if !used.contains(&name) {
-                    channel.name = name;
-                    break;
-                }
-            }
+        let name = channel.name.clone();
+        while !used.insert(channel.name.clone()) {
+            let count = counts.entry(name.clone()).or_insert(1usize);
+            *count += 1;
+            channel.name = format!("{name} ({count})");
         }
-        used.insert(channel.name.clone());
     }
 }
 
@@ -37,18 +30,6 @@ const TIME_NAMES: &[&str] = &[
     "datetime",
     "date time",
     "date_time",
-    "time_s",
-    "time_ms",
-    "time_us",
-    "time_ns",
-    "timestamp_s",
-    "timestamp_ms",
-    "timestamp_us",
-    "timestamp_ns",
-    "t_s",
-    "t_ms",
-    "t_us",
-    "t_ns",
 ];
 
 /// Whether a channel has a name of the time.
@@ -56,7 +37,12 @@ pub(super) fn named_time(name: &str) -> bool {
     let name = name.rsplit(['.', '/', '\\']).next().unwrap_or(name).trim().to_lowercase();
     let name =
         name.split(['[', '(']).next().unwrap_or("").trim().trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
-    TIME_NAMES.contains(&name)
+    let with_unit = || {
+        unit_in_name(name)
+            .and(name.rsplit_once('_'))
+            .is_some_and(|(name, _)| matches!(name, "time" | "timestamp" | "t"))
+    };
+    TIME_NAMES.contains(&name) || with_unit()
 }
 
 /// The unit that the name of a time ends with: `ms` of `time_ms`.

@@ -5,7 +5,7 @@ mod units;
 
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
-use std::sync::{Arc, Mutex, Once};
+use std::sync::{Arc, Once};
 
 use ::parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
@@ -15,11 +15,10 @@ use ::parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
 use ::parquet::file::reader::SerializedPageReader;
 use ::parquet::schema::types::ColumnDescriptor;
 use kardan_rt::functions::powi;
-use rayon::prelude::*;
 
-use super::source::Source;
+use super::source::{Source, unsigned};
 use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
-use pages::{Inflated, LIMIT, Shared};
+use pages::{Inflated, LIMIT};
 
 const PARQUET: &str = "Parquet";
 
@@ -42,7 +41,7 @@ struct Column {
 }
 
 pub(super) struct ParquetLog {
-    file: Shared,
+    file: Source,
     metadata: ParquetMetaData,
     groups: [Group; 1],
     columns: Vec<Column>,
@@ -110,19 +109,18 @@ fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Re
 
 impl ParquetLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        let mut source = Source::open(&*bytes, PARQUET)?;
-        let end = source.size;
-        let tail = if end < 12 { Vec::new() } else { source.bytes(end - 8, 8)? };
+        let file = Source::open(&*bytes, PARQUET)?;
+        let end = file.size;
+        let tail = if end < 12 { Vec::new() } else { file.bytes(end - 8, 8)? };
         if tail.get(4..) != Some(b"PAR1") {
             let what = "the description of its columns (at the end of the file) is missing, and kardan needs it to read any row";
             return Err(LogError::Truncated { format: PARQUET, what: what.into(), end });
         }
-        let length = tail[..4].iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
+        let length = unsigned(&tail[..4]);
         if length > (end - 12).min(LIMIT as u64) {
             let what = format!("the declared length of the description of its columns is {length} bytes");
             return Err(LogError::damaged(PARQUET, format!("at byte {}", end - 8), what));
         }
-        let file = Shared(Arc::new(Mutex::new(source)));
         let place = format!("in the description of its columns, at byte {}", end - 8 - length);
         let metadata = guarded(&place, || ParquetMetaDataReader::new().parse_and_finish(&file))?;
         let mut log =
@@ -140,7 +138,7 @@ impl ParquetLog {
         for (leaf, descriptor) in schema.columns().iter().enumerate() {
             let name = descriptor.path().string();
             let field = fields.iter().find(|field| field.name == name);
-            let Some((meaning, own_unit)) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
+            let Some(meaning) = meaning(descriptor, field.and_then(|field| field.per_second)) else {
                 self.notes.push(format!(
                     "`{name}` contains no plain numbers ({}) and is left out",
                     descriptor.physical_type()
@@ -158,6 +156,7 @@ impl ParquetLog {
                 unread = Some(compression);
                 continue;
             }
+            let own_unit = matches!(meaning, Meaning::Elapsed(_) | Meaning::Since(_)).then_some("s");
             let unit = field.and_then(|field| field.unit.as_deref());
             let unit = own_unit.or(unit).or_else(|| pair(&format!("unit:{name}"))).unwrap_or("").to_owned();
             self.groups[0].channels.push(Channel { name, unit });
@@ -183,8 +182,8 @@ impl ParquetLog {
     }
 }
 
-/// The meaning of the numbers of a column and their unit, if known; `durations` is their number per second if they are durations.
-fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Meaning, Option<&'static str>)> {
+/// The meaning of the numbers of a column, if they are numbers; `durations` is their number per second if they are durations.
+fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<Meaning> {
     let per_second = |unit: &TimeUnit| match unit {
         TimeUnit::MILLIS => 1e3,
         TimeUnit::MICROS => 1e6,
@@ -194,25 +193,25 @@ fn meaning(descriptor: &ColumnDescriptor, durations: Option<f64>) -> Option<(Mea
         return None;
     }
     let whole = match descriptor.physical_type() {
-        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some((Meaning::Plain, None)),
-        Physical::INT96 => return Some((Meaning::Since(1e9), Some("s"))),
+        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some(Meaning::Plain),
+        Physical::INT96 => return Some(Meaning::Since(1e9)),
         Physical::INT32 | Physical::INT64 => (descriptor.logical_type_ref(), descriptor.converted_type()),
         _ => return None,
     };
     Some(match whole {
-        (Some(LogicalType::Timestamp(kind)), _) => (Meaning::Since(per_second(&kind.unit)), Some("s")),
-        (Some(LogicalType::Time(kind)), _) => (Meaning::Elapsed(per_second(&kind.unit)), Some("s")),
-        (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => (Meaning::Unsigned, None),
-        (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(powi(10.0, kind.scale)), None),
-        (_, ConvertedType::TIMESTAMP_MILLIS) => (Meaning::Since(1e3), Some("s")),
-        (_, ConvertedType::TIMESTAMP_MICROS) => (Meaning::Since(1e6), Some("s")),
-        (_, ConvertedType::TIME_MILLIS) => (Meaning::Elapsed(1e3), Some("s")),
-        (_, ConvertedType::TIME_MICROS) => (Meaning::Elapsed(1e6), Some("s")),
+        (Some(LogicalType::Timestamp(kind)), _) => Meaning::Since(per_second(&kind.unit)),
+        (Some(LogicalType::Time(kind)), _) => Meaning::Elapsed(per_second(&kind.unit)),
+        (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => Meaning::Unsigned,
+        (Some(LogicalType::Decimal(kind)), _) => Meaning::Scaled(powi(10.0, kind.scale)),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => Meaning::Since(1e3),
+        (_, ConvertedType::TIMESTAMP_MICROS) => Meaning::Since(1e6),
+        (_, ConvertedType::TIME_MILLIS) => Meaning::Elapsed(1e3),
+        (_, ConvertedType::TIME_MICROS) => Meaning::Elapsed(1e6),
         (_, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
-            (Meaning::Unsigned, None)
+            Meaning::Unsigned
         }
-        (_, ConvertedType::DECIMAL) => (Meaning::Scaled(powi(10.0, descriptor.type_scale())), None),
-        _ => durations.map_or((Meaning::Plain, None), |per_second| (Meaning::Elapsed(per_second), Some("s"))),
+        (_, ConvertedType::DECIMAL) => Meaning::Scaled(powi(10.0, descriptor.type_scale())),
+        _ => durations.map_or(Meaning::Plain, Meaning::Elapsed),
     })
 }
 
@@ -334,18 +333,15 @@ impl ParquetLog {
         let row_group = reading.row_group - 1;
         let count = reading.remaining.min(BLOCK_ROWS);
         let schema = self.metadata.file_metadata().schema_descr();
-        block.reset(0, reading.cursors.len());
         let (columns, group) = (&self.columns, &self.groups[0]);
-        let read = |(cursor, column): (&mut Cursor, &mut Vec<f64>)| {
+        let error = block.fill(0, &mut reading.cursors, count, |cursor, column| {
             let Column { leaf, meaning } = columns[cursor.column];
             let depth = schema.column(leaf).max_def_level();
-            guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column)).err()
-        };
-        let errors: Vec<Option<LogError>> = reading.cursors.par_iter_mut().zip(&mut block.columns).map(read).collect();
-        let decoded = block.cut_to_shortest(count);
-        reading.remaining -= decoded;
-        match errors.into_iter().flatten().next() {
-            Some(error) if decoded == 0 => Err(error),
+            guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column))
+        });
+        reading.remaining -= block.rows;
+        match error {
+            Some(error) if block.rows == 0 => Err(error),
             error => {
                 reading.failed = error;
                 Ok(true)

@@ -9,6 +9,7 @@
 use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, TableFinishedWIPOffset, VOffsetT, Vector, WIPOffset};
 
 use crate::Column;
+use crate::text::BASE64;
 
 /// The key in the metadata of the file.
 pub const KEY: &str = "ARROW:schema";
@@ -90,11 +91,10 @@ fn encapsulated(message: &[u8]) -> Vec<u8> {
 
 /// RFC 4648, with padding.
 fn base64(bytes: &[u8]) -> String {
-    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let digits = bytes.chunks(3).flat_map(|chunk| {
         let byte = |i| chunk.get(i).copied().unwrap_or(0);
         let word = u32::from_be_bytes([0, byte(0), byte(1), byte(2)]);
-        let digit = move |i| ALPHABET[(word >> (18 - 6 * i)) as usize & 63].into();
+        let digit = move |i| BASE64[(word >> (18 - 6 * i)) as usize & 63].into();
         [digit(0), digit(1), if chunk.len() > 1 { digit(2) } else { '=' }, if chunk.len() > 2 { digit(3) } else { '=' }]
     });
     digits.collect()

@@ -11,22 +11,21 @@ use crate::text::csv_cell;
 /// # Panics
 /// If the length of a column differs from that of the time.
 pub fn csv(table: &Table<'_>) -> Vec<u8> {
-    table.check();
-    let mut out = Vec::with_capacity(64 + (table.columns.len() + 1) * table.time.len() * 20);
-    out.push(b't');
-    for column in &table.columns {
-        out.push(b',');
+    let columns = table.with_time("t");
+    let mut out = Vec::with_capacity(64 + columns.len() * table.time.len() * 20);
+    // Each cell has its delimiter behind it, the last one the end of its line.
+    let last = columns.len() - 1;
+    let ends = move |column: usize| if column == last { b'\n' } else { b',' };
+    for (k, column) in columns.iter().enumerate() {
         out.extend_from_slice(csv_cell(column.name).as_bytes());
+        out.push(ends(k));
     }
-    out.push(b'\n');
     let mut buffer = zmij::Buffer::new();
-    for (row, &time) in table.time.iter().enumerate() {
-        out.extend_from_slice(decimal(&mut buffer, time));
-        for column in &table.columns {
-            out.push(b',');
+    for row in 0..table.time.len() {
+        for (k, column) in columns.iter().enumerate() {
             out.extend_from_slice(decimal(&mut buffer, column.values[row]));
+            out.push(ends(k));
         }
-        out.push(b'\n');
     }
     out
 }

@@ -1,5 +1,6 @@
 //! MAT files of version 5.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use crate::Table;
@@ -27,22 +28,15 @@ const NAME: usize = 63;
 /// assert_eq!((log.groups()[0].time, log.groups()[0].channels[1].name.as_str()), (Some(0), "rk_phi"));
 /// ```
 pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
-    table.check();
-    if table.time.len() >= (1 << 31) / 8 - 16 {
-        return None;
-    }
-    let mut out = header();
+    let columns = table.with_time("time");
     let mut used: HashSet<String> = ["names", "units"].map(String::from).into();
+    let names: Vec<String> = columns.iter().map(|column| valid(column.name, &mut used)).collect();
     let rows = table.time.len();
-    doubles(&mut out, &valid("time", &mut used), [rows, 1], table.time);
-    for signal in &table.columns {
-        doubles(&mut out, &valid(signal.name, &mut used), [rows, 1], signal.values);
-    }
-    let names = std::iter::once("time").chain(table.columns.iter().map(|signal| signal.name));
-    texts(&mut out, "names", &names.collect::<Vec<_>>());
-    let units = std::iter::once("s").chain(table.columns.iter().map(|signal| signal.unit));
-    texts(&mut out, "units", &units.collect::<Vec<_>>());
-    Some(out)
+    let matrices = names.iter().zip(&columns);
+    let matrices = matrices.map(|(name, column)| Values { name, rows, columns: 1, values: column.values.into() });
+    let names = Texts { name: "names", rows: columns.iter().map(|column| column.name).collect() };
+    let units = Texts { name: "units", rows: columns.iter().map(|column| column.unit).collect() };
+    mat_matrices(&matrices.collect::<Vec<_>>(), &[names, units])
 }
 
 /// A matrix of doubles, column by column.
@@ -55,7 +49,7 @@ pub struct Values<'a> {
     /// Number of columns.
     pub columns: usize,
     /// One column after the other.
-    pub values: Vec<f64>,
+    pub values: Cow<'a, [f64]>,
 }
 
 /// Texts, a row for each.
@@ -74,24 +68,23 @@ pub struct Texts<'a> {
 /// # Panics
 /// If the number of values of a matrix differs from its size.
 pub fn mat_matrices(matrices: &[Values<'_>], all_texts: &[Texts<'_>]) -> Option<Vec<u8>> {
-    let mut out = header();
+    let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
+    out.resize(124, b' ');
+    out.extend(0x0100u16.to_le_bytes());
+    out.extend(b"IM");
     for matrix in matrices {
         assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has a different size", matrix.name);
         if matrix.values.len() >= (1 << 31) / 8 - 16 {
             return None;
         }
-        doubles(&mut out, matrix.name, [matrix.rows, matrix.columns], &matrix.values);
+        array(&mut out, 6, [matrix.rows, matrix.columns], matrix.name, |out| {
+            out.extend(9u32.to_le_bytes());
+            out.extend((8 * matrix.values.len() as u32).to_le_bytes());
+            out.extend(matrix.values.iter().flat_map(|value| value.to_le_bytes()));
+        });
     }
     all_texts.iter().for_each(|one| texts(&mut out, one.name, &one.rows));
     Some(out)
-}
-
-fn header() -> Vec<u8> {
-    let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
-    out.resize(124, b' ');
-    out.extend(0x0100u16.to_le_bytes());
-    out.extend(b"IM");
-    out
 }
 
 /// A valid and unused MATLAB name.
@@ -120,7 +113,7 @@ fn element(out: &mut Vec<u8>, data_type: u32, body: &[u8]) {
 }
 
 /// An array: class, size and name, then what `content` writes.
-fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str, content: impl FnOnce(&mut Vec<u8>)) {
+fn array(out: &mut Vec<u8>, class: u32, [rows, columns]: [usize; 2], name: &str, content: impl FnOnce(&mut Vec<u8>)) {
     out.extend(14u32.to_le_bytes());
     let length = out.len();
     out.extend([0; 4]);
@@ -133,19 +126,11 @@ fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str,
     out[length..start].copy_from_slice(&byte_count.to_le_bytes());
 }
 
-fn doubles(out: &mut Vec<u8>, name: &str, [rows, columns]: [usize; 2], values: &[f64]) {
-    array(out, 6, rows, columns, name, |out| {
-        out.extend(9u32.to_le_bytes());
-        out.extend((8 * values.len() as u32).to_le_bytes());
-        out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-    });
-}
-
 /// Texts as the rows of an array of letters, filled up with blanks.
 fn texts(out: &mut Vec<u8>, name: &str, rows: &[&str]) {
     let rows: Vec<Vec<u16>> = rows.iter().map(|row| row.encode_utf16().collect()).collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    array(out, 4, rows.len(), columns, name, |out| {
+    array(out, 4, [rows.len(), columns], name, |out| {
         let letter = |column: usize| rows.iter().map(move |row| row.get(column).copied().unwrap_or(u16::from(b' ')));
         let letters: Vec<u8> = (0..columns).flat_map(letter).flat_map(u16::to_le_bytes).collect();
         element(out, 4, &letters);

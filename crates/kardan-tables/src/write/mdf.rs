@@ -1,6 +1,6 @@
 //! ASAM MDF files.
 
-use crate::Table;
+use crate::{Column, Table};
 
 /// Gives tables as an MDF file (version 4.10, sorted, not compressed): a group for each raster with its name, its time
 /// in s as master and one channel of doubles for each column, bit for bit, with units and descriptions.
@@ -68,34 +68,26 @@ impl File {
     }
 
     fn raster(&mut self, name: &str, table: &Table<'_>) -> u64 {
-        table.check();
-        let mut columns: Vec<&[f64]> = vec![table.time];
-        let first = self.channel(0, "time", "s", "time");
-        let mut last = first;
-        for (k, signal) in table.columns.iter().enumerate() {
-            columns.push(signal.values);
-            let channel = self.channel(k + 1, signal.name, signal.unit, signal.description);
-            self.link(last, 0, channel);
-            last = channel;
-        }
+        let columns = table.with_time("time");
+        let channels: Vec<u64> = columns.iter().enumerate().map(|(k, column)| self.channel(k, column)).collect();
+        channels.windows(2).for_each(|pair| self.link(pair[0], 0, pair[1]));
         let text = self.text(b"TX", name);
         // Record number, rows, flags, separator, bytes of a record, bytes of invalidation bits.
         let mut data = vec![0; 32];
         data[8..16].copy_from_slice(&(table.time.len() as u64).to_le_bytes());
         data[24..28].copy_from_slice(&(8 * columns.len() as u32).to_le_bytes());
-        let channels = self.block(b"CG", &[0, first, text, 0, 0, 0], &data);
+        let group = self.block(b"CG", &[0, channels[0], text, 0, 0, 0], &data);
         let mut records = Vec::with_capacity(8 * columns.len() * table.time.len());
         for row in 0..table.time.len() {
-            records.extend(columns.iter().flat_map(|column| column[row].to_le_bytes()));
+            records.extend(columns.iter().flat_map(|column| column.values[row].to_le_bytes()));
         }
         let records = self.block(b"DT", &[], &records);
-        self.block(b"DG", &[0, channels, records, 0], &[0; 8])
+        self.block(b"DG", &[0, group, records, 0], &[0; 8])
     }
 
-    fn channel(&mut self, index: usize, name: &str, unit: &str, description: &str) -> u64 {
-        let name = self.text(b"TX", name);
-        let unit = self.text(b"TX", unit);
-        let description = if description.is_empty() { 0 } else { self.text(b"TX", description) };
+    fn channel(&mut self, index: usize, column: &Column<'_>) -> u64 {
+        let (name, unit) = (self.text(b"TX", column.name), self.text(b"TX", column.unit));
+        let description = if column.description.is_empty() { 0 } else { self.text(b"TX", column.description) };
         // Kind (2: master), its quantity (1: time), doubles, bit offset, byte offset, bits; the rest is zero.
         let mut data = vec![0; 72];
         data[..4].copy_from_slice(if index == 0 { &[2, 1, 4, 0] } else { &[0, 0, 4, 0] });

@@ -25,8 +25,7 @@ use crate::{Column, Table};
 /// # Panics
 /// If the length of a column differs from that of the time.
 pub fn parquet(table: &Table<'_>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, ParquetError> {
-    table.check();
-    let columns = columns(table);
+    let columns = table.with_time("t");
     let mut pairs = key_values(metadata);
     for column in &columns {
         pairs.push(KeyValue::new(format!("unit:{}", column.name), column.unit.to_owned()));
@@ -35,12 +34,6 @@ pub fn parquet(table: &Table<'_>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, 
     pairs.push(KeyValue::new(arrow_schema::KEY.to_owned(), arrow_schema(&columns, metadata)));
     let settings = WriterProperties::builder().set_dictionary_enabled(false).set_encoding(Encoding::BYTE_STREAM_SPLIT);
     file("run", (&columns, &[]), pairs, settings)
-}
-
-/// The columns of the file, time first.
-fn columns<'a>(table: &Table<'a>) -> Vec<Column<'a>> {
-    let time = Column { name: "t", unit: "s", description: "time", values: table.time };
-    std::iter::once(time).chain(table.columns.iter().copied()).collect()
 }
 
 /// Pairs of the metadata.

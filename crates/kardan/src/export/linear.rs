@@ -261,12 +261,12 @@ pub fn realisations_mat(found: &Realisations) -> Option<Vec<u8>> {
 
 fn mat_values<'n>(name: &'n str, matrix: &Matrix<Rational>) -> Values<'n> {
     let values = matrix.transpose().to_f64().as_slice().to_vec();
-    Values { name, rows: matrix.rows(), columns: matrix.columns(), values }
+    Values { name, rows: matrix.rows(), columns: matrix.columns(), values: values.into() }
 }
 
 fn mat_column(name: &str, values: impl Iterator<Item = f64>) -> Values<'_> {
     let values: Vec<f64> = values.collect();
-    Values { name, rows: values.len(), columns: 1, values }
+    Values { name, rows: values.len(), columns: 1, values: values.into() }
 }
 
 fn forms(found: &Realisations) -> [(&'static str, &TransformedSystem); 3] {

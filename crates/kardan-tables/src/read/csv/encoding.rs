@@ -1,6 +1,6 @@
 //! The text of a file in any encoding, as UTF-8.
 
-use std::io::{self, Read};
+use std::io::{self, BufRead, Cursor, Read};
 
 use crate::read::{Bytes, ReadSeek};
 
@@ -25,7 +25,7 @@ pub(super) fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn 
     };
     reader.read_exact(&mut mark[..length])?;
     Ok(match encoding {
-        Encoding::Utf16 { little } => Box::new(Utf16 { reader, little, ready: Vec::new(), at: 0, half: Vec::new() }),
+        Encoding::Utf16 { little } => Box::new(Utf16 { reader, little, ready: Cursor::default(), half: Vec::new() }),
         _ => Box::new(reader),
     })
 }
@@ -34,15 +34,14 @@ pub(super) fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn 
 struct Utf16 {
     reader: Box<dyn ReadSeek>,
     little: bool,
-    ready: Vec<u8>,
-    at: usize,
+    ready: Cursor<Vec<u8>>,
     /// Bytes of an incomplete character.
     half: Vec<u8>,
 }
 
 impl Read for Utf16 {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        while self.at == self.ready.len() {
+        while self.ready.fill_buf()?.is_empty() {
             let mut raw = std::mem::take(&mut self.half);
             let length_before = raw.len();
             (&mut self.reader).take(1 << 16).read_to_end(&mut raw)?;
@@ -61,12 +60,8 @@ impl Read for Utf16 {
                 self.half.extend_from_slice(&raw[used..]);
             }
             let text: String = char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect();
-            self.ready = text.into_bytes();
-            self.at = 0;
+            self.ready = Cursor::new(text.into_bytes());
         }
-        let count = out.len().min(self.ready.len() - self.at);
-        out[..count].copy_from_slice(&self.ready[self.at..self.at + count]);
-        self.at += count;
-        Ok(count)
+        self.ready.read(out)
     }
 }

@@ -32,6 +32,14 @@ pub(super) struct Layout {
     pub notes: Vec<String>,
 }
 
+impl Layout {
+    /// The name of the channel of a cell.
+    pub fn name(&self, group: &Group, cell: usize) -> String {
+        let channel = self.cells_of_channels.iter().position(|of| *of == cell);
+        channel.map_or_else(|| format!("{}", cell + 1), |channel| group.channels[channel].name.clone())
+    }
+}
+
 pub(super) fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
     line.starts_with(b"#") && !line.starts_with(b"#N/A") || line.starts_with(b"%") || line.starts_with(b"//")

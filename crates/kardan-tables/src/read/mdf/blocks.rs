@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::super::source::Source;
+use super::super::source::{Source, unsigned};
 use super::super::{Channel, Group, LogError, find_time, make_unique};
 use super::field::{Conversion, Field, Kind};
 
@@ -55,11 +55,6 @@ impl Layout {
     }
 }
 
-/// A little-endian number of at most eight bytes.
-pub(super) fn unsigned(bytes: &[u8]) -> u64 {
-    bytes.iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte))
-}
-
 /// The file is damaged at a byte.
 pub(super) fn damaged(at: u64, what: impl Into<String>) -> LogError {
     LogError::damaged(MDF, format!("at byte {at}"), what)
@@ -74,7 +69,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    pub fn read(source: &mut Source, at: u64) -> Result<Self, LogError> {
+    pub fn read(source: &Source, at: u64) -> Result<Self, LogError> {
         let bytes = source.bytes(at, 24)?;
         let id = [bytes[0], bytes[1], bytes[2], bytes[3]];
         let (length, links) = (unsigned(&bytes[8..16]), unsigned(&bytes[16..24]));
@@ -107,7 +102,7 @@ impl Header {
         self.length.saturating_sub(24 + 8 * self.links)
     }
 
-    pub fn links(&self, source: &mut Source) -> Result<Vec<u64>, LogError> {
+    pub fn links(&self, source: &Source) -> Result<Vec<u64>, LogError> {
         let bytes = source.bytes(self.at + 24, 8 * self.links as usize)?;
         Ok(bytes.chunks_exact(8).map(unsigned).collect())
     }
@@ -145,7 +140,7 @@ impl Read {
 }
 
 struct Traversal<'a> {
-    source: &'a mut Source,
+    source: &'a Source,
     /// Whether the numbers of rows are unknown: the recording was not finished.
     uncounted: bool,
     /// Visited blocks of chains, against cycles.
@@ -156,7 +151,7 @@ struct Traversal<'a> {
     places: Vec<Place>,
 }
 
-pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>), LogError> {
+pub(super) fn read(source: &Source) -> Result<(File, Vec<Group>, Vec<String>), LogError> {
     let start = source.bytes(0, 64)?;
     let unfinished = start.starts_with(b"UnFinMF ");
     let version = unsigned(&start[28..30]);

@@ -11,7 +11,7 @@ const MOST: usize = 1 << 20;
 
 /// The first block found that the file truncates or lacks. The search follows links from the header, also to blocks that are not read; of a
 /// list of records it examines only the last block.
-pub(super) fn missing(source: &mut Source) -> Option<LogError> {
+pub(super) fn missing(source: &Source) -> Option<LogError> {
     let mut visited = HashSet::new();
     let mut open = vec![64];
     while let Some(at) = open.pop() {

@@ -56,49 +56,16 @@ impl Field {
     pub fn decode(&self, records: &[u8], record_bytes: usize, data_bytes: usize, first: u64, out: &mut Vec<f64>) {
         let start = out.len();
         let aligned = self.bit == 0 && self.bits == 8 * self.bytes() as u32;
-        macro_rules! each {
-            ($type:ty, $size:literal) => {{
-                let bytes = records.chunks_exact(record_bytes).map(|record| {
-                    let mut bytes = [0; $size];
-                    bytes.copy_from_slice(&record[self.byte..self.byte + $size]);
-                    bytes
-                });
-                if self.big_endian {
-                    out.extend(bytes.map(|bytes| <$type>::from_be_bytes(bytes) as f64));
-                } else {
-                    out.extend(bytes.map(|bytes| <$type>::from_le_bytes(bytes) as f64));
-                }
-            }};
-        }
-        match (self.kind, aligned, self.bits) {
-            (Kind::Index, ..) => {
+        match self.bits {
+            _ if self.kind == Kind::Index => {
                 let count = records.len() / record_bytes;
                 out.extend((first..first + count as u64).map(|index| index as f64));
             }
-            (Kind::Float, true, 64) => each!(f64, 8),
-            (Kind::Float, true, 32) => each!(f32, 4),
-            (Kind::Float, ..) => {
-                out.extend(records.chunks_exact(record_bytes).map(|record| half(self.word(record) as u16)));
-            }
-            (Kind::Unsigned, true, 8) => each!(u8, 1),
-            (Kind::Unsigned, true, 16) => each!(u16, 2),
-            (Kind::Unsigned, true, 32) => each!(u32, 4),
-            (Kind::Unsigned, true, 64) => each!(u64, 8),
-            (Kind::Signed, true, 8) => each!(i8, 1),
-            (Kind::Signed, true, 16) => each!(i16, 2),
-            (Kind::Signed, true, 32) => each!(i32, 4),
-            (Kind::Signed, true, 64) => each!(i64, 8),
-            (Kind::Unsigned, ..) => {
-                out.extend(records.chunks_exact(record_bytes).map(|record| self.word(record) as f64))
-            }
-            (Kind::Signed, ..) => {
-                let shift = 64 - self.bits;
-                out.extend(
-                    records
-                        .chunks_exact(record_bytes)
-                        .map(|record| ((self.word(record) << shift) as i64 >> shift) as f64),
-                );
-            }
+            8 if aligned => self.convert(self.words::<1>(records, record_bytes), out),
+            16 if aligned => self.convert(self.words::<2>(records, record_bytes), out),
+            32 if aligned => self.convert(self.words::<4>(records, record_bytes), out),
+            64 if aligned => self.convert(self.words::<8>(records, record_bytes), out),
+            _ => self.convert(records.chunks_exact(record_bytes).map(|record| self.word(record)), out),
         }
         self.conversion.apply(&mut out[start..]);
         if let Some(bit) = self.invalid {
@@ -110,7 +77,30 @@ impl Field {
         }
     }
 
-    /// The bits of the value.
+    /// Appends the numbers that are stored in these bits.
+    fn convert(&self, words: impl Iterator<Item = u64>, out: &mut Vec<f64>) {
+        match (self.kind, self.bits) {
+            (Kind::Float, 64) => out.extend(words.map(f64::from_bits)),
+            (Kind::Float, 32) => out.extend(words.map(|word| f64::from(f32::from_bits(word as u32)))),
+            (Kind::Float, _) => out.extend(words.map(|word| half(word as u16))),
+            (Kind::Signed, bits) => {
+                let shift = 64 - bits;
+                out.extend(words.map(|word| ((word << shift) as i64 >> shift) as f64));
+            }
+            _ => out.extend(words.map(|word| word as f64)),
+        }
+    }
+
+    /// The bits of values of whole bytes.
+    fn words<const SIZE: usize>(&self, records: &[u8], record_bytes: usize) -> impl Iterator<Item = u64> {
+        records.chunks_exact(record_bytes).map(move |record| {
+            let mut bytes = [0; 8];
+            bytes[..SIZE].copy_from_slice(&record[self.byte..self.byte + SIZE]);
+            if self.big_endian { u64::from_be_bytes(bytes) >> (64 - 8 * SIZE) } else { u64::from_le_bytes(bytes) }
+        })
+    }
+
+    /// The bits of any value.
     fn word(&self, record: &[u8]) -> u64 {
         let bytes = &record[self.byte..self.byte + self.bytes()];
         let step = |sum: u128, byte: &u8| sum << 8 | u128::from(*byte);

@@ -1,10 +1,10 @@
 //! The records of a data group as one stream of bytes, over all kinds of blocks.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 
 use super::super::LogError;
-use super::super::source::Source;
-use super::blocks::{Header, MDF, damaged, unsigned};
+use super::super::source::{Source, unsigned};
+use super::blocks::{Header, MDF, damaged};
 
 /// Largest size of a decompressed block in bytes (4 MiB in the standard).
 const INFLATED_LIMIT: u64 = 64 << 20;
@@ -14,9 +14,8 @@ pub(super) struct Stream {
     source: Source,
     /// The length of the last data block is unreliable: the recording was not finished.
     unfinished: bool,
-    /// Open lists: their next blocks.
-    fragments: std::vec::IntoIter<u64>,
-    next_list: u64,
+    /// The next blocks of a list, then the next list.
+    ahead: VecDeque<u64>,
     /// Opened blocks, against cycles.
     blocks: HashSet<u64>,
     /// The rest of an uncompressed block.
@@ -28,7 +27,6 @@ pub(super) struct Stream {
     /// The data after a truncated uncompressed block.
     after: Option<LogError>,
     failed: Option<LogError>,
-    has_failed: bool,
     /// The last record was not complete.
     pub cut: bool,
 }
@@ -38,8 +36,7 @@ impl Stream {
         Self {
             source,
             unfinished,
-            fragments: if data == 0 { Vec::new() } else { vec![data] }.into_iter(),
-            next_list: 0,
+            ahead: VecDeque::from([data]),
             blocks: HashSet::new(),
             at: 0,
             remaining: 0,
@@ -47,7 +44,6 @@ impl Stream {
             used: 0,
             after: None,
             failed: None,
-            has_failed: false,
             cut: false,
         }
     }
@@ -58,10 +54,9 @@ impl Stream {
 
     /// Ends the stream with an error, returned after all data before it.
     pub fn fail(&mut self, error: LogError) {
-        self.has_failed = true;
         self.failed = Some(error);
-        self.fragments = Vec::new().into_iter();
-        (self.next_list, self.remaining, self.used) = (0, 0, self.inflated.len());
+        self.ahead.clear();
+        (self.remaining, self.used) = (0, self.inflated.len());
     }
 
     pub fn failed(&mut self) -> Option<LogError> {
@@ -69,7 +64,7 @@ impl Stream {
     }
 
     pub fn has_failed(&self) -> bool {
-        self.has_failed
+        self.failed.is_some()
     }
 
     /// Appends bytes up to a length, fewer only at the end. Bytes before an error are in `out`.
@@ -97,21 +92,14 @@ impl Stream {
     }
 
     fn next_block(&mut self) -> Result<bool, LogError> {
-        let Some(at) = self.fragments.next() else {
-            let list = std::mem::take(&mut self.next_list);
-            if list == 0 {
-                return Ok(false);
-            }
-            self.fragments = vec![list].into_iter();
-            return Ok(true);
-        };
+        let Some(at) = self.ahead.pop_front() else { return Ok(false) };
         if at == 0 {
             return Ok(true);
         }
         if !self.blocks.insert(at) {
             return Err(damaged(at, "a block of records is listed twice"));
         }
-        let header = Header::read(&mut self.source, at)?;
+        let header = Header::read(&self.source, at)?;
         match &header.id {
             b"##DT" => {
                 self.at = header.data_at();
@@ -129,16 +117,14 @@ impl Stream {
             }
             b"##DZ" => self.inflate(&header)?,
             b"##HL" => {
-                let links = header.links(&mut self.source)?;
-                self.next_list = links.first().copied().unwrap_or(0);
+                self.ahead.extend(header.links(&self.source)?.first());
             }
             b"##DL" => {
-                let links = header.links(&mut self.source)?;
-                if self.fragments.len() > 0 {
+                let links = header.links(&self.source)?;
+                if !self.ahead.is_empty() {
                     return Err(header.unexpected("a block of records inside a list"));
                 }
-                self.fragments = links.into_iter();
-                self.next_list = self.fragments.next().unwrap_or(0);
+                self.ahead.extend(links.iter().skip(1).chain(links.first()).filter(|at| **at != 0));
             }
             b"##DV" | b"##LD" => {
                 return Err(LogError::unsupported(

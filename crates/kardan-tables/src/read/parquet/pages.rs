@@ -4,8 +4,7 @@
 //! gzip and Zstandard without the C libraries that the crate would need. Before the crate decodes a page, its assumptions
 //! on the page are checked: it would panic otherwise.
 
-use std::io::Read;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::io::{BufReader, Read};
 
 use ::bytes::Bytes;
 use ::parquet::basic::{Compression, Encoding, Type};
@@ -19,57 +18,39 @@ use super::super::source::Source;
 /// Largest size of a page, and of the description of a file, bytes.
 pub(super) const LIMIT: usize = 256 << 20;
 
-/// A file that is read at several positions.
-#[derive(Clone)]
-pub(super) struct Shared(pub Arc<Mutex<Source>>);
-
-impl Shared {
-    pub fn bytes(&self, at: u64, count: usize) -> Result<Vec<u8>> {
-        if count > LIMIT {
-            return Err(ParquetError::General(format!("{count} bytes are declared at byte {at}, more than the limit")));
-        }
-        let mut source = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        source.bytes(at, count).map_err(|error| ParquetError::General(error.to_string()))
-    }
-}
-
-impl Length for Shared {
+impl Length for Source {
     fn len(&self) -> u64 {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).size
+        self.size
     }
 }
 
-impl ChunkReader for Shared {
-    type T = Forward;
+impl ChunkReader for Source {
+    type T = BufReader<Forward>;
 
-    fn get_read(&self, start: u64) -> Result<Forward> {
-        Ok(Forward { file: self.clone(), at: start, ready: Vec::new(), used: 0 })
+    fn get_read(&self, start: u64) -> Result<Self::T> {
+        // The headers of pages are short.
+        Ok(BufReader::with_capacity(256, Forward { file: self.clone(), at: start }))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
-        self.bytes(start, length).map(Bytes::from)
+        if length > LIMIT {
+            return Err(lies(format!("{length} bytes are declared at byte {start}, more than the limit")));
+        }
+        self.bytes(start, length).map(Bytes::from).map_err(|error| lies(error.to_string()))
     }
 }
 
 /// Reads on from a position.
-pub(super) struct Forward {
-    file: Shared,
+pub(in crate::read) struct Forward {
+    file: Source,
     at: u64,
-    ready: Vec<u8>,
-    used: usize,
 }
 
 impl Read for Forward {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        if self.used == self.ready.len() {
-            // The headers of pages are short.
-            let available = self.file.len().saturating_sub(self.at).min(256.max(out.len() as u64).min(1 << 16));
-            self.ready = self.file.bytes(self.at, available as usize).map_err(std::io::Error::other)?;
-            (self.at, self.used) = (self.at + available, 0);
-        }
-        let count = out.len().min(self.ready.len() - self.used);
-        out[..count].copy_from_slice(&self.ready[self.used..self.used + count]);
-        self.used += count;
+        let count = self.file.available(self.at, out.len().min(1 << 16));
+        out[..count].copy_from_slice(&self.file.get_bytes(self.at, count).map_err(std::io::Error::other)?);
+        self.at += count as u64;
         Ok(count)
     }
 }
@@ -81,7 +62,7 @@ pub(super) fn is_read(compression: Compression) -> bool {
 
 /// Decompresses and checks the pages of a column chunk.
 pub(super) struct Inflated {
-    pages: SerializedPageReader<Shared>,
+    pages: SerializedPageReader<Source>,
     compression: Compression,
     /// Whether values may be missing, as marked by levels before them.
     optional: bool,
@@ -139,7 +120,7 @@ fn differences(bytes: &[u8], expected: u64) -> Option<u64> {
 }
 
 impl Inflated {
-    pub fn new(pages: SerializedPageReader<Shared>, compression: Compression, column: &ColumnDescriptor) -> Self {
+    pub fn new(pages: SerializedPageReader<Source>, compression: Compression, column: &ColumnDescriptor) -> Self {
         let width = match column.physical_type() {
             Type::INT96 => 12,
             Type::INT64 | Type::DOUBLE => 8,

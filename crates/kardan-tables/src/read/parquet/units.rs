@@ -1,5 +1,8 @@
 //! Column metadata of an Arrow schema: a flatbuffer in base64, as pyarrow writes it into the metadata.
 
+use super::super::source::unsigned;
+use crate::text::BASE64;
+
 /// The metadata of a column.
 pub(super) struct Field {
     pub name: String,
@@ -21,15 +24,8 @@ fn decoded(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3);
     let (mut word, mut bits) = (0u32, 0);
     for byte in text.trim_end_matches('=').bytes() {
-        let digit = match byte {
-            b'A'..=b'Z' => byte - b'A',
-            b'a'..=b'z' => byte - b'a' + 26,
-            b'0'..=b'9' => byte - b'0' + 52,
-            b'+' => 62,
-            b'/' => 63,
-            _ => return None,
-        };
-        (word, bits) = (word << 6 | u32::from(digit), bits + 6);
+        let digit = BASE64.iter().position(|digit| *digit == byte)?;
+        (word, bits) = (word << 6 | digit as u32, bits + 6);
         if bits >= 8 {
             bits -= 8;
             out.push((word >> bits) as u8);
@@ -44,7 +40,7 @@ struct Buffer<'a>(&'a [u8]);
 impl Buffer<'_> {
     fn number(&self, at: usize, count: usize) -> Option<usize> {
         let bytes = self.0.get(at..at.checked_add(count)?)?;
-        Some(bytes.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte)))
+        Some(unsigned(bytes) as usize)
     }
 
     fn follow(&self, at: usize) -> Option<usize> {
@@ -98,13 +94,8 @@ fn found(bytes: &[u8]) -> Option<Vec<Field>> {
         }
         // Milliseconds are the default.
         let kind = buffer.child(field, 3)?;
-        match buffer.slot(kind, 0).map_or(Some(1), |at| buffer.number(at, 2))? {
-            0 => Some(1.0),
-            1 => Some(1e3),
-            2 => Some(1e6),
-            3 => Some(1e9),
-            _ => None,
-        }
+        let unit = buffer.slot(kind, 0).map_or(Some(1), |at| buffer.number(at, 2))?;
+        [1.0, 1e3, 1e6, 1e9].get(unit).copied()
     };
     let of =
         |field: usize| Some(Field { name: buffer.text(field, 0)?, unit: unit(field), per_second: per_second(field) });
