@@ -463,7 +463,7 @@ pub(super) fn unfollowed_manoeuvres(
         for (name, _) in one.made.shared.iter().filter(unread) {
             let message = format!("{what}: the model does not use its signal `{name}`");
             let help = "let the car read both: `braking = \"braking\"`, and `speed = \"... - slowed\"` with the speed it has before";
-            out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
+            out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place, "not used").help(help));
         }
         let name = one.steering_signal();
         // A braking driver may release the wheel.
@@ -483,7 +483,7 @@ pub(super) fn unfollowed_manoeuvres(
                 )
             }
         };
-        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(&one.place, "not used").help(help));
+        out.push(Diagnostic::warning("manoeuvre::unused-signal", message).at(one.place, "not used").help(help));
     }
 }
 

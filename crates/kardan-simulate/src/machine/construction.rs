@@ -23,7 +23,7 @@ use kardan_math::num::{Cholesky, Matrix};
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::equations::Measured;
-use kardan_mechanics::reduce::{Dynamics, Motion, Reduced, Work};
+use kardan_mechanics::reduce::{Dynamics, Motion, Work};
 use kardan_results::signal_name::SignalName;
 use kardan_synthesis::{ExportedSignal, Law, LawRuntime, LinearLaw, Observation, TaskLaw};
 

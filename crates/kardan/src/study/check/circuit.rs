@@ -1,7 +1,7 @@
 //! Checks of the circuits of a model: nodes, ground, loops without resistance or inductance.
 
 use crate::study::read::locations::{all_places, place_of_node};
-use kardan_mechanics::equations::{GROUND, NamedTerm, Term};
+use kardan_mechanics::equations::{Domain, GROUND, NamedTerm, Term};
 use kardan_model::{Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted};
 use std::collections::{BTreeMap, BTreeSet};

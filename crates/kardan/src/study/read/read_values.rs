@@ -1,7 +1,7 @@
 //! Reading quantities and names from the tables of a study.
 
 use kardan_math::units::{Dimension, Exact};
-use kardan_model::{TableReader, wrong_dimension};
+use kardan_model::TableReader;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
@@ -79,7 +79,7 @@ fn fitting(
 ) -> Option<Exact> {
     let (value, found) = reader.scalar(scalar, Some((dimension, sign)), label, out)?;
     if !fits(&dimension, &found) {
-        out.push(wrong_dimension(label, dimension, found, scalar.place.clone()));
+        out.push(Diagnostic::wrong_dimension(label, [dimension, found], &scalar.place));
         return None;
     }
     Some(value)

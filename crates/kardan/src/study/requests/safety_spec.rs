@@ -9,7 +9,7 @@ use crate::study::read::read_values::{is_given, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::Dimension;
 use kardan_model::tables::Measure;
-use kardan_model::{Document, TableReader, VariantSettings, no_such_fault, wrong_dimension};
+use kardan_model::{Document, TableReader, VariantSettings, no_such_fault};
 use kardan_results::SafetyEffect;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
@@ -191,7 +191,7 @@ fn value_names(
         if let Some((_, found)) = reader.scalar(scalar, None, &label, out)
             && !found.is_like(&parameter.dimension)
         {
-            out.push(wrong_dimension(&label, parameter.dimension, found, scalar.place.clone()));
+            out.push(Diagnostic::wrong_dimension(&label, [parameter.dimension, found], &scalar.place));
         }
         if !names.contains(&name.value) {
             names.push(name.value.clone());
