@@ -8,4 +8,4 @@ mod signals;
 mod solvers;
 mod state_space;
 
-use kardan_rt::Real; // `solvers` compiles a private file of the crate, which imports this from its root
+use kardan_rt::{Arithmetic, Real}; // `solvers` compiles a private file of the crate, which imports these from its root

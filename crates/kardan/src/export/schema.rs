@@ -10,8 +10,11 @@ use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, linear, reference};
 use kardan_results::{Design, Safety, Sweep};
 
-/// The outputs with a schema: the name, the command that prints it, and the schema.
-static SCHEMAS: [(&str, &str, fn() -> schemars::Schema); 17] = [
+/// The name of an output, the command that prints it, and the schema.
+type Output = (&'static str, &'static str, fn() -> schemars::Schema);
+
+/// The outputs with a schema.
+static SCHEMAS: [Output; 17] = [
     ("run", "`kardan run --json`: the result of a study", of::<study::StudyView>),
     ("analyze", "`kardan analyze --json`: the structure of a model", of::<analysis::AnalysisView>),
     ("design", "`kardan design --json`: a designed controller with its proofs", of::<Design>),

@@ -103,7 +103,7 @@ fn missing_numbers_count_as_damage_from_one_percent_on() {
 fn channels_that_are_not_equally_long_are_named() {
     let column = |k: usize, rows: usize| (0..rows as u32).map(|j| row(j)[k]).collect::<Vec<f64>>();
     let columns = [("t", column(0, 4000)), ("a_w", column(1, 4000)), ("m_tau", column(2, 3999))];
-    let all = columns.map(|(name, values)| Values { name, rows: values.len(), columns: 1, values });
+    let all = columns.map(|(name, values)| Values { name, rows: values.len(), columns: 1, values: values.into() });
     let why = identified(SOURCE, mat_matrices(&all, &[]).unwrap()).unwrap_err();
     assert!(["`t` has 4000 rows", "3999 rows have `m_tau`"].iter().all(|fragment| why.contains(fragment)), "{why}");
 }

@@ -22,7 +22,7 @@ fn the_reader_gives_back_every_bit_and_the_units() {
     assert_eq!((value("model"), value("variant")), ("gear", "beta-1"));
     assert_eq!((value("unit:t"), value("unit:rk.phi")), ("s", "rad"));
     assert_eq!((value("description:rk.phi"), value("parameter:beta")), ("angle of rk.phi", "0.5 rad"));
-    assert_eq!(value("ARROW:schema"), arrow_schema(&columns(&table), &metadata));
+    assert_eq!(value("ARROW:schema"), arrow_schema(&table.with_time("t"), &metadata));
 
     let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
     assert_eq!(rows.len(), time.len());

@@ -27,7 +27,7 @@ pub(super) fn designed_law(
     control: &ControlSpec,
     plant: &Plant,
     out: &mut Vec<Diagnostic>,
-) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
+) -> Option<[Arc<dyn Law>; 2]> {
     let before = out.len();
     for signal in signals_of(control.law.fields, &control.values) {
         let shaft = SignalName::new(&signal).angle_of().and_then(|name| plant.reduced.coordinate(name));
@@ -45,7 +45,7 @@ pub(super) fn designed_law(
         return None;
     }
     let found = law_as_it_runs(document, reduced, control, plant);
-    let (law, implemented) = found.map_err(|diagnostic| out.push(diagnostic)).ok()?;
+    let [law, implemented] = found.map_err(|diagnostic| out.push(diagnostic)).ok()?;
     let why = plant.no_equilibrium.as_ref().filter(|_| !law.on_full_model());
     out.extend(why.map(|why| no_equilibrium(control, plant.default_point(), why)));
     let excluded = control.values.names("excluded_elements").filter(|names| !names.is_empty());
@@ -53,7 +53,7 @@ pub(super) fn designed_law(
         Some(names) => submodel_law(law, &plant.reduced, reduced, &quoted(names)),
         None => law,
     };
-    Some((whole(law), whole(implemented)))
+    Some([law, implemented].map(whole))
 }
 
 /// The law of a controller as designed on a plant, and as it runs.
@@ -65,7 +65,7 @@ fn law_as_it_runs(
     reduced: &Reduced,
     control: &ControlSpec,
     plant: &Plant,
-) -> Result<(Arc<dyn Law>, Arc<dyn Law>), Diagnostic> {
+) -> Result<[Arc<dyn Law>; 2], Diagnostic> {
     let refused = |error| design_diagnostic(document, control, &error);
     let law = design_law(control.law, &control.name, &control.values, plant).map_err(refused)?;
     if law.on_full_model() && NamedPoint::is_named(document, control) {
@@ -86,7 +86,7 @@ fn law_as_it_runs(
             .help("check the exponents of its frequencies and of the model's numbers"));
     }
     check_readings(document, (control, plant), &*implemented)?;
-    Ok((law, implemented))
+    Ok([law, implemented])
 }
 
 /// The plant of a controller at its operating point, unless it has no linearisation there.

@@ -202,14 +202,14 @@ fn laws_of(
     for (number, (control, plant)) in controls.iter().zip(plants).enumerate() {
         let Some(mut plant) = plant else { continue };
         let law = match nominal.filter(|_| control.law.keyword != Program::KEYWORD) {
-            Some(nominal) => Some((Arc::clone(&nominal.designed[number]), Arc::clone(&nominal.implemented[number]))),
+            Some(nominal) => Some([&nominal.designed[number], &nominal.implemented[number]].map(Arc::clone)),
             None => {
                 plant.signals = signals_at_begin(scenario);
                 plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
                 designed_law(document, reduced, control, &plant, out)
             }
         };
-        let Some((law, as_it_runs)) = law else { continue };
+        let Some([law, as_it_runs]) = law else { continue };
         steps.step();
         found.design_models.push(plant);
         found.designed.push(law);

@@ -5,13 +5,17 @@ use kardan_rt::functions::{powi, sin};
 use super::super::points::axes;
 use super::*;
 use crate::study::requests::distribution::Distribution;
+use crate::study::requests::sample_space::SampleSpace;
 use crate::study::requests::sampling_method::SamplingMethod;
+use crate::study::requests::varied::Varied;
+use kardan_math::units::Dimension;
 
 /// Places of the samples of a design over so many axes.
 fn places(sampling: SamplingMethod, axes_: usize, samples: u64) -> Vec<Vec<f64>> {
     let unit = Distribution::Uniform { from: 0.0, to: 1.0 };
-    let names: Vec<String> = (0..axes_).map(|k| format!("x{k}")).collect();
-    let made = axes(sampling, (3, samples), names.iter().map(|name| (name.as_str(), &unit)), &[]);
+    let varied = (0..axes_).map(|k| Varied::new(&format!("x{k}"), Dimension::NONE, unit.clone()));
+    let space = SampleSpace { varied: varied.collect(), correlated: Vec::new(), sampling };
+    let made = axes(sampling, (3, samples), &space);
     (0..samples).map(|k| made.iter().map(|axis| axis.at(k)).collect()).collect()
 }
 
