@@ -470,7 +470,7 @@ impl PreparedBench {
                 let help = unknown_name(&name.value, names());
                 let message =
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "unknown").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(&name.place, "unknown").help(help));
             }
             planner.coefficients.extend(found);
         }
@@ -611,6 +611,6 @@ fn why(refusal: Refusal, document: &Document, spec: &BenchSpec, determinable: &s
         ),
     };
     Diagnostic::error("bench::plan", format!("the bench has no plan: {message}"))
-        .at(TableReader::place(&document.bench, key), "")
+        .at(document.bench.place_of(key), "")
         .help(help)
 }

@@ -135,7 +135,7 @@ fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diag
         out.push(
             Diagnostic::error("name::duplicate", message)
                 .at(place_of_node(document, node), "as a node here")
-                .at(element.place.clone(), "first here")
+                .at(&element.place, "first here")
                 .help("give each element and each node a name of its own"),
         );
     }

@@ -287,7 +287,7 @@ pub(in crate::study) fn check_effort(document: &Document, variant: &PreparedVari
     let warning = Diagnostic::warning("run::steps", message);
     let warning = match place {
         Some(place) => warning.at(place, "the fastest motion comes from here"),
-        None => warning.at(TableReader::place(&document.scenario, "duration"), "this duration"),
+        None => warning.at(document.scenario.place_of("duration"), "this duration"),
     };
     out.push(warning.help(
         "check this number and its unit; remove so fast a motion (by a rigid connection, or no inertia of its own), \

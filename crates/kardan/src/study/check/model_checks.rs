@@ -169,7 +169,7 @@ pub(in crate::study) fn reduce_diagnostics(document: &Document, model: &Model, e
         }
         ReduceError::CoordinateCount { suggestion, .. } | ReduceError::CoordinatesDependent { suggestion, .. } => {
             Diagnostic::error("coordinates::choice", error.to_string())
-                .at(TableReader::place(&document.model, "coordinates"), "these coordinates")
+                .at(document.model.place_of("coordinates"), "these coordinates")
                 .help(suggest(suggestion))
         }
         ReduceError::TooDeep { shaft, .. } => Diagnostic::error("constraint::depth", error.to_string())

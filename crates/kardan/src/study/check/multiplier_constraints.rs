@@ -461,7 +461,7 @@ pub(in crate::study) fn not_on_rows(control: &ControlSpec, reduced: &Reduced) ->
         control.name
     );
     Diagnostic::error("constraint::multiplier", message)
-        .at(control.place.clone(), "this controller")
+        .at(&control.place, "this controller")
         .help("take a law that is designed at an operating point: `lqr`, `pole_placement` or `decoupling`")
 }
 
@@ -470,6 +470,6 @@ pub(in crate::study) fn rows_refused(control: &ControlSpec, reduced: &Reduced, e
     let names = quoted(multiplier_elements(reduced));
     let message = format!("control `{}`: at its operating point {names} cannot be enforced: {error}", control.name);
     Diagnostic::error("constraint::multiplier", message)
-        .at(control.place.clone(), "this controller")
+        .at(&control.place, "this controller")
         .help("give other angles by `initial` of `[scenario]`, or by `at` of the controller")
 }

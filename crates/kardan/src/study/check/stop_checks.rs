@@ -97,7 +97,7 @@ pub(in crate::study) fn check_stops(
         out.push(
             Diagnostic::error("scenario::stop", message)
                 .at(place_of(document, element), "this stop")
-                .at(TableReader::place(&document.scenario, "initial"), "from here")
+                .at(document.scenario.place_of("initial"), "from here")
                 .help("begin within the stop: by `initial` of `[scenario]`, where missing values are zero"),
         );
     }

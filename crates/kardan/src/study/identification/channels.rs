@@ -299,7 +299,7 @@ impl Channel<'_, '_> {
             let message = format!("{what} has neither `column` nor `number`");
             out.push(
                 Diagnostic::error("key::missing", message)
-                    .at(table.place.clone(), "which column?")
+                    .at(&table.place, "which column?")
                     .help("add `column = \"...\"` with its name in the file, or `number = 2`"),
             );
             return None;

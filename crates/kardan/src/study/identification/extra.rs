@@ -222,7 +222,7 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
         if terms.iter().any(|candidate| candidate.term == first.term) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
-                    .at(table.place.clone(), "again here")
+                    .at(&table.place, "again here")
                     .help("remove one of them"),
             );
             continue;
@@ -263,7 +263,7 @@ impl Declared<'_> {
             if !self.table.values.contains_key(key) {
                 out.push(
                     Diagnostic::error("key::missing", format!("{}: the kind `{kind}` needs `{key}`", self.what))
-                        .at(self.table.place.clone(), format!("`{key}` is missing"))
+                        .at(&self.table.place, format!("`{key}` is missing"))
                         .help(help),
                 );
             }

@@ -182,7 +182,7 @@ fn requested_plays(document: &Document, names: &mut Vec<String>, out: &mut Vec<D
         let Some(instance) = name.strip_suffix(".backlash").and_then(gear) else { return true };
         if !instance.table.values.contains_key("backlash") {
             let message = format!("`{}` has no backlash to identify", instance.name);
-            out.push(Diagnostic::error("identify::no-backlash", message).at(instance.place.clone(), "no `backlash`").help(
+            out.push(Diagnostic::error("identify::no-backlash", message).at(&instance.place, "no `backlash`").help(
                 "give it an initial `backlash`, so that its two sides have separate angles: `backlash = \"1 mrad\"`",
             ));
         }

@@ -178,11 +178,7 @@ pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVari
         let message = format!("control `{}` {}", control.name, assumed_gain_text(&read));
         let help = "give the controller a `sample_time`, or remove that of the blocks: the loop then closes through \
                     them; a run includes them in any case";
-        out.push(
-            Diagnostic::warning("block::not-in-design", message)
-                .at(control.place.clone(), "this controller")
-                .help(help),
-        );
+        out.push(Diagnostic::warning("block::not-in-design", message).at(&control.place, "this controller").help(help));
     }
     for law in &reduced.equations.laws {
         let blocks: Vec<&str> = law.value.blocks().filter(|name| moving.contains(*name)).collect();
@@ -254,7 +250,7 @@ fn check_exported(document: &Document, model: &Model, laws: &[Arc<dyn Law>], out
             format!("it outputs {}; `disturbances` of its observer lists where unknown torques act", quoted(found));
         let diagnostic = Diagnostic::error("block::unavailable-signal", message);
         let place = document.controls.get(head).map_or(&control.place, |one| &one.place);
-        out.push(diagnostic.at(place.clone(), "this controller").help(help));
+        out.push(diagnostic.at(place, "this controller").help(help));
     }
 }
 

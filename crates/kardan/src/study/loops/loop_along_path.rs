@@ -241,7 +241,7 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
                     "design with the values of the variant, or choose slower poles; `kardan design` shows the loop";
                 out.push(
                     Diagnostic::warning("control::unstable-at-position", message)
-                        .at(control.place.clone(), "this controller")
+                        .at(&control.place, "this controller")
                         .help(help),
                 );
             }
@@ -259,7 +259,7 @@ pub(in crate::study) fn check_loop_along_path(variant: &PreparedVariant, out: &m
                     faster observer helps where they cannot";
         out.push(
             Diagnostic::warning("control::coupled-at-position", message)
-                .at(control.place.clone(), "this controller")
+                .at(&control.place, "this controller")
                 .help(help),
         );
     }

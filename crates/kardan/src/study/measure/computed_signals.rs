@@ -102,7 +102,7 @@ pub(in crate::study) fn resolve_signal(
     if !law.names().iter().any(is_signal) {
         let message = format!("{what}: `{}` contains no signal, so it is constant", shortened(text));
         let help = "name a signal in it, such as `rk.phi`, or `t` for the time";
-        out.push(Diagnostic::error("signal::missing", message).at(place.clone(), "no signal in it").help(help));
+        out.push(Diagnostic::error("signal::missing", message).at(place, "no signal in it").help(help));
         return None;
     }
     match lowered(&mut Graph::default(), &law, &varying, &value) {

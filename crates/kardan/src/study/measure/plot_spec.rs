@@ -57,7 +57,7 @@ fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<
         let message = format!("{what}: no time is left to draw: it begins at {begin} s and the run ends at {end} s");
         out.push(
             Diagnostic::warning("plot::window", message)
-                .at(TableReader::place(table, "from"), "after the end")
+                .at(table.place_of("from"), "after the end")
                 .help("lengthen `duration` or let `from` come before its end"),
         );
     }
@@ -78,8 +78,8 @@ pub(in crate::study) fn plots(
         if let Some(first) = places.get(&id.to_ascii_lowercase()).filter(|_| !id.is_empty()) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
-                    .at(place.clone(), "again here")
-                    .at(first.clone(), "first here")
+                    .at(&place, "again here")
+                    .at(first, "first here")
                     .help("give each plot a name of its own; it becomes a file name"),
             );
         }

@@ -281,7 +281,7 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
         );
         out.push(
             Diagnostic::error("unit::dimension", message)
-                .at(place.clone(), "no power")
+                .at(place, "no power")
                 .help("multiply a torque by an angular velocity: `signal = \"motor.tau * motor_shaft.w\"`"),
         );
     }
@@ -332,7 +332,7 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     for (key, example) in keys.into_iter().filter(|(key, _)| !is_given(table, key)) {
         out.push(
             Diagnostic::error("key::missing", format!("{what} needs the key `{key}`"))
-                .at(table.place.clone(), format!("`{key}` is missing"))
+                .at(&table.place, format!("`{key}` is missing"))
                 .help(format!("add `{key} = \"{example}\"`, or `{alternative}` in place of `signal` and `measure`")),
         );
     }
@@ -343,7 +343,7 @@ fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     if !is_given(table, "below") && !is_given(table, "above") {
         out.push(
             Diagnostic::error("key::missing", format!("{REQUIREMENT}: a bound is missing"))
-                .at(table.place.clone(), "neither `below` nor `above`")
+                .at(&table.place, "neither `below` nor `above`")
                 .help("add `below = \"...\"`, `above = \"...\"` or both"),
         );
     }
@@ -380,5 +380,5 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
         Some(_) => return,
     };
     let message = format!("{what}: {}", problem.0);
-    out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no limit").help(problem.1));
+    out.push(Diagnostic::error("requirement::limit", message).at(place, "no limit").help(problem.1));
 }

@@ -25,7 +25,7 @@ pub(in crate::study) fn selected_variants(
         let declared = names.iter().map(String::as_str).filter(|name| !name.is_empty());
         let help = unknown_name_or(&word.value, declared, "the model has no `[variants]`; leave this key out");
         let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
-        out.push(Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such variant").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(&word.place, "no such variant").help(help));
     }
     // A `[[variant]]` stands for its runs with all values of `[variants]`.
     let runs = |word: &Placed<String>| -> Vec<String> {

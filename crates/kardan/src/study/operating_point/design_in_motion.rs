@@ -44,7 +44,7 @@ pub(in crate::study) fn with_motion(
 fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<PreparedVariant, Diagnostic> {
     let MovingPoint { model, point, notes, .. } = found(variant, request).map_err(|why| {
         let message = format!("`at` of a controller: {}", why.message);
-        Diagnostic { code: "control::operating-point", message, ..why }.at(request.place.clone(), "at this point")
+        Diagnostic { code: "control::operating-point", message, ..why }.at(&request.place, "at this point")
     })?;
     let mut out = with_plants(variant, model, point);
     let point_note = notes.join("; ").replacen("operating point: ", "", 1);
@@ -57,7 +57,7 @@ fn loop_in_motion(variant: &PreparedVariant, request: &MotionRequest) -> Result<
         let both = law.and_then(|law| Ok((std::sync::Arc::clone(&law), implemented(law, &control.values)?)));
         (out.designed[number], out.implemented[number]) = both.map_err(|why| {
             let message = format!("`at` of control `{}`: {why}", control.name);
-            Diagnostic::error("control::operating-point", message).at(request.place.clone(), "at this point")
+            Diagnostic::error("control::operating-point", message).at(&request.place, "at this point")
         })?;
     }
     Ok(out)

@@ -251,8 +251,8 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
                        names a motion";
         out.push(
             Diagnostic::error("control::operating-point", message)
-                .at(TableReader::place(&document.scenario, "start"), "at rest")
-                .at(motion.place.clone(), "this is in motion")
+                .at(document.scenario.place_of("start"), "at rest")
+                .at(&motion.place, "this is in motion")
                 .help("leave out `start`, and give the speeds that the run begins with by `initial`"),
         );
     }
@@ -262,7 +262,7 @@ fn check_start(document: &Document, motion: Option<&MotionRequest>, out: &mut Ve
 fn two_points(message: String, second: Place, first: &Place) -> Diagnostic {
     Diagnostic::error("control::operating-point", message)
         .at(second, "another one here")
-        .at(first.clone(), "here first")
+        .at(first, "here first")
         .help("the loop of a variant has one operating point: name the same one, or name it once")
 }
 
@@ -309,7 +309,7 @@ pub(in crate::study) fn check_smooth(
         out.push(
             Diagnostic::error("control::not-differentiable", message)
                 .at(place_of_value(document, element, "law"), "it has no derivative there")
-                .at(control.place.clone(), "this controller")
+                .at(&control.place, "this controller")
                 .help(format!(
                     "it is linearised at {}: name another point with `at`, or make the expression smooth there",
                     format_position(reduced, &point.position)
@@ -324,6 +324,6 @@ pub(in crate::study) fn no_equilibrium(control: &ControlSpec, at: &str, why: &st
     let message =
         format!("control `{}` is designed at {at}, which is no equilibrium of the model: {why}", control.name);
     Diagnostic::warning("control::operating-point", message)
-        .at(control.place.clone(), "this controller")
+        .at(&control.place, "this controller")
         .help("name the operating point with `at`; otherwise the residual torque disturbs the loop")
 }

@@ -36,7 +36,7 @@ pub(super) fn designed_law(
                 format!("control `{}`: the output `{signal}` cannot move: the constraints fix it", control.name);
             out.push(
                 Diagnostic::error("control::design", message)
-                    .at(places_in_control(document, control, &signal)[0].clone(), "fixed by constraints")
+                    .at(&places_in_control(document, control, &signal)[0], "fixed by constraints")
                     .help("choose an output that can move, or remove the constraint"),
             );
         }
@@ -71,7 +71,7 @@ fn law_as_it_runs(
     if law.on_full_model() && NamedPoint::is_named(document, control) {
         let message = format!("control `{}`: a law on the full nonlinear model has no operating point", control.name);
         return Err(Diagnostic::error("control::operating-point", message)
-            .at(control.place.clone(), "this controller")
+            .at(&control.place, "this controller")
             .help("leave out `at`: it evaluates the model at its current position"));
     }
     if law.on_full_model() && !reduced.equations.multiplier_constraints.is_empty() {
@@ -82,7 +82,7 @@ fn law_as_it_runs(
         let message =
             format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
         return Err(Diagnostic::error("number::range", message)
-            .at(control.place.clone(), "this controller")
+            .at(&control.place, "this controller")
             .help("check the exponents of its frequencies and of the model's numbers"));
     }
     check_readings(document, (control, plant), &*implemented)?;
@@ -140,7 +140,7 @@ pub(super) fn design_model(
         );
         out.push(
             Diagnostic::warning("control::time-varying", message)
-                .at(control.place.clone(), "this controller")
+                .at(&control.place, "this controller")
                 .help("its design uses the initial value, at rest, and the motion disturbs the loop"),
         );
     }
@@ -153,7 +153,7 @@ pub(super) fn design_model(
             format!("the design of control `{}` uses the torque of {} at time zero", control.name, quoted(of_time));
         out.push(
             Diagnostic::warning("control::time-varying", message)
-                .at(control.place.clone(), "this controller")
+                .at(&control.place, "this controller")
                 .help("write a torque that is unknown to it as a `disturbance` with a function of time"),
         );
     }
@@ -171,7 +171,7 @@ pub(super) fn design_model(
         let Diagnostic { code, message, labels, .. } = diagnostic;
         let mut diagnostic =
             Diagnostic::error(code, format!("with the design values of control `{}`: {message}", control.name))
-                .at(place.clone(), "with these values")
+                .at(&place, "with these values")
                 .help("choose design values that every element can take");
         diagnostic.labels.extend(labels);
         add_new(out, vec![diagnostic], None);
@@ -210,7 +210,7 @@ fn reduced_design(
     let equations = assemble(&model.all_coordinates, &model.terms);
     let refused = |why: String, help: &str| {
         Diagnostic::error("control::design", format!("control `{}`: its design model {why}", control.name))
-            .at(place.clone(), "with these values")
+            .at(&place, "with these values")
             .help(help)
     };
     // If this fails, elements other than springs act on such a motion, or none.

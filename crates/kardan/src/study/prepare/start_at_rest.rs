@@ -60,7 +60,7 @@ pub(super) fn start_at_rest(
         Err(message) => {
             out.push(
                 Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
-                    .at(TableReader::place(&document.scenario, "start"), "no equilibrium")
+                    .at(document.scenario.place_of("start"), "no equilibrium")
                     .help("give the initial angles by `initial`, or add an element that supports the model"),
             );
             Vec::new()

@@ -137,7 +137,7 @@ pub(super) fn prepare_variant(
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
-                .at(TableReader::place(&document.scenario, "initial"), "from these angles")
+                .at(document.scenario.place_of("initial"), "from these angles")
                 .help("check the exponents of the initial angles and of the ratios"),
         );
         return None;

@@ -252,7 +252,7 @@ pub(in crate::study) fn events(
             if let Some((message, help)) = not_settable(signal, sources, (document, model), ["an event", "events"]) {
                 out.push(
                     Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                        .at(TableReader::place(table, "signal"), "not settable")
+                        .at(table.place_of("signal"), "not settable")
                         .help(help),
                 );
             }
@@ -290,7 +290,7 @@ pub(in crate::study) fn check_late(
         let message = format!("this {what} at {at} s never happens: the run ends at {end} s");
         out.push(
             Diagnostic::warning("event::after-end", message)
-                .at(TableReader::place(table, "at"), "after the end")
+                .at(table.place_of("at"), "after the end")
                 .help(format!("lengthen `duration` or move the {what}")),
         );
     }
@@ -324,7 +324,7 @@ fn check_duplicates(
         event.number,
         shown.join(", ")
     );
-    out.push(Diagnostic::error("event::duplicate", message).at(TableReader::place(table, "at"), "the same time").help(
+    out.push(Diagnostic::error("event::duplicate", message).at(table.place_of("at"), "the same time").help(
         "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
     ));
 }

@@ -135,7 +135,7 @@ impl<'a> Reader<'a, '_> {
             [] => {
                 let message = format!("{}: it names no failing part", self.what);
                 let help = "add `sensor = \"...\"`, `motor = \"...\"`, `control = \"...\"` or `element = \"...\"`";
-                out.push(Diagnostic::error("key::missing", message).at(self.table.place.clone(), "no part").help(help));
+                out.push(Diagnostic::error("key::missing", message).at(&self.table.place, "no part").help(help));
                 None
             }
             [_, second, ..] => {

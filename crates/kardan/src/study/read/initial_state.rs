@@ -119,8 +119,7 @@ fn entries(
                     moving.iter().flat_map(|n| domain(n).motion().map(|quantity: Quantity| quantity.of(n))).collect();
                 let what = if charges.is_empty() { "angle or speed" } else { "angle, speed, charge or current" };
                 let message = format!("`initial` of `[scenario]`: `{}` is no {what}", shortened(&name.value));
-                let unknown =
-                    Diagnostic::error("name::unknown", message).at(name.place.clone(), "nothing of that name");
+                let unknown = Diagnostic::error("name::unknown", message).at(&name.place, "nothing of that name");
                 out.push(unknown.help(unknown_name(&name.value, coordinate_names.iter().map(String::as_str))));
             }
             continue;

@@ -25,7 +25,7 @@ pub(in crate::study) fn key_error(
     (table, key, label): (&Table, &str, &str),
     help: impl Into<String>,
 ) -> Diagnostic {
-    Diagnostic::error(code, message).at(TableReader::place(table, key), label).help(help)
+    Diagnostic::error(code, message).at(table.place_of(key), label).help(help)
 }
 
 /// A quantity of a table in SI, checked against a dimension and, through parameters, against a sign.

@@ -96,7 +96,7 @@ pub(in crate::study) fn whole(
     }
     out.push(
         Diagnostic::error("number::whole", format!("`{key}` of {what}: expected a whole number, found {number}"))
-            .at(TableReader::place(table, key), "not a whole number")
+            .at(table.place_of(key), "not a whole number")
             .help("write a whole number, such as 1"),
     );
     None
@@ -171,7 +171,7 @@ fn check_rows(
     };
     out.push(
         Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
-            .at(TableReader::place(&document.scenario, key), "too fine for this duration")
+            .at(document.scenario.place_of(key), "too fine for this duration")
             .help(help),
     );
     false

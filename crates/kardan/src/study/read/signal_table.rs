@@ -70,6 +70,6 @@ pub(in crate::study) fn signal_kind(
         None => format!("there are {}", quoted(names())),
     };
     let message = format!("{what}: there is no signal `{}`", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such signal").help(help));
+    out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
     None
 }

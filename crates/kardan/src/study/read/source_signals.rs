@@ -43,7 +43,7 @@ pub(in crate::study) fn source_signals(
             let nouns = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), nouns) {
                 let message = format!("`signals` of `[scenario]`: {message}");
-                let diagnostic = Diagnostic::error("name::unknown", message).at(name.place.clone(), "not settable");
+                let diagnostic = Diagnostic::error("name::unknown", message).at(&name.place, "not settable");
                 out.push(diagnostic.help(help));
             }
             continue;
@@ -84,7 +84,7 @@ fn of_reference(
         let help = format!(
             "write a block in its place, which has a sample time: `[block.{shown}]` with kind = \"hold\" and the expression as `input`"
         );
-        out.push(Diagnostic::error("reference::sampled", message).at(place.clone(), "this reference").help(help));
+        out.push(Diagnostic::error("reference::sampled", message).at(place, "this reference").help(help));
         return None;
     }
     let expression = Expression::parse_law(&quoted(&source.name)).ok()?;

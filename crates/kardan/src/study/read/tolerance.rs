@@ -18,7 +18,7 @@ pub(in crate::study) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>
     if !TOLERANCES.contains(&relative) {
         out.push(
             Diagnostic::error("scenario::tolerance", format!("a relative tolerance of {relative:e} is out of range"))
-                .at(TableReader::place(&document.scenario, "relative_tolerance"), "from 1e-13 to 1e-3")
+                .at(document.scenario.place_of("relative_tolerance"), "from 1e-13 to 1e-3")
                 .help("leave it out for 1e-10, which suits almost every study"),
         );
     }

@@ -129,7 +129,7 @@ pub(in crate::study) fn analysis_spec(
     if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
-                .at(TableReader::place(table, "motion"), "no motion")
+                .at(table.place_of("motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
     }
@@ -169,7 +169,7 @@ fn outputs(
     if names.is_empty() && !table.unread.contains(&"outputs") {
         out.push(
             Diagnostic::error("list::length", "`outputs` of `[analysis]`: the list is empty")
-                .at(TableReader::place(table, "outputs"), "no output")
+                .at(table.place_of("outputs"), "no output")
                 .help("name one or more signals, such as `[\"rk.phi\"]`, or leave it out"),
         );
     }
@@ -181,14 +181,14 @@ fn outputs(
         match output(&word.value, equations, &context.signals, &doubtful) {
             Ok(OutputSignal { name, .. }) if found.contains(&name) => out.push(
                 Diagnostic::error("name::duplicate", format!("`outputs` of `[analysis]`: `{name}` is listed twice"))
-                    .at(word.place.clone(), "again here")
+                    .at(&word.place, "again here")
                     .help("remove one of the two"),
             ),
             Ok(OutputSignal { name, .. }) => found.push(name),
             Err(None) => {}
             Err(Some((message, help))) => out.push(
                 Diagnostic::error("name::unknown", format!("`outputs` of `[analysis]`: {message}"))
-                    .at(word.place.clone(), "not an output")
+                    .at(&word.place, "not an output")
                     .help(help),
             ),
         }
@@ -283,7 +283,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     let message = format!("`samples` of `[analysis]`: expected a whole number from 1 to 1000000, found {samples}");
     out.push(
         Diagnostic::error("analysis::samples", message)
-            .at(TableReader::place(table, "samples"), "not such a number")
+            .at(table.place_of("samples"), "not such a number")
             .help("1000 samples estimate a probability to within 0.03"),
     );
     None
@@ -328,7 +328,7 @@ pub(in crate::study) fn operating_point(
                 "number::sign",
                 format!("`t` in `at` of {what}: expected a time at or after the start of the run, found {time} s"),
             )
-            .at(TableReader::place(table, "at"), "before the start")
+            .at(table.place_of("at"), "before the start")
             .help("the run begins at `t` = 0 s"),
         );
     }
@@ -392,7 +392,7 @@ pub(in crate::study) fn targets_of(
         };
         out.push(
             Diagnostic::error("name::unknown", format!("`{key}` of {what}: {message}"))
-                .at(name.place.clone(), "not a coordinate")
+                .at(&name.place, "not a coordinate")
                 .help(help),
         );
     }
@@ -410,7 +410,7 @@ fn places(
     if tables.is_empty() && table.values.contains_key(key) && !table.unread.contains(&key) {
         out.push(
             Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
-                .at(TableReader::place(table, key), "no place")
+                .at(table.place_of(key), "no place")
                 .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
         );
     }
@@ -441,7 +441,7 @@ fn places(
                 out.push(
                     Diagnostic::error("name::duplicate", message)
                         .at(place, "again here")
-                        .at(other.place.clone(), "first here")
+                        .at(&other.place, "first here")
                         .help("remove one of the two"),
                 );
             }
@@ -478,7 +478,7 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
         };
         let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor backlash" };
         let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could lock it", shortened(name));
-        out.push(Diagnostic::error("analysis::stuck", message).at(word.place.clone(), "no friction").help(help));
+        out.push(Diagnostic::error("analysis::stuck", message).at(&word.place, "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));
 }
@@ -489,7 +489,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     if !is_finite_at(point.reduced, &position) {
         out.push(
             Diagnostic::error("number::range", "at the operating point an angle is too large for a number")
-                .at(TableReader::place(table, "at"), "from these angles")
+                .at(table.place_of("at"), "from these angles")
                 .help("check the exponents of the angles and of the ratios"),
         );
         return;
@@ -504,7 +504,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
         let message = format!("`stuck` of `[analysis]`: no motion is possible while the friction of {names} sticks");
         out.push(
             Diagnostic::error("analysis::stuck", message)
-                .at(TableReader::place(table, "stuck"), "no motion is left")
+                .at(table.place_of("stuck"), "no motion is left")
                 .help("let one of them slide"),
         );
     }

@@ -132,7 +132,7 @@ impl BenchTable<'_> {
     fn refuse(&mut self, code: &'static str, key: &str, wrong: &str, label: &str, help: &str) {
         self.out.push(
             Diagnostic::error(code, format!("`{key}` of {WHAT}: {wrong}"))
-                .at(TableReader::place(self.table, key), label)
+                .at(self.table.place_of(key), label)
                 .help(help),
         );
     }
@@ -149,7 +149,7 @@ impl BenchTable<'_> {
                     let help = unknown_name(&name.value, bodies().map(|body| body.name.as_str()));
                     self.out.push(
                         Diagnostic::error("name::unknown", format!("{label}: the model has no such shaft or mass"))
-                            .at(name.place.clone(), "not a shaft, not a mass")
+                            .at(&name.place, "not a shaft, not a mass")
                             .help(help),
                     );
                 }
@@ -169,7 +169,7 @@ impl BenchTable<'_> {
             match wrong {
                 Some(rule) => self.out.push(
                     Diagnostic::error("number::sign", format!("{label} {rule}"))
-                        .at(scalar.place.clone(), "out of range")
+                        .at(&scalar.place, "out of range")
                         .help(help),
                 ),
                 None => speeds.push((name.value.clone(), value)),

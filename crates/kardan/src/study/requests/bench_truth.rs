@@ -139,9 +139,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
         let head = SignalName::new(&name.value).element;
         if !document.suppressed.has(head) {
             out.push(
-                Diagnostic::error("name::unknown", format!("{label}: {message}"))
-                    .at(name.place.clone(), "unknown")
-                    .help(help),
+                Diagnostic::error("name::unknown", format!("{label}: {message}")).at(&name.place, "unknown").help(help),
             );
         }
         None
@@ -200,7 +198,7 @@ fn read(
     }
     out.push(
         Diagnostic::error("number::sign", format!("{label} must be {rule}, found {}", value.to_f64()))
-            .at(scalar.place.clone(), "out of range")
+            .at(&scalar.place, "out of range")
             .help("the plant must be physically possible"),
     );
     None

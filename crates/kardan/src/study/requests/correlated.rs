@@ -94,9 +94,7 @@ fn member(
     let mut refuse = |why: &str, help: &str| {
         let message = format!("{what}: `{}` {why}", shortened(name));
         let key = if table.values.contains_key("parameters") { "parameters" } else { "file" };
-        out.push(
-            Diagnostic::error("sweep::correlation", message).at(TableReader::place(table, key), "here").help(help),
-        );
+        out.push(Diagnostic::error("sweep::correlation", message).at(table.place_of(key), "here").help(help));
         None
     };
     let Some(number) = varied.iter().position(|one| one.name == name) else {
@@ -326,11 +324,7 @@ fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut V
     );
     let key = if correlation.moments.is_some() { "file" } else { "correlation" };
     let help = "correct the matrix: it must be positive semidefinite";
-    out.push(
-        Diagnostic::error("sweep::correlation", message)
-            .at(TableReader::place(table, key), "not semidefinite")
-            .help(help),
-    );
+    out.push(Diagnostic::error("sweep::correlation", message).at(table.place_of(key), "not semidefinite").help(help));
     None
 }
 

@@ -132,14 +132,14 @@ fn fault_names(document: &Document, is_declared: bool, out: &mut Vec<Diagnostic>
         if is_declared && document.faults.is_empty() && !document.suppressed.all {
             let message = format!("{SAFETY}: the file has no named fault to analyse");
             let help = "write some: `[fault.encoder_lost]` with `sensor = \"encoder\"` and `at = \"0.5 s\"`";
-            out.push(Diagnostic::error("safety::faults", message).at(table.place.clone(), "no faults").help(help));
+            out.push(Diagnostic::error("safety::faults", message).at(&table.place, "no faults").help(help));
         }
         return all();
     };
     if names.is_empty() {
         let message = format!("{SAFETY}: `faults` is an empty list: the analysis has no case");
         let help = "name some, or omit it to select all";
-        out.push(Diagnostic::error("list::length", message).at(place.clone(), "empty").help(help));
+        out.push(Diagnostic::error("list::length", message).at(place, "empty").help(help));
     }
     for word in names.iter().filter(|word| !document.suppressed.all && !document.has_fault(&word.value)) {
         out.push(no_such_fault(document, word, SAFETY));
@@ -171,9 +171,7 @@ fn value_names(
                 let names = document.parameters.iter().map(|parameter| parameter.name.as_str());
                 let help = unknown_name_or(&name.value, names, "declare it under `[parameters]`");
                 let message = format!("{label}: there is no such parameter");
-                out.push(
-                    Diagnostic::error("name::unknown", message).at(name.place.clone(), "no such parameter").help(help),
-                );
+                out.push(Diagnostic::error("name::unknown", message).at(&name.place, "no such parameter").help(help));
             }
             continue;
         };
@@ -183,7 +181,7 @@ fn value_names(
                 format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
             out.push(
                 Diagnostic::error("safety::set-by-variant", message)
-                    .at(name.place.clone(), "set by a variant")
+                    .at(&name.place, "set by a variant")
                     .help("remove it here, or list under `variants` those that do not set it"),
             );
             continue;

@@ -53,7 +53,7 @@ pub(in crate::study) fn parameter<'d>(
 ) -> Option<&'d Parameter> {
     let Some(parameter) = document.declared(name) else {
         if let Some(found) = document.untoleranced_value(name) {
-            out.push(no_tolerance(&found, name, label).at(place.clone(), "no tolerance"));
+            out.push(no_tolerance(&found, name, label).at(place, "no tolerance"));
         } else if !document.suppressed.has_key(name) {
             let names = || document.all_parameters().map(|parameter| parameter.name.as_str());
             let help = match nearest(name, names()) {
@@ -64,7 +64,7 @@ pub(in crate::study) fn parameter<'d>(
                 None => format!("there are {}; a key of an element, of `[scenario]` or of a fault needs a tolerance: `± 10 %`", quoted(names())),
             };
             let message = format!("{label}: there is no parameter `{}`", shortened(name));
-            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such parameter").help(help));
+            out.push(Diagnostic::error("name::unknown", message).at(place, "no such parameter").help(help));
         }
         return None;
     };
@@ -72,19 +72,13 @@ pub(in crate::study) fn parameter<'d>(
         let message =
             format!("{label}: `{name}` differs between the variants, so that a value here would change nothing");
         let help = "remove it here, or from the variants";
-        out.push(
-            Diagnostic::error("sweep::set-by-variant", message).at(place.clone(), "a varied parameter").help(help),
-        );
+        out.push(Diagnostic::error("sweep::set-by-variant", message).at(place, "a varied parameter").help(help));
         return None;
     }
     if parameter.expression.is_some() {
         let message = format!("{label}: `{name}` is computed from other parameters");
         let help = "vary those, or replace it by a value";
-        out.push(
-            Diagnostic::error("sweep::dependent-parameter", message)
-                .at(place.clone(), "no value of its own")
-                .help(help),
-        );
+        out.push(Diagnostic::error("sweep::dependent-parameter", message).at(place, "no value of its own").help(help));
         return None;
     }
     Some(parameter)

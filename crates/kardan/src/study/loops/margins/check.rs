@@ -79,7 +79,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
             let help = "choose times whose common period is a small multiple of the shortest; a run shows what \
                         happens";
             let warning =
-                Diagnostic::warning("control::no-common-period", message).at(control.place.clone(), "this controller");
+                Diagnostic::warning("control::no-common-period", message).at(&control.place, "this controller");
             out.push(warning.help(help));
             return;
         }
@@ -96,7 +96,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
     if decided.controlled != Stability::Unstable || is_slow {
         if decided.controlled != Stability::Stable {
-            out.push(on_the_border(&control.name, &decided.verdict).at(control.place.clone(), "this controller"));
+            out.push(on_the_border(&control.name, &decided.verdict).at(&control.place, "this controller"));
         }
         check_limits(variant, &plant, &parts, out);
         return;
@@ -117,7 +117,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
-    let at = |diagnostic: Diagnostic| diagnostic.at(control.place.clone(), "unstable at this sample time");
+    let at = |diagnostic: Diagnostic| diagnostic.at(&control.place, "unstable at this sample time");
     // Blocks that saturate or switch act differently once the motion has grown: kardan only warns.
     if between.nonlinear && has_blocks {
         let names = quoted(between.of_loop.names());
@@ -200,7 +200,7 @@ fn check_limits(variant: &PreparedVariant, plant: &LoopPlant, parts: &[SampledPa
                 "request at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
                 limit / needed.abs()
             );
-            out.push(Diagnostic::error(LIMIT, message).at(control.place.clone(), "this controller").help(help));
+            out.push(Diagnostic::error(LIMIT, message).at(&control.place, "this controller").help(help));
         }
     }
 }
@@ -219,7 +219,7 @@ fn not_stable(control: &ControlSpec, verdict: &StabilityVerdict, frequency: f64)
         }
         _ => on_the_border(&control.name, verdict),
     };
-    let warning = warning.at(control.place.clone(), "in this loop");
+    let warning = warning.at(&control.place, "in this loop");
     warning.help("`kardan design` lists the poles and what the loop tolerates")
 }
 
@@ -262,8 +262,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             of_motors(&survey, Some(&response), false).iter().filter(|one| low_margins(one)).filter_map(close)
         {
             let message = format!("control `{}`: {message}", control.name);
-            let warning =
-                Diagnostic::warning("control::low-margins", message).at(control.place.clone(), "this controller");
+            let warning = Diagnostic::warning("control::low-margins", message).at(&control.place, "this controller");
             out.push(warning.help(
                 "request less bandwidth, or choose a shorter lag, delay or sample time; `kardan design` shows all \
                  margins",
