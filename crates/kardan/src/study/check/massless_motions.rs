@@ -289,10 +289,9 @@ pub(in crate::study) fn check_start(
             "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
             names[place_of_speed]
         );
+        let help = "give its position alone, or give it an inertia";
         out.push(
-            Diagnostic::error("scenario::massless", message)
-                .at(place(), "with a speed that is not free")
-                .help("give its position alone, or give it an inertia"),
+            Diagnostic::error("scenario::massless", message).at(place(), "with a speed that is not free").help(help),
         );
     }
     for (friction, torque) in reduced.slipping_friction_torques(position) {
@@ -304,10 +303,9 @@ pub(in crate::study) fn check_start(
                  has no inertia: it would jump",
                 friction.element
             );
+            let help = "start where its springs pull less, or give the slipping shaft an inertia";
             out.push(
-                Diagnostic::error("scenario::massless", message)
-                    .at(place(), "starts from these positions")
-                    .help("start where its springs pull less, or give the slipping shaft an inertia"),
+                Diagnostic::error("scenario::massless", message).at(place(), "starts from these positions").help(help),
             );
         }
     }

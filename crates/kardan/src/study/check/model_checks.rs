@@ -134,10 +134,9 @@ pub(in crate::study) fn check_connected(document: &Document, model: &Model, out:
     let more = if listed.len() > shown.len() { "; and others" } else { "" };
     let message =
         format!("the model consists of {} parts that nothing connects: {}{more}", listed.len(), shown.join("; "));
+    let help = "each part moves on its own; connect them by a gear or a spring_damper if that is not intended";
     out.push(
-        Diagnostic::warning("model::disconnected", message)
-            .at(place_of(document, away[0]), "not connected")
-            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not intended"),
+        Diagnostic::warning("model::disconnected", message).at(place_of(document, away[0]), "not connected").help(help),
     );
 }
 

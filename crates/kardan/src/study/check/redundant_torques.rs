@@ -32,13 +32,12 @@ pub(in crate::study) fn check_redundant(document: &Document, reduced: &Reduced, 
     let elements = reduced.equations.gear_losses().map(|(unilateral, _)| &unilateral.element);
     for element in elements.filter(|element| reduced.shares_torque(element)) {
         let message = format!("the gear loss of `{element}` depends on a torque that is not unique");
+        let help = "remove a constraint that restricts the same motion, put a spring into one of them, or remove \
+                     the loss";
         out.push(
             Diagnostic::error("constraint::not-unique", message)
                 .at(place_of(document, element), "has an efficiency, or a loss")
-                .help(
-                    "remove a constraint that restricts the same motion, put a spring into one of them, or remove \
-                     the loss",
-                ),
+                .help(help),
         );
     }
     for (name, sensor) in &reduced.equations.sensors {

@@ -36,10 +36,7 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
             "{what} of {length} s after the start of `{fault}` at {begins} s ends before the next row of the results, {step:.3e} s later: it \
              contains no row"
         );
-        out.push(
-            Diagnostic::error("safety::window", message)
-                .at(place, "shorter than a row")
-                .help(format!("write at least {step:.3e} s, or a smaller `output_step` under `[scenario]`")),
-        );
+        let help = format!("write at least {step:.3e} s, or a smaller `output_step` under `[scenario]`");
+        out.push(Diagnostic::error("safety::window", message).at(place, "shorter than a row").help(help));
     }
 }

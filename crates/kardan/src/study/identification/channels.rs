@@ -297,11 +297,8 @@ impl Channel<'_, '_> {
         let number = number(table, "number", reader, out).map(|x| x as usize);
         if name.is_none() && number.is_none() {
             let message = format!("{what} has neither `column` nor `number`");
-            out.push(
-                Diagnostic::error("key::missing", message)
-                    .at(&table.place, "which column?")
-                    .help("add `column = \"...\"` with its name in the file, or `number = 2`"),
-            );
+            let help = "add `column = \"...\"` with its name in the file, or `number = 2`";
+            out.push(Diagnostic::error("key::missing", message).at(&table.place, "which column?").help(help));
             return None;
         }
         let place = find(groups, name, number);

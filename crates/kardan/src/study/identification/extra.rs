@@ -220,11 +220,9 @@ pub(super) fn declared_terms(document: &Document, model: &Model, out: &mut Vec<D
         let columns = Declared { document, model, table, what: &what }.columns(out);
         let Some(first) = columns.first() else { continue };
         if terms.iter().any(|candidate| candidate.term == first.term) {
-            out.push(
-                Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{}`", first.term))
-                    .at(&table.place, "again here")
-                    .help("remove one of them"),
-            );
+            let message = format!("{what}: there are two terms `{}`", first.term);
+            let help = "remove one of them";
+            out.push(Diagnostic::error("name::duplicate", message).at(&table.place, "again here").help(help));
             continue;
         }
         terms.extend(columns);

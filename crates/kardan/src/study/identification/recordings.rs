@@ -51,10 +51,9 @@ pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec
             Some(k) => of_table[k].push(file),
             None => {
                 let patterns = document.logs.iter().filter_map(|(_, table)| read_word(table, "file"));
-                out.push(
-                    Diagnostic::error("log::no-table", format!("no `[log.NAME]` describes `{}`", file.name))
-                        .help(format!("their files are {}", quoted(patterns))),
-                );
+                let message = format!("no `[log.NAME]` describes `{}`", file.name);
+                let help = format!("their files are {}", quoted(patterns));
+                out.push(Diagnostic::error("log::no-table", message).help(help));
             }
         }
     }

@@ -122,10 +122,8 @@ pub(super) fn request(
         declared,
     };
     if let Some(window) = request.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
-        out.push(
-            Diagnostic::error("identify::window", format!("a window of {window} s is empty"))
-                .help("use a window of about 50 samples: `--window \"50 ms\"`"),
-        );
+        let help = "use a window of about 50 samples: `--window \"50 ms\"`";
+        out.push(Diagnostic::error("identify::window", format!("a window of {window} s is empty")).help(help));
     }
     request.retain_sought_bounds(document, out);
     request

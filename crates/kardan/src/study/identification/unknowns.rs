@@ -130,10 +130,8 @@ pub(super) fn unknown_parameter(
     });
     let names = all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
     let help = declared.unwrap_or_else(|| unknown_name(name, names));
-    out.push(
-        Diagnostic::error("name::unknown", format!("the model has no parameter `{}` to identify", shortened(name)))
-            .help(help),
-    );
+    let message = format!("the model has no parameter `{}` to identify", shortened(name));
+    out.push(Diagnostic::error("name::unknown", message).help(help));
     None
 }
 

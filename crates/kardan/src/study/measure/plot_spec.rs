@@ -55,11 +55,8 @@ fn window(table: &Table, context: &SignalContext<'_>, what: &str, out: &mut Vec<
         out.push(key_error("plot::window", message, (table, "from", "no time is left"), help));
     } else if begin >= end {
         let message = format!("{what}: no time is left to draw: it begins at {begin} s and the run ends at {end} s");
-        out.push(
-            Diagnostic::warning("plot::window", message)
-                .at(table.place_of("from"), "after the end")
-                .help("lengthen `duration` or let `from` come before its end"),
-        );
+        let help = "lengthen `duration` or let `from` come before its end";
+        out.push(Diagnostic::warning("plot::window", message).at(table.place_of("from"), "after the end").help(help));
     }
     (from.is_some() || until.is_some()).then_some(Span { start: begin, end: until.unwrap_or(f64::INFINITY) })
 }
@@ -109,7 +106,7 @@ pub(in crate::study) fn plots(
             out.push(key_error("list::length", message, (table, "signals", "no signal"), help));
         }
         let over = read_word(table, "over").and_then(|text| {
-            let found = resolve_signal(text, &TableReader::place(table, "over"), context, &what, out)?;
+            let found = resolve_signal(text, table.place_of("over"), context, &what, out)?;
             kinds.push(found.physical);
             Some(found.name)
         });

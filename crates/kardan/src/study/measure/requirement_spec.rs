@@ -279,11 +279,8 @@ fn check_power(found: &ResolvedSignal, measure: Measure, place: &Place, what: &s
             shortened(&found.name),
             found.dimension.noun()
         );
-        out.push(
-            Diagnostic::error("unit::dimension", message)
-                .at(place, "no power")
-                .help("multiply a torque by an angular velocity: `signal = \"motor.tau * motor_shaft.w\"`"),
-        );
+        let help = "multiply a torque by an angular velocity: `signal = \"motor.tau * motor_shaft.w\"`";
+        out.push(Diagnostic::error("unit::dimension", message).at(place, "no power").help(help));
     }
 }
 
@@ -330,22 +327,18 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     let alternative = if what == REQUIREMENT { "figure" } else { "value" };
     let keys = [("signal", "rk.phi"), ("measure", "max_abs")];
     for (key, example) in keys.into_iter().filter(|(key, _)| !is_given(table, key)) {
-        out.push(
-            Diagnostic::error("key::missing", format!("{what} needs the key `{key}`"))
-                .at(&table.place, format!("`{key}` is missing"))
-                .help(format!("add `{key} = \"{example}\"`, or `{alternative}` in place of `signal` and `measure`")),
-        );
+        let message = format!("{what} needs the key `{key}`");
+        let help = format!("add `{key} = \"{example}\"`, or `{alternative}` in place of `signal` and `measure`");
+        out.push(Diagnostic::error("key::missing", message).at(&table.place, format!("`{key}` is missing")).help(help));
     }
 }
 
 /// Reports a requirement without a bound.
 fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
     if !is_given(table, "below") && !is_given(table, "above") {
-        out.push(
-            Diagnostic::error("key::missing", format!("{REQUIREMENT}: a bound is missing"))
-                .at(&table.place, "neither `below` nor `above`")
-                .help("add `below = \"...\"`, `above = \"...\"` or both"),
-        );
+        let message = format!("{REQUIREMENT}: a bound is missing");
+        let help = "add `below = \"...\"`, `above = \"...\"` or both";
+        out.push(Diagnostic::error("key::missing", message).at(&table.place, "neither `below` nor `above`").help(help));
     }
 }
 

@@ -275,13 +275,11 @@ fn add_motion(
 ) {
     let name = &control.name;
     if control.law.keyword != Program::KEYWORD {
+        let message = format!("`at` of control `{name}`: kardan designs a law of this kind at an equilibrium");
         out.push(
-            Diagnostic::error(
-                "control::operating-point",
-                format!("`at` of control `{name}`: kardan designs a law of this kind at an equilibrium"),
-            )
-            .at(request.place, "a speed, a torque or a time")
-            .help("give only angles and positions; speeds, torques and `t` are for `law = \"program\"`"),
+            Diagnostic::error("control::operating-point", message)
+                .at(request.place, "a speed, a torque or a time")
+                .help("give only angles and positions; speeds, torques and `t` are for `law = \"program\"`"),
         );
         return;
     }

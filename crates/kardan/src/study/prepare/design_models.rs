@@ -138,10 +138,9 @@ pub(super) fn design_model(
             control.name,
             quoted(moving)
         );
+        let help = "its design uses the initial value, at rest, and the motion disturbs the loop";
         out.push(
-            Diagnostic::warning("control::time-varying", message)
-                .at(&control.place, "this controller")
-                .help("its design uses the initial value, at rest, and the motion disturbs the loop"),
+            Diagnostic::warning("control::time-varying", message).at(&control.place, "this controller").help(help),
         );
     }
     let excluded = excluded(document, control, out)?;
@@ -151,10 +150,9 @@ pub(super) fn design_model(
     if !of_time.is_empty() && control.law.keyword != Program::KEYWORD {
         let message =
             format!("the design of control `{}` uses the torque of {} at time zero", control.name, quoted(of_time));
+        let help = "write a torque that is unknown to it as a `disturbance` with a function of time";
         out.push(
-            Diagnostic::warning("control::time-varying", message)
-                .at(&control.place, "this controller")
-                .help("write a torque that is unknown to it as a `disturbance` with a function of time"),
+            Diagnostic::warning("control::time-varying", message).at(&control.place, "this controller").help(help),
         );
     }
     if control.design.is_empty() && excluded.is_empty() {

@@ -45,11 +45,8 @@ pub(in crate::study) fn excluded(
             "control `{}`: a design that leaves elements out has no operating point of the whole model",
             control.name
         );
-        out.push(
-            Diagnostic::error("control::excluded-elements", message)
-                .at(place, "left out here")
-                .help("take out `at` or `excluded_elements`"),
-        );
+        let help = "take out `at` or `excluded_elements`";
+        out.push(Diagnostic::error("control::excluded-elements", message).at(place, "left out here").help(help));
         return None;
     }
     Some(found)

@@ -135,11 +135,9 @@ pub(super) fn prepare_variant(
     let mut start_notes = start_at_rest(document, (&reduced, trim_point), &mut scenario, out);
     start_notes.extend(begin_on_rows(document, &reduced, &prescribed, &mut scenario, out));
     if !is_finite_at(&reduced, &scenario.position) {
-        out.push(
-            Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
-                .at(document.scenario.place_of("initial"), "from these angles")
-                .help("check the exponents of the initial angles and of the ratios"),
-        );
+        let message = "at the initial position an angle is too large for a number";
+        let help = "check the exponents of the initial angles and of the ratios";
+        out.push(key_error("number::range", message, (&document.scenario, "initial", "from these angles"), help));
         return None;
     }
     let context = SignalContext { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
@@ -233,11 +231,8 @@ fn add_faults(
                     format!("variant `{variant}`: its fault `{}` overlaps another fault of `{part}`", fault.name);
                 let place = document.faults.iter().find(|(name, _)| name.value == fault.name);
                 let place = place.map_or_else(|| document.scenario.place.clone(), |(name, _)| name.place.clone());
-                out.push(
-                    Diagnostic::error("fault::overlap", message)
-                        .at(place, "at the same time")
-                        .help("a part has one fault at a time: let one end before the other begins"),
-                );
+                let help = "a part has one fault at a time: let one end before the other begins";
+                out.push(Diagnostic::error("fault::overlap", message).at(place, "at the same time").help(help));
             }
         }
     }

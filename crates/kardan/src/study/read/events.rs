@@ -250,11 +250,8 @@ pub(in crate::study) fn events(
         });
         let Some((source, physical)) = found else {
             if let Some((message, help)) = not_settable(signal, sources, (document, model), ["an event", "events"]) {
-                out.push(
-                    Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                        .at(table.place_of("signal"), "not settable")
-                        .help(help),
-                );
+                let message = format!("{what}: {message}");
+                out.push(key_error("name::unknown", message, (table, "signal", "not settable"), help));
             }
             continue;
         };
@@ -288,11 +285,8 @@ pub(in crate::study) fn check_late(
     let (Some(at), Some(end)) = (at.map(Exact::to_f64), duration.map(Exact::to_f64)) else { return };
     if at >= end {
         let message = format!("this {what} at {at} s never happens: the run ends at {end} s");
-        out.push(
-            Diagnostic::warning("event::after-end", message)
-                .at(table.place_of("at"), "after the end")
-                .help(format!("lengthen `duration` or move the {what}")),
-        );
+        let help = format!("lengthen `duration` or move the {what}");
+        out.push(Diagnostic::warning("event::after-end", message).at(table.place_of("at"), "after the end").help(help));
     }
 }
 

@@ -107,8 +107,7 @@ struct Reader<'a, 'r> {
 
 impl<'a> Reader<'a, '_> {
     fn diagnostic(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
-        let place = TableReader::place(self.table, key);
-        Diagnostic::error(code, format!("{}: {message}", self.what)).at(place, label).help(help)
+        Diagnostic::error(code, format!("{}: {message}", self.what)).at(self.table.place_of(key), label).help(help)
     }
 
     /// Reads it.
@@ -193,8 +192,7 @@ impl<'a> Reader<'a, '_> {
         if !is_given(self.table, "value") {
             let message = format!("{}: `{kind}` needs the key `value`", self.what);
             let help = format!("write how much: `value = {}`", expected.0.example());
-            let place = TableReader::place(self.table, "kind");
-            out.push(Diagnostic::error("key::missing", message).at(place, "`value` is missing").help(help));
+            out.push(key_error("key::missing", message, (self.table, "kind", "`value` is missing"), help));
             return None;
         }
         let of_signal = self.of_signal(read_word(self.table, "sensor").unwrap_or_default()).is_some();

@@ -94,11 +94,9 @@ pub(in crate::study) fn whole(
     if number.fract() == 0.0 && number <= 9e15 {
         return Some(number as u64);
     }
-    out.push(
-        Diagnostic::error("number::whole", format!("`{key}` of {what}: expected a whole number, found {number}"))
-            .at(table.place_of(key), "not a whole number")
-            .help("write a whole number, such as 1"),
-    );
+    let message = format!("`{key}` of {what}: expected a whole number, found {number}");
+    let help = "write a whole number, such as 1";
+    out.push(Diagnostic::error("number::whole", message).at(table.place_of(key), "not a whole number").help(help));
     None
 }
 
@@ -132,8 +130,7 @@ fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Mode
                 continue;
             };
             let message = format!("`{key}` of {what} {rule}, found {}", shown_quantity(&found, dimension));
-            let place = TableReader::place(&sensor.table, key);
-            out.push(Diagnostic::error("number::sign", message).at(place, rule).help(help));
+            out.push(Diagnostic::error("number::sign", message).at(sensor.table.place_of(key), rule).help(help));
         }
     }
 }
@@ -169,11 +166,8 @@ fn check_rows(
     } else {
         format!("no output_step suffices for {} steps and ends of ramps: remove some of them", events.len())
     };
-    out.push(
-        Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
-            .at(document.scenario.place_of(key), "too fine for this duration")
-            .help(help),
-    );
+    let message = format!("the results would have {shown} rows{each}, more than {most:.0}");
+    out.push(key_error("scenario::rows", message, (&document.scenario, key, "too fine for this duration"), help));
     false
 }
 

@@ -127,11 +127,9 @@ pub(in crate::study) fn analysis_spec(
     let motion = targets_of((what, "motion"), entries, (context.document, targets), &reader, out);
     let moves = motion.iter().any(|(_, value)| *value != 0.0);
     if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
-        out.push(
-            Diagnostic::error("analysis::motion", format!("`motion` of {what}: all its values are zero"))
-                .at(table.place_of("motion"), "no motion")
-                .help("give an angle or a speed other than zero, or leave it out"),
-        );
+        let message = format!("`motion` of {what}: all its values are zero");
+        let help = "give an angle or a speed other than zero, or leave it out";
+        out.push(Diagnostic::error("analysis::motion", message).at(table.place_of("motion"), "no motion").help(help));
     }
     let [actuators, sensors] = ["actuator", "sensor"].map(|key| places(table, key, context, &reader, out));
     let laws = equations.laws.iter().map(|law| &law.element);
@@ -167,11 +165,9 @@ fn outputs(
     let names = table.names("outputs").unwrap_or_default();
     table.values.get("outputs")?;
     if names.is_empty() && !table.unread.contains(&"outputs") {
-        out.push(
-            Diagnostic::error("list::length", "`outputs` of `[analysis]`: the list is empty")
-                .at(table.place_of("outputs"), "no output")
-                .help("name one or more signals, such as `[\"rk.phi\"]`, or leave it out"),
-        );
+        let message = "`outputs` of `[analysis]`: the list is empty";
+        let help = "name one or more signals, such as `[\"rk.phi\"]`, or leave it out";
+        out.push(Diagnostic::error("list::length", message).at(table.place_of("outputs"), "no output").help(help));
     }
     let doubtful = |name: &str, head: &str| {
         context.may_have(name) || context.document.suppressed.has(head) || context.doubtful.contains(head)
@@ -281,11 +277,8 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
         return Some(samples as usize);
     }
     let message = format!("`samples` of `[analysis]`: expected a whole number from 1 to 1000000, found {samples}");
-    out.push(
-        Diagnostic::error("analysis::samples", message)
-            .at(table.place_of("samples"), "not such a number")
-            .help("1000 samples estimate a probability to within 0.03"),
-    );
+    let help = "1000 samples estimate a probability to within 0.03";
+    out.push(key_error("analysis::samples", message, (table, "samples", "not such a number"), help));
     None
 }
 
@@ -323,14 +316,9 @@ pub(in crate::study) fn operating_point(
         }
     }
     if let Some(time) = conditions.time.filter(|time| *time < 0.0) {
-        out.push(
-            Diagnostic::error(
-                "number::sign",
-                format!("`t` in `at` of {what}: expected a time at or after the start of the run, found {time} s"),
-            )
-            .at(table.place_of("at"), "before the start")
-            .help("the run begins at `t` = 0 s"),
-        );
+        let message =
+            format!("`t` in `at` of {what}: expected a time at or after the start of the run, found {time} s");
+        out.push(key_error("number::sign", message, (table, "at", "before the start"), "the run begins at `t` = 0 s"));
     }
     let found = targets_of((what, "at"), &rest, (document, coordinates), reader, out);
     let (speeds, positions): (Vec<_>, Vec<_>) =
@@ -390,11 +378,8 @@ pub(in crate::study) fn targets_of(
             let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the angle or speed of a coordinate"), help)
         };
-        out.push(
-            Diagnostic::error("name::unknown", format!("`{key}` of {what}: {message}"))
-                .at(&name.place, "not a coordinate")
-                .help(help),
-        );
+        let message = format!("`{key}` of {what}: {message}");
+        out.push(Diagnostic::error("name::unknown", message).at(&name.place, "not a coordinate").help(help));
     }
     found
 }
@@ -408,11 +393,9 @@ fn places(
 ) -> Vec<Site> {
     let tables = table.tables(key);
     if tables.is_empty() && table.values.contains_key(key) && !table.unread.contains(&key) {
-        out.push(
-            Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
-                .at(table.place_of(key), "no place")
-                .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
-        );
+        let message = format!("`{key}` of `[analysis]`: the list is empty");
+        let help = format!("write each place as `[[analysis.{key}]]`, or leave it out");
+        out.push(Diagnostic::error("list::length", message).at(table.place_of(key), "no place").help(help));
     }
     let mut found: Vec<Site> = Vec::new();
     for (i, table) in tables.iter().enumerate() {
@@ -487,11 +470,9 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
 fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut Vec<Diagnostic>) {
     let position = spec.position(&point.reduced.coordinate_names(), point.initial);
     if !is_finite_at(point.reduced, &position) {
-        out.push(
-            Diagnostic::error("number::range", "at the operating point an angle is too large for a number")
-                .at(table.place_of("at"), "from these angles")
-                .help("check the exponents of the angles and of the ratios"),
-        );
+        let message = "at the operating point an angle is too large for a number";
+        let help = "check the exponents of the angles and of the ratios";
+        out.push(Diagnostic::error("number::range", message).at(table.place_of("at"), "from these angles").help(help));
         return;
     }
     if spec.stuck.is_empty() {
@@ -502,11 +483,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     if system.constraints.len() == system.coordinates.len() {
         let names = quoted(spec.stuck.iter().map(String::as_str));
         let message = format!("`stuck` of `[analysis]`: no motion is possible while the friction of {names} sticks");
-        out.push(
-            Diagnostic::error("analysis::stuck", message)
-                .at(table.place_of("stuck"), "no motion is left")
-                .help("let one of them slide"),
-        );
+        out.push(key_error("analysis::stuck", message, (table, "stuck", "no motion is left"), "let one of them slide"));
     }
 }
 

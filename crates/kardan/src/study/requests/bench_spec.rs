@@ -130,11 +130,7 @@ impl BenchTable<'_> {
     }
 
     fn refuse(&mut self, code: &'static str, key: &str, wrong: &str, label: &str, help: &str) {
-        self.out.push(
-            Diagnostic::error(code, format!("`{key}` of {WHAT}: {wrong}"))
-                .at(self.table.place_of(key), label)
-                .help(help),
-        );
+        self.out.push(key_error(code, format!("`{key}` of {WHAT}: {wrong}"), (self.table, key, label), help));
     }
 
     /// Speeds by shaft, rad/s.

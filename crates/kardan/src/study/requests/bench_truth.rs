@@ -138,9 +138,8 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
     let mut wrong = |message: String, help: String| {
         let head = SignalName::new(&name.value).element;
         if !document.suppressed.has(head) {
-            out.push(
-                Diagnostic::error("name::unknown", format!("{label}: {message}")).at(&name.place, "unknown").help(help),
-            );
+            let message = format!("{label}: {message}");
+            out.push(Diagnostic::error("name::unknown", message).at(&name.place, "unknown").help(help));
         }
         None
     };
@@ -196,10 +195,8 @@ fn read(
     if fits {
         return Some(value);
     }
-    out.push(
-        Diagnostic::error("number::sign", format!("{label} must be {rule}, found {}", value.to_f64()))
-            .at(&scalar.place, "out of range")
-            .help("the plant must be physically possible"),
-    );
+    let message = format!("{label} must be {rule}, found {}", value.to_f64());
+    let help = "the plant must be physically possible";
+    out.push(Diagnostic::error("number::sign", message).at(&scalar.place, "out of range").help(help));
     None
 }

@@ -103,21 +103,13 @@ pub(in crate::study) fn safety_spec<'a>(
                 fault.name,
                 fault.begins()
             );
-            let place = TableReader::place(table, "window");
-            out.push(
-                Diagnostic::error("safety::window", message)
-                    .at(place, "after the end")
-                    .help("lengthen `duration`, or shorten it"),
-            );
+            let help = "lengthen `duration`, or shorten it";
+            out.push(key_error("safety::window", message, (table, "window", "after the end"), help));
         }
         if let Some(other) = spec.effects.iter().find(|other| other.definition.name == effect.definition.name) {
             let message = format!("there are two effects named `{}`", other.definition.name);
-            let place = TableReader::place(table, "name");
-            out.push(
-                Diagnostic::error("name::duplicate", message)
-                    .at(place, "again here")
-                    .help("give each a name of its own"),
-            );
+            let help = "give each a name of its own";
+            out.push(Diagnostic::error("name::duplicate", message).at(table.place_of("name"), "again here").help(help));
         }
         spec.effects.push(effect);
     }
@@ -179,10 +171,9 @@ fn value_names(
             let own = shortened(&variant.name);
             let message =
                 format!("{label}: the variant `{own}` sets it, so that a value here would change nothing in its runs");
+            let help = "remove it here, or list under `variants` those that do not set it";
             out.push(
-                Diagnostic::error("safety::set-by-variant", message)
-                    .at(&name.place, "set by a variant")
-                    .help("remove it here, or list under `variants` those that do not set it"),
+                Diagnostic::error("safety::set-by-variant", message).at(&name.place, "set by a variant").help(help),
             );
             continue;
         }
@@ -222,8 +213,7 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
             let names = machines().map(|block| block.name.as_str());
             let help = unknown_name_or(name, names, "write one: `[block.mode]` with `kind = \"state_machine\"`");
             let message = format!("`reaction` of {SAFETY}: there is no state machine `{}`", shortened(name));
-            let place = TableReader::place(&document.safety, "reaction");
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no state machine").help(help));
+            out.push(key_error("name::unknown", message, (&document.safety, "reaction", "no state machine"), help));
         }
         return None;
     };
@@ -235,9 +225,8 @@ fn check_missing_keys(document: &Document, spec: &SafetySpec, out: &mut Vec<Diag
     let table = &document.safety;
     if spec.detection_time_limit.is_some() && !is_given(table, "detected") {
         let message = format!("{SAFETY}: `detection_time_limit` has no effect without `detected`");
-        let place = TableReader::place(table, "detection_time_limit");
         let help = "add the detection condition: `detected = \"MONITOR\"`";
-        out.push(Diagnostic::error("key::missing", message).at(place, "no `detected`").help(help));
+        out.push(key_error("key::missing", message, (table, "detection_time_limit", "no `detected`"), help));
     }
 }
 
@@ -250,7 +239,7 @@ fn effect<'a>(
     let name = read_word(table, "name")?.to_string();
     let what = format!("effect `{}`", shortened(&name));
     let signal = read_word(table, "signal")?;
-    let found = resolve_signal(signal, &TableReader::place(table, "signal"), context, &what, out)?;
+    let found = resolve_signal(signal, table.place_of("signal"), context, &what, out)?;
     let measure = read_word(table, "measure").and_then(Measure::of)?;
     let measuring = &Measuring { context, reader, variants, ends };
     let own = MeasureTable { measuring, table, what: &what };
@@ -262,12 +251,8 @@ fn effect<'a>(
         && above >= below
     {
         let message = format!("{what}: no value is above {above} and below {below}");
-        let place = TableReader::place(table, "below");
-        out.push(
-            Diagnostic::error("requirement::bounds", message)
-                .at(place, "not above `above`")
-                .help("make `above` less than `below`"),
-        );
+        let help = "make `above` less than `below`";
+        out.push(key_error("requirement::bounds", message, (table, "below", "not above `above`"), help));
     }
     let window = quantity(reader, table, "window", (Dimension::TIME, Sign::Positive), &what, out);
     let window = window.map_or(f64::INFINITY, |x| x.to_f64());
@@ -290,10 +275,7 @@ fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), o
     };
     if let Some((name, place)) = found {
         let message = format!("`{key}` of {what}: `{name}` differs between the variants");
-        out.push(
-            Diagnostic::error("requirement::set-by-variant", message)
-                .at(place, "a varied parameter")
-                .help("write a number"),
-        );
+        let help = "write a number";
+        out.push(Diagnostic::error("requirement::set-by-variant", message).at(place, "a varied parameter").help(help));
     }
 }

@@ -48,8 +48,7 @@ pub(in crate::study) fn sweep_spec(
     let samples = whole(&reader, table, "samples", SWEEP, out).unwrap_or(1000);
     if samples > MOST_SAMPLES {
         let message = format!("{SWEEP}: {samples} samples are more than {MOST_SAMPLES}");
-        let place = TableReader::place(table, "samples");
-        out.push(Diagnostic::error("sweep::samples", message).at(place, "too many").help("request fewer"));
+        out.push(key_error("sweep::samples", message, (table, "samples", "too many"), "request fewer"));
     }
     let mut varied: Vec<Varied> = Vec::new();
     for table in table.tables("vary") {
@@ -81,8 +80,7 @@ fn check_points(
     out: &mut Vec<Diagnostic>,
 ) {
     let mut refuse = |key: &str, message: String, help: &str| {
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("sweep::points", format!("{SWEEP}: {message}")).at(place, "here").help(help));
+        out.push(key_error("sweep::points", format!("{SWEEP}: {message}"), (table, key, "here"), help));
     };
     let here = |key: &str| table.values.contains_key(key);
     let word = sampling.word();
@@ -138,15 +136,11 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     };
     for key in unused_keys.iter().filter(|key| table.values.contains_key(**key)) {
         let message = format!("{what}: a {word} distribution has no `{key}`");
-        let place = TableReader::place(table, key);
-        out.push(
-            Diagnostic::error("sweep::distribution", message)
-                .at(place, "not used")
-                .help("remove it, or name another distribution"),
-        );
+        let help = "remove it, or name another distribution";
+        out.push(Diagnostic::error("sweep::distribution", message).at(table.place_of(key), "not used").help(help));
     }
     let refuse = |key: &str, message: &str, help: &str, out: &mut Vec<Diagnostic>| {
-        let place = if table.values.contains_key(key) { TableReader::place(table, key) } else { place.clone() };
+        let place = if table.values.contains_key(key) { table.place_of(key) } else { &place };
         out.push(Diagnostic::error("sweep::distribution", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let (low, high) = match (word, &ends) {

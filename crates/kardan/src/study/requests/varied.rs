@@ -37,8 +37,7 @@ pub(in crate::study) fn add(varied: &mut Vec<Varied>, found: Option<Varied>, tab
     if varied.iter().any(|candidate| candidate.name == found.name) {
         let message = format!("{SWEEP}: `{}` has two distributions", shortened(&found.name));
         let key = if table.values.contains_key("file") { "file" } else { "parameter" };
-        let place = TableReader::place(table, key);
-        out.push(Diagnostic::error("name::duplicate", message).at(place, "again here").help("remove one of them"));
+        out.push(key_error("name::duplicate", message, (table, key, "again here"), "remove one of them"));
         return;
     }
     varied.push(found);
