@@ -29,7 +29,8 @@ pub(in crate::study) fn late_monitors(document: &Document, ends: &[(String, f64)
             "{what}: an alarm would come after `debounce` of {debounce} s, and the longest run ends at {longest} s, \
              so no alarm can come"
         );
-        let diagnostic = Diagnostic::warning("block::monitor", message).at(block.table.place_of("debounce"), "longer than every run");
+        let diagnostic = Diagnostic::warning("block::monitor", message)
+            .at(block.table.place_of("debounce"), "longer than every run");
         out.push(diagnostic.help("shorten it, or lengthen `duration`"));
     }
 }

@@ -13,7 +13,7 @@ use kardan_mechanics::equations::{GROUND, MultiplierLaw, Term};
 use kardan_mechanics::reduce::{
     Dependency, Kinematics, ReduceError, Reduced, SparseModel, inertia_with_rows, sparse_model,
 };
-use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_model::{ControlSpec, Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Values;

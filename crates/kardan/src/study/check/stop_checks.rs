@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::study::read::locations::place_of;
 use kardan_mechanics::equations::UnilateralConstraint;
 use kardan_mechanics::reduce::{Contact, Reduced, contacts};
-use kardan_model::{Document, TableReader};
+use kardan_model::Document;
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 
 /// Each rigid stop that a reduced position (rad, m) exceeds: its element, the exceedance, and its unit.

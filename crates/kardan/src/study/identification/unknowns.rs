@@ -82,9 +82,7 @@ fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
 /// The value that the file gives a key.
 fn model_value(document: &Document, settings: &[Setting], element: &str, kind: Kind) -> Option<f64> {
     let instance = document.elements.get(element)?;
-    let value = instance.table.values.get(key(instance, kind))?;
-    let Value::Scalar(scalar) = &value.value else { return None };
-    let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
+    let scalar = instance.table.values.get(key(instance, kind))?.scalar()?;
     let mut silent = Vec::new();
     let read = TableReader::new(document, settings).scalar(&scalar, None, "", &mut silent);
     read.map(|(value, _)| value.to_f64())

@@ -78,7 +78,7 @@ pub(in crate::study) fn resolve_signal(
     if context.signals.iter().any(|(name, _)| name == text) {
         return plain(text, out);
     }
-    let diagnostic = |error: UnitError| wrong_expression(error, (text, place), what);
+    let diagnostic = |error: UnitError| Diagnostic::of_unit_error(what, error, text, place);
     let law = match Expression::parse_law(text) {
         Ok(law) if law.names() == [text.trim()] && text.trim() != TIME => return plain(text, out),
         Ok(law) => law,
@@ -115,13 +115,6 @@ pub(in crate::study) fn resolve_signal(
             None
         }
     }
-}
-
-/// The diagnostic of an error in an expression.
-pub(super) fn wrong_expression(error: UnitError, (text, place): (&str, &Place), what: &str) -> Diagnostic {
-    let at = place.part(text, error.span);
-    let diagnostic = Diagnostic::error(error.code, format!("{what}: {}", error.message)).at(at, "");
-    Diagnostic { help: error.help, ..diagnostic }
 }
 
 /// A name in an expression that is neither a signal nor a parameter.

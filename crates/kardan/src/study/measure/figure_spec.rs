@@ -2,7 +2,7 @@
 //! which may be on figures.
 
 use crate::study::Requirement;
-use crate::study::measure::computed_signals::{kind_of, lowered, wrong_expression};
+use crate::study::measure::computed_signals::{kind_of, lowered};
 use crate::study::measure::figure::{Figure, FigureOf};
 use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
@@ -103,7 +103,7 @@ fn dimension_of(
     (what, place): (&str, &Place),
     out: &mut Vec<Diagnostic>,
 ) -> Option<Dimension> {
-    let diagnostic = |error: UnitError| wrong_expression(error, (text, place), what);
+    let diagnostic = |error: UnitError| Diagnostic::of_unit_error(what, error, text, place);
     let law = Expression::parse_law(text).map_err(|error| out.push(diagnostic(error))).ok()?;
     let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {

@@ -2,7 +2,7 @@
 
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::signal_table::SignalContext;
-use kardan_schema::diagnostics::{Diagnostic, shortened};
+use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Placed, Table};
 
 /// Whether a list of variants contains one; an empty list stands for all of them.
@@ -24,8 +24,7 @@ pub(in crate::study) fn selected_variants(
     for word in chosen.iter().filter(|word| !declared(&word.value) && !suppressed.variants && !suppressed.all) {
         let declared = names.iter().map(String::as_str).filter(|name| !name.is_empty());
         let help = unknown_name_or(&word.value, declared, "the model has no `[variants]`; leave this key out");
-        let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
-        out.push(Diagnostic::error("name::unknown", message).at(&word.place, "no such variant").help(help));
+        out.push(Diagnostic::no_such(what, "variant", &word.value, &word.place).help(help));
     }
     // A `[[variant]]` stands for its runs with all values of `[variants]`.
     let runs = |word: &Placed<String>| -> Vec<String> {

@@ -6,7 +6,7 @@ use crate::study::check::equilibrium::{Rest, format_position};
 use crate::study::check::multiplier_constraints::prescribed_note;
 use crate::study::read::read_values::read_word;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced};
-use kardan_model::{Document, TableReader};
+use kardan_model::Document;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_simulate::{Scenario, SignalEvent};
 use kardan_synthesis::Law;

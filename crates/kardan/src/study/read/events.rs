@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::locations::places_in_control;
-use super::read_values::{quantity, read_word};
+use super::read_values::{key_error, quantity, read_word};
 use super::signal_table::SignalContext;
 use kardan_math::names::{NamedList, did_you_mean};
 use kardan_math::units::{Dimension, Exact};

@@ -2,7 +2,7 @@
 
 use super::events::check_late;
 use super::locations::unknown_name_or;
-use super::read_values::{is_given, quantity, quantity_like, read_word};
+use super::read_values::{is_given, key_error, quantity, quantity_like, read_word};
 use super::state_names::motors;
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
@@ -107,7 +107,7 @@ struct Reader<'a, 'r> {
 
 impl<'a> Reader<'a, '_> {
     fn diagnostic(&self, code: &'static str, message: &str, (key, label): (&str, &str), help: String) -> Diagnostic {
-        Diagnostic::error(code, format!("{}: {message}", self.what)).at(self.table.place_of(key), label).help(help)
+        key_error(code, format!("{}: {message}", self.what), (self.table, key, label), help)
     }
 
     /// Reads it.

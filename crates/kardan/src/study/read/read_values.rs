@@ -21,7 +21,7 @@ pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
 /// An error at the value of a key of a table.
 pub(in crate::study) fn key_error(
     code: &'static str,
-    message: String,
+    message: impl Into<String>,
     (table, key, label): (&Table, &str, &str),
     help: impl Into<String>,
 ) -> Diagnostic {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::events::{EventSpec, events, sources};
 use super::faults::{NamedFault, faults};
 use super::initial_state::initial_state;
-use super::read_values::{quantity, quantity_like, read_word};
+use super::read_values::{key_error, quantity, quantity_like, read_word};
 use super::source_signals::source_signals;
 use kardan_math::num::{Rational, rational_to_f64};
 use kardan_math::units::{Dimension, Exact, shown_quantity};
@@ -96,7 +96,7 @@ pub(in crate::study) fn whole(
     }
     let message = format!("`{key}` of {what}: expected a whole number, found {number}");
     let help = "write a whole number, such as 1";
-    out.push(Diagnostic::error("number::whole", message).at(table.place_of(key), "not a whole number").help(help));
+    out.push(key_error("number::whole", message, (table, key, "not a whole number"), help));
     None
 }
 
@@ -130,7 +130,7 @@ fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Mode
                 continue;
             };
             let message = format!("`{key}` of {what} {rule}, found {}", shown_quantity(&found, dimension));
-            out.push(Diagnostic::error("number::sign", message).at(sensor.table.place_of(key), rule).help(help));
+            out.push(key_error("number::sign", message, (&sensor.table, key, rule), help));
         }
     }
 }

@@ -69,7 +69,6 @@ pub(in crate::study) fn signal_kind(
         None if context.signals.is_empty() => "the model has no signals".to_string(),
         None => format!("there are {}", quoted(names())),
     };
-    let message = format!("{what}: there is no signal `{}`", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
+    out.push(Diagnostic::no_such(what, "signal", name, place).help(help));
     None
 }

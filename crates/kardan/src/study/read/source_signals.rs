@@ -43,8 +43,7 @@ pub(in crate::study) fn source_signals(
             let nouns = ["a function of time", "functions of time"];
             if let Some((message, help)) = not_settable(&name.value, sources, (document, model), nouns) {
                 let message = format!("`signals` of `[scenario]`: {message}");
-                let diagnostic = Diagnostic::error("name::unknown", message).at(&name.place, "not settable");
-                out.push(diagnostic.help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(&name.place, "not settable").help(help));
             }
             continue;
         };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::study::read::locations::place_of_value;
 use crate::study::read::positions::is_finite_at;
-use crate::study::read::read_values::{Entry, of_dimension, read_word};
+use crate::study::read::read_values::{Entry, key_error, of_dimension, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
 use kardan_math::names::unknown_name;
@@ -129,7 +129,7 @@ pub(in crate::study) fn analysis_spec(
     if table.values.contains_key("motion") && entries.len() == motion.len() && !moves {
         let message = format!("`motion` of {what}: all its values are zero");
         let help = "give an angle or a speed other than zero, or leave it out";
-        out.push(Diagnostic::error("analysis::motion", message).at(table.place_of("motion"), "no motion").help(help));
+        out.push(key_error("analysis::motion", message, (table, "motion", "no motion"), help));
     }
     let [actuators, sensors] = ["actuator", "sensor"].map(|key| places(table, key, context, &reader, out));
     let laws = equations.laws.iter().map(|law| &law.element);
@@ -167,7 +167,7 @@ fn outputs(
     if names.is_empty() && !table.unread.contains(&"outputs") {
         let message = "`outputs` of `[analysis]`: the list is empty";
         let help = "name one or more signals, such as `[\"rk.phi\"]`, or leave it out";
-        out.push(Diagnostic::error("list::length", message).at(table.place_of("outputs"), "no output").help(help));
+        out.push(key_error("list::length", message, (table, "outputs", "no output"), help));
     }
     let doubtful = |name: &str, head: &str| {
         context.may_have(name) || context.document.suppressed.has(head) || context.doubtful.contains(head)
@@ -395,7 +395,7 @@ fn places(
     if tables.is_empty() && table.values.contains_key(key) && !table.unread.contains(&key) {
         let message = format!("`{key}` of `[analysis]`: the list is empty");
         let help = format!("write each place as `[[analysis.{key}]]`, or leave it out");
-        out.push(Diagnostic::error("list::length", message).at(table.place_of(key), "no place").help(help));
+        out.push(key_error("list::length", message, (table, key, "no place"), help));
     }
     let mut found: Vec<Site> = Vec::new();
     for (i, table) in tables.iter().enumerate() {
@@ -472,7 +472,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     if !is_finite_at(point.reduced, &position) {
         let message = "at the operating point an angle is too large for a number";
         let help = "check the exponents of the angles and of the ratios";
-        out.push(Diagnostic::error("number::range", message).at(table.place_of("at"), "from these angles").help(help));
+        out.push(key_error("number::range", message, (table, "at", "from these angles"), help));
         return;
     }
     if spec.stuck.is_empty() {

@@ -1,7 +1,7 @@
 //! Settings of `[bench]`.
 
 use super::bench_truth::Truth;
-use crate::study::read::read_values::{Entry, of_dimension, quantity, read_word};
+use crate::study::read::read_values::{Entry, key_error, of_dimension, quantity, read_word};
 use crate::study::read::scenario::whole;
 use kardan_math::names::unknown_name;
 use kardan_math::units::Dimension;

@@ -105,7 +105,7 @@ impl Truth {
                     (looked_up.expression, looked_up.value) = (None, value.clone());
                 }
                 let table = &mut self.document.elements[*element].table;
-                let place = table.values.get(field.name).map_or(table.place.clone(), |entry| entry.place.clone());
+                let place = table.place_of(field.name).clone();
                 let value = Value::Scalar(Scalar::Literal(value, *dimension));
                 table.values.insert(field.name, Placed { value, place });
             }

@@ -5,7 +5,7 @@ use std::str;
 use super::distribution::Distribution;
 use super::varied::{Varied, add, parameter};
 use crate::study::measure::requirement_verdict::in_digits;
-use crate::study::read::read_values::read_word;
+use crate::study::read::read_values::{key_error, read_word};
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
 use kardan_model::{Document, TableReader};
@@ -94,7 +94,7 @@ fn member(
     let mut refuse = |why: &str, help: &str| {
         let message = format!("{what}: `{}` {why}", shortened(name));
         let key = if table.values.contains_key("parameters") { "parameters" } else { "file" };
-        out.push(Diagnostic::error("sweep::correlation", message).at(table.place_of(key), "here").help(help));
+        out.push(key_error("sweep::correlation", message, (table, key, "here"), help));
         None
     };
     let Some(number) = varied.iter().position(|one| one.name == name) else {
@@ -324,7 +324,7 @@ fn decided(correlation: &CorrelationSpec, table: &Table, what: &str, out: &mut V
     );
     let key = if correlation.moments.is_some() { "file" } else { "correlation" };
     let help = "correct the matrix: it must be positive semidefinite";
-    out.push(Diagnostic::error("sweep::correlation", message).at(table.place_of(key), "not semidefinite").help(help));
+    out.push(key_error("sweep::correlation", message, (table, key, "not semidefinite"), help));
     None
 }
 

@@ -5,7 +5,7 @@ use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::{MeasureTable, Measuring};
 use crate::study::measure::selected_variants::{selected_variants, selects};
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, quantity, read_word};
+use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::Dimension;
 use kardan_model::tables::Measure;
@@ -109,7 +109,7 @@ pub(in crate::study) fn safety_spec<'a>(
         if let Some(other) = spec.effects.iter().find(|other| other.definition.name == effect.definition.name) {
             let message = format!("there are two effects named `{}`", other.definition.name);
             let help = "give each a name of its own";
-            out.push(Diagnostic::error("name::duplicate", message).at(table.place_of("name"), "again here").help(help));
+            out.push(key_error("name::duplicate", message, (table, "name", "again here"), help));
         }
         spec.effects.push(effect);
     }

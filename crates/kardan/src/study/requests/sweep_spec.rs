@@ -6,7 +6,7 @@ use super::sample_space::SampleSpace;
 use super::sampling_method::{SOBOL_AXES, SamplingMethod};
 use super::varied::{SWEEP, Varied, add, parameter};
 use crate::study::measure::selected_variants::selected_variants;
-use crate::study::read::read_values::{of_dimension, quantity, read_word};
+use crate::study::read::read_values::{key_error, of_dimension, quantity, read_word};
 use crate::study::read::scenario::whole;
 use crate::study::read::signal_table::SignalContext;
 use kardan_identify::two_sided_normal;
@@ -137,7 +137,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
     for key in unused_keys.iter().filter(|key| table.values.contains_key(**key)) {
         let message = format!("{what}: a {word} distribution has no `{key}`");
         let help = "remove it, or name another distribution";
-        out.push(Diagnostic::error("sweep::distribution", message).at(table.place_of(key), "not used").help(help));
+        out.push(key_error("sweep::distribution", message, (table, key, "not used"), help));
     }
     let refuse = |key: &str, message: &str, help: &str, out: &mut Vec<Diagnostic>| {
         let place = if table.values.contains_key(key) { table.place_of(key) } else { &place };

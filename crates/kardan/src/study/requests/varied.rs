@@ -2,8 +2,9 @@
 
 use super::distribution::Distribution;
 use crate::study::measure::requirement_verdict::{in_15_digits, in_digits};
+use crate::study::read::read_values::key_error;
 use kardan_math::units::Dimension;
-use kardan_model::{Document, Parameter, TableReader};
+use kardan_model::{Document, Parameter};
 use kardan_schema::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Table;
@@ -62,8 +63,7 @@ pub(in crate::study) fn parameter<'d>(
                 }
                 None => format!("there are {}; a key of an element, of `[scenario]` or of a fault needs a tolerance: `± 10 %`", quoted(names())),
             };
-            let message = format!("{label}: there is no parameter `{}`", shortened(name));
-            out.push(Diagnostic::error("name::unknown", message).at(place, "no such parameter").help(help));
+            out.push(Diagnostic::no_such(label, "parameter", name, place).help(help));
         }
         return None;
     };

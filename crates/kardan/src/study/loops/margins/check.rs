@@ -262,8 +262,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
             of_motors(&survey, Some(&response), false).iter().filter(|one| low_margins(one)).filter_map(close)
         {
             let message = format!("control `{}`: {message}", control.name);
-            let warning = Diagnostic::warning("control::low-margins", message).at(&control.place, "this controller");
-            out.push(warning.help(
+            out.push(Diagnostic::warning("control::low-margins", message).at(&control.place, "this controller").help(
                 "request less bandwidth, or choose a shorter lag, delay or sample time; `kardan design` shows all \
                  margins",
             ));
