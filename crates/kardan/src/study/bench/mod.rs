@@ -25,7 +25,7 @@ use kardan_mechanics::equations::{InputKind, Measured};
 use kardan_mechanics::reduce::{Kinematics, Reduced, reduce};
 use kardan_model::parse::value;
 use kardan_model::tables::ExcitationPlan;
-use kardan_model::{Document, Setting, TableReader};
+use kardan_model::{Document, Setting};
 use kardan_results::signal_name;
 use kardan_results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
@@ -536,8 +536,7 @@ impl PreparedBench {
                 let names = || declared.iter().map(|(name, _)| name.as_str());
                 let help = unknown_name(&name, names());
                 let place = spec.signals.iter().find(|declared| declared.value == name);
-                let place = place
-                    .map_or_else(|| TableReader::place(&document.bench, "signals"), |declared| declared.place.clone());
+                let place = place.map_or(document.bench.place_of("signals"), |declared| &declared.place);
                 let message = format!("`signals` of `[bench]`: there is no signal `{}`", shortened(&name));
                 out.push(Diagnostic::error("name::unknown", message).at(place, "not a signal").help(help));
                 continue;

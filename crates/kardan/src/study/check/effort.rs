@@ -11,7 +11,7 @@ use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::InputKind;
 use kardan_mechanics::program::Task;
 use kardan_mechanics::reduce::{Dynamics, Work, linearise};
-use kardan_model::{Document, TableReader};
+use kardan_model::Document;
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_simulate::{Setup, UNJAM, locking_gears};
 use kardan_synthesis::closed_loop_poles;
@@ -277,7 +277,7 @@ pub(in crate::study) fn check_effort(document: &Document, variant: &PreparedVari
     let duration = variant.scenario.duration;
     let place = element.as_ref().and_then(|(name, key)| {
         let element = document.elements.get(name)?;
-        Some(TableReader::place(&element.table, key))
+        Some(element.table.place_of(key).clone())
     });
     let message = format!(
         "the run of {} s may take about {} steps of an explicit method: {cause}",

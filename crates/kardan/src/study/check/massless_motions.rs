@@ -10,7 +10,7 @@ use kardan_mechanics::equations::Domain;
 use kardan_mechanics::reduce::{
     NoEquilibrium, NoMasslessDynamics, Reduced, equilibrium_rows, massless_dynamics, reduce, sparse_model,
 };
-use kardan_model::{ControlSpec, Document, Model, TableReader};
+use kardan_model::{ControlSpec, Document, Model};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_synthesis::{Law, Plant};
 
@@ -283,7 +283,7 @@ pub(in crate::study) fn check_start(
 ) {
     let Some(massless) = &reduced.massless else { return };
     let names = reduced.coordinate_names();
-    let place = || TableReader::place(&document.scenario, "initial");
+    let place = document.scenario.place_of("initial");
     for place_of_speed in massless.states().filter(|place| speed[*place] != 0.0) {
         let message = format!(
             "`initial` of `[scenario]`: `{}` has no inertia, so its speed follows from the positions and cannot be given",
@@ -291,7 +291,7 @@ pub(in crate::study) fn check_start(
         );
         let help = "give its position alone, or give it an inertia";
         out.push(
-            Diagnostic::error("scenario::massless", message).at(place(), "with a speed that is not free").help(help),
+            Diagnostic::error("scenario::massless", message).at(place, "with a speed that is not free").help(help),
         );
     }
     for (friction, torque) in reduced.slipping_friction_torques(position) {
@@ -305,7 +305,7 @@ pub(in crate::study) fn check_start(
             );
             let help = "start where its springs pull less, or give the slipping shaft an inertia";
             out.push(
-                Diagnostic::error("scenario::massless", message).at(place(), "starts from these positions").help(help),
+                Diagnostic::error("scenario::massless", message).at(place, "starts from these positions").help(help),
             );
         }
     }

@@ -17,7 +17,7 @@ use kardan_mechanics::reduce::{
     Equilibrium, Kinematics, Motion, NoStart, OperatingPoint, ReduceError, Reduced, SparseRow, StartOnRows,
     StartValues, follows_everywhere, frozen, start_on_rows, trim,
 };
-use kardan_model::{ControlSpec, Document, TableReader};
+use kardan_model::{ControlSpec, Document};
 use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::Place;
 use kardan_simulate::Scenario;
@@ -223,7 +223,7 @@ fn no_start(document: &Document, reduced: &Reduced, prescribed: &[Entry], error:
             )
         }
     };
-    let whole = places.is_empty().then(|| TableReader::place(&document.scenario, "initial"));
+    let whole = places.is_empty().then(|| document.scenario.place_of("initial"));
     Diagnostic::error("constraint::initial-position", message)
         .at_each(whole, "from here")
         .at_each(places, "this one")

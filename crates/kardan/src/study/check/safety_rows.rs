@@ -4,7 +4,7 @@ use crate::study::measure::selected_variants::selects;
 use crate::study::read::read_values::read_word;
 use crate::study::requests::safety_spec::{Effect, SAFETY};
 use crate::study::{NamedFault, Prepared, PreparedVariant};
-use kardan_model::{Document, TableReader};
+use kardan_model::Document;
 use kardan_schema::diagnostics::Diagnostic;
 
 /// Rejects times shorter than the row interval of the results after the start of a fault: they would contain no row.
@@ -13,11 +13,11 @@ pub(in crate::study) fn check_rows(document: &Document, prepared: &Prepared, out
     let effects = table.tables("effect");
     let window = |effect: &Effect| {
         let place = effects.iter().find(|table| read_word(table, "name") == Some(&effect.definition.name));
-        let place = place.map(|table| TableReader::place(table, "window")).unwrap_or_default();
+        let place = place.map(|table| table.place_of("window").clone()).unwrap_or_default();
         (format!("effect `{}`: its window", effect.definition.name), effect.window, place)
     };
     let detection_time = spec.detection_time_limit.map(|time| {
-        (format!("`detection_time_limit` of {SAFETY}"), time, TableReader::place(table, "detection_time_limit"))
+        (format!("`detection_time_limit` of {SAFETY}"), time, table.place_of("detection_time_limit").clone())
     });
     let tried = |variant: &&PreparedVariant| selects(&spec.variants, &variant.name);
     for (what, length, place) in spec.effects.iter().map(window).chain(detection_time) {

@@ -72,8 +72,7 @@ fn figure(
     }
     own.reject_other_keys("value", out);
     let text = read_word(table, "value")?.to_string();
-    let place = TableReader::place(table, "value");
-    let dimension = dimension_of(&text, (before, earlier), reading, (&what, &place), out)?;
+    let dimension = dimension_of(&text, (before, earlier), reading, (&what, table.place_of("value")), out)?;
     let display = read_display_unit(&own, dimension, out);
     Some(Figure {
         name,

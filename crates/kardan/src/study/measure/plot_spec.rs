@@ -67,18 +67,15 @@ pub(in crate::study) fn plots(
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
-    let mut places: HashMap<String, Place> = HashMap::new();
+    let mut places: HashMap<String, &Place> = HashMap::new();
     for table in &context.document.plots {
         let id = read_word(table, "name").unwrap_or_default().to_string();
         let what = if id.is_empty() { "`[[plot]]`".to_string() } else { format!("plot `{id}`") };
-        let place = TableReader::place(table, "name");
+        let place = table.place_of("name");
         if let Some(first) = places.get(&id.to_ascii_lowercase()).filter(|_| !id.is_empty()) {
-            out.push(
-                Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
-                    .at(&place, "again here")
-                    .at(first, "first here")
-                    .help("give each plot a name of its own; it becomes a file name"),
-            );
+            let message = format!("there are two plots named `{id}`");
+            let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+            out.push(diagnostic.help("give each plot a name of its own; it becomes a file name"));
         }
         let variants = selected_variants(table, variants, context, &what, out);
         let mut kinds = Vec::new();

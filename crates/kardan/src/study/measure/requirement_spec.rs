@@ -108,21 +108,20 @@ impl MeasureTable<'_, '_> {
         check_named(table, what, out);
         self.check_varied(&["target", "band", "at", "frequency", "from", "until"], out);
         let signal_of = |key: &str, out: &mut Vec<Diagnostic>| {
-            let place = TableReader::place(table, key);
-            read_word(table, key).and_then(|name| resolve_signal(name, &place, context, what, out))
+            read_word(table, key).and_then(|name| resolve_signal(name, table.place_of(key), context, what, out))
         };
         let signal = read_word(table, "signal");
-        let place = TableReader::place(table, "signal");
+        let place = table.place_of("signal");
         let (found, over) = (signal_of("signal", out), signal_of("over", out));
         let [from, until, at] = ["from", "until", "at"].map(|key| self.number(key, TIME, out));
         let frequency = self.number("frequency", (Dimension::FREQUENCY, Sign::Positive), out);
         let measure = read_word(table, "measure").and_then(Measure::of);
         if let (Some(Measure::TimeAtLimit), Some(name), Some(_)) = (measure, signal, &found) {
-            check_limited(name, &place, context.document, what, out);
+            check_limited(name, place, context.document, what, out);
         }
         check_measure_keys(table, measure, what, out);
         let dimension = found.as_ref().zip(measure).and_then(|(found, measure)| {
-            check_power(found, measure, &place, what, out);
+            check_power(found, measure, place, what, out);
             measured_dimension(measure, found.dimension, over.as_ref().map(|over| over.dimension))
         });
         let target = found.as_ref().and_then(|found| self.like("target", found.dimension, out));

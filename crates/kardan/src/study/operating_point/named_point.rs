@@ -56,7 +56,7 @@ impl NamedPoint {
         for control in controls {
             let Some(own) = document.controls.iter().find(|own| own.place == control.place) else { continue };
             let what = format!("control `{}`", control.name);
-            let place = TableReader::place(&own.table, "at");
+            let place = own.table.place_of("at").clone();
             let (at, conditions) =
                 operating_point((&own.table, &what), (document, &reduced.equations), Some(&names), &reader, out);
             if conditions.moves() {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::study::check::equilibrium::{Rest, format_position};
 use crate::study::check::multiplier_constraints::prescribed_note;
-use crate::study::read::read_values::read_word;
+use crate::study::read::read_values::{key_error, read_word};
 use kardan_mechanics::reduce::{OperatingPoint, Reduced};
 use kardan_model::Document;
 use kardan_schema::diagnostics::Diagnostic;
@@ -58,11 +58,10 @@ pub(super) fn start_at_rest(
             std::iter::once(format!("the run begins at {found}")).chain(more).chain(prescribed_note(reduced)).collect()
         }
         Err(message) => {
-            out.push(
-                Diagnostic::error("scenario::equilibrium", format!("`start` of `[scenario]`: {message}"))
-                    .at(document.scenario.place_of("start"), "no equilibrium")
-                    .help("give the initial angles by `initial`, or add an element that supports the model"),
-            );
+            let message = format!("`start` of `[scenario]`: {message}");
+            let help = "give the initial angles by `initial`, or add an element that supports the model";
+            let at = (&document.scenario, "start", "no equilibrium");
+            out.push(key_error("scenario::equilibrium", message, at, help));
             Vec::new()
         }
     }

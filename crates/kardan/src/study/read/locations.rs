@@ -1,7 +1,7 @@
 //! The spans in a file that a diagnostic points at, and the help for unknown names.
 
 use kardan_math::names::unknown_name;
-use kardan_model::{ControlSpec, Document, TableReader, occurrences};
+use kardan_model::{ControlSpec, Document, occurrences};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Value;
 
@@ -27,9 +27,7 @@ pub(in crate::study) fn place_of_node(document: &Document, node: &str) -> Place 
 /// The span of a key's value of an element, of its header if the key is absent.
 pub(in crate::study) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
     let element = document.elements.get(element);
-    element.map_or_else(Place::default, |e| {
-        e.table.values.get(key).map_or_else(|| e.place.clone(), |value| value.place.clone())
-    })
+    element.map(|e| e.table.values.get(key).map_or(&e.place, |value| &value.place).clone()).unwrap_or_default()
 }
 
 /// The spans of a word in a controller's table, of its header if the word is absent; at least one.
@@ -42,7 +40,7 @@ pub(in crate::study) fn places_in_control(document: &Document, control: &Control
 /// The span of a key's value of a controller, of its header if the key is absent.
 pub(in crate::study) fn place_in_control(document: &Document, control: &ControlSpec, key: &str) -> Place {
     let own = document.controls.iter().find(|own| own.place == control.place);
-    own.map_or_else(|| control.place.clone(), |own| TableReader::place(&own.table, key))
+    own.map_or(&control.place, |own| own.table.place_of(key)).clone()
 }
 
 /// The help for an unknown name: the nearest one, or the existing ones; `none` if none exists.

@@ -415,18 +415,14 @@ fn places(
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         // If it is unreadable, the location is checked nevertheless.
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };
-        let place = TableReader::place(table, "shaft");
-        let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place: place.clone() };
+        let place = table.place_of("shaft").clone();
+        let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place };
         match found.iter().find(|other| other.shaft == site.shaft && other.signal == site.signal) {
             Some(other) => {
                 let shown = if site.signal.is_empty() { &site.shaft } else { &site.signal };
                 let message = format!("`{key}` of `[analysis]`: the place `{shown}` is listed twice");
-                out.push(
-                    Diagnostic::error("name::duplicate", message)
-                        .at(place, "again here")
-                        .at(&other.place, "first here")
-                        .help("remove one of the two"),
-                );
+                let diagnostic = Diagnostic::twice("name::duplicate", message, &site.place, &other.place);
+                out.push(diagnostic.help("remove one of the two"));
             }
             None => found.push(site),
         }

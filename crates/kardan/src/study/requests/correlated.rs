@@ -8,7 +8,7 @@ use crate::study::measure::requirement_verdict::in_digits;
 use crate::study::read::read_values::{key_error, read_word};
 use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, rational_from_f64, rational_to_f64};
 use kardan_math::units::parse_number;
-use kardan_model::{Document, TableReader};
+use kardan_model::Document;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::schema::Table;
 
@@ -54,16 +54,14 @@ pub(in crate::study) fn correlated(
         let correlation = match correlation(document, table) {
             Ok(found) => found,
             Err((key, message, help)) => {
-                let (message, place) = (format!("{what}: {message}"), TableReader::place(table, key));
-                out.push(Diagnostic::error("sweep::correlation", message).at(place, "here").help(help));
+                out.push(key_error("sweep::correlation", format!("{what}: {message}"), (table, key, "here"), help));
                 continue;
             }
         };
         let Some(factor) = decided(&correlation, table, &what, out) else { continue };
         if let Some(moments) = &correlation.moments {
             for (name, (mean, deviation)) in correlation.names.iter().zip(moments) {
-                let place = TableReader::place(table, "file");
-                let Some(parameter) = parameter(document, name, (&place, &what), out) else { continue };
+                let Some(parameter) = parameter(document, name, (table.place_of("file"), &what), out) else { continue };
                 let mean = mean.unwrap_or_else(|| parameter.value.to_f64());
                 let distribution =
                     Distribution::Normal { mean, deviation: *deviation, from: f64::NEG_INFINITY, to: f64::INFINITY };

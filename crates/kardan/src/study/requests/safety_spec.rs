@@ -192,9 +192,9 @@ fn value_names(
 /// The condition of detection.
 fn condition(context: &SignalContext<'_>, out: &mut Vec<Diagnostic>) -> Option<String> {
     let table = &context.document.safety;
-    let (text, place) = (read_word(table, "detected")?, TableReader::place(table, "detected"));
+    let (text, place) = (read_word(table, "detected")?, table.place_of("detected"));
     let what = format!("`detected` of {SAFETY}");
-    let found = resolve_signal(text, &place, context, &what, out)?;
+    let found = resolve_signal(text, place, context, &what, out)?;
     if found.dimension != Dimension::NONE {
         let message = format!("{what}: `{}` is {}, not a condition", shortened(text), found.dimension.noun());
         let help = "compare it: `abs(residual) > 1 deg`, or name a monitor or `MACHINE.STATE`";

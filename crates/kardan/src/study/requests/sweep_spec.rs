@@ -118,9 +118,9 @@ fn check_points(
 /// A `[[sweep.vary]]`.
 fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Varied> {
     let name = read_word(table, "parameter")?;
-    let place = TableReader::place(table, "parameter");
+    let place = table.place_of("parameter");
     let what = format!("`[[sweep.vary]]` of `{}`", shortened(name));
-    let parameter = parameter(document, name, (&place, &what), out)?;
+    let parameter = parameter(document, name, (place, &what), out)?;
     let before = out.len();
     let value = |key: &str, out: &mut Vec<Diagnostic>| {
         quantity(reader, table, key, (parameter.dimension, Sign::Any), &what, out).map(|x| x.to_f64())
@@ -140,7 +140,7 @@ fn vary(reader: &TableReader<'_>, document: &Document, table: &Table, out: &mut 
         out.push(key_error("sweep::distribution", message, (table, key, "not used"), help));
     }
     let refuse = |key: &str, message: &str, help: &str, out: &mut Vec<Diagnostic>| {
-        let place = if table.values.contains_key(key) { table.place_of(key) } else { &place };
+        let place = if table.values.contains_key(key) { table.place_of(key) } else { place };
         out.push(Diagnostic::error("sweep::distribution", format!("{what}: {message}")).at(place, "here").help(help));
     };
     let (low, high) = match (word, &ends) {
