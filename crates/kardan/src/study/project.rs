@@ -7,7 +7,7 @@ use crate::study::check::multiplier_constraints::for_analysis;
 use crate::study::prepare::document::prepare_document;
 use crate::study::prepare::variants::Purpose;
 use crate::study::progress::{Progress, Silent};
-use crate::study::read::variant_diagnostics::{is_error, without_errors};
+use crate::study::read::variant_diagnostics::without_errors;
 use crate::study::{Prepared, PreparedVariant};
 use kardan_model::{Builder, Document, FileBytes, assign, open, read_entries};
 use kardan_schema::diagnostics::Diagnostic;
@@ -237,7 +237,7 @@ impl Project {
     pub(in crate::study) fn for_analysis(&self) -> Result<(&Prepared, &[Diagnostic]), Vec<Diagnostic>> {
         let ready = self.ready();
         let (prepared, diagnostics) = ready;
-        let has_error = diagnostics.iter().any(is_error);
+        let has_error = diagnostics.iter().any(Diagnostic::is_error);
         // A run eliminates motions without inertia, an analysis lists them.
         let settled = prepared.variants.iter().any(|variant| variant.reduced.is_settled());
         let keeps =

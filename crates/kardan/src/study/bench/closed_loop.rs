@@ -136,7 +136,7 @@ pub fn bench_controller(
     name: Option<&str>,
     variant: Option<&str>,
 ) -> Result<String, Vec<Diagnostic>> {
-    if project.diagnostics().iter().any(super::is_error) {
+    if project.diagnostics().iter().any(Diagnostic::is_error) {
         return Err(project.diagnostics().to_vec());
     }
     let prepared = project.prepared();

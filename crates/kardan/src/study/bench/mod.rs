@@ -13,7 +13,6 @@ use rayon::prelude::*;
 
 use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
 use crate::study::prepare::document::file_stem;
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::bench_spec::BenchSpec;
 use crate::study::requests::bench_truth::Truth;
 use crate::study::{Prepared, PreparedVariant, Progress, Project};
@@ -247,7 +246,7 @@ fn prepare_excluding(
     removed: &[String],
 ) -> Result<PreparedBench, Vec<Diagnostic>> {
     let (document, prepared, mut out) = (project.read().0, project.prepared(), project.diagnostics().to_vec());
-    let fails = |out: &Vec<Diagnostic>| out.iter().any(is_error);
+    let fails = |out: &Vec<Diagnostic>| out.iter().any(Diagnostic::is_error);
     if fails(&out) {
         return Err(out);
     }
@@ -410,7 +409,7 @@ pub fn truth_table(values: &[TrueValue]) -> Named {
 /// The plant in explicit form, with the coordinates of the model as far as they exist.
 fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Diagnostic>) -> Option<Reduced> {
     let (plant, diagnostics) = truth.document.model_with(&truth.settings(own), Some(&[]));
-    let mut wrong: Vec<Diagnostic> = diagnostics.into_iter().filter(is_error).collect();
+    let mut wrong: Vec<Diagnostic> = diagnostics.into_iter().filter(Diagnostic::is_error).collect();
     let mut found = None;
     if wrong.is_empty() {
         let equations = assemble(&plant.all_coordinates, &plant.terms);
@@ -434,7 +433,7 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
                 if check_matrices(&truth.document, &reduced, &mut wrong, &mut massless) {
                     found = Some(reduced);
                 }
-                wrong.retain(is_error);
+                wrong.retain(Diagnostic::is_error);
                 wrong.append(&mut massless);
             }
             Err(error) => wrong.extend(reduce_diagnostics(&truth.document, &plant, &error)),
@@ -474,7 +473,7 @@ impl PreparedBench {
             }
             planner.coefficients.extend(found);
         }
-        if out.iter().any(is_error) {
+        if out.iter().any(Diagnostic::is_error) {
             return;
         }
         match planner.plan(&all) {

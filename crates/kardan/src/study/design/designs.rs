@@ -19,7 +19,6 @@ use crate::study::loops::margins_over_positions::margins_over_positions;
 use crate::study::operating_point::working_point::{AnalyzeSettings, signals};
 use crate::study::read::locations::unknown_name_or;
 use crate::study::read::state_names::motors;
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
 use kardan_math::names::{unknown_name, unused};
@@ -116,7 +115,7 @@ fn checked_project<'a>(project: &'a Project, settings: &DesignSettings) -> Resul
     if settings.force {
         overrule(&mut diagnostics);
     }
-    if diagnostics.iter().any(is_error) { Err(diagnostics) } else { Ok(project.prepared()) }
+    if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics) } else { Ok(project.prepared()) }
 }
 
 /// The variant to design for: a controller that only some variants use is designed for the first of those.

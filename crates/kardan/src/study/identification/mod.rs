@@ -48,7 +48,6 @@ use summary::summary;
 use ways::drop_unused_directions;
 pub use write_values::write_values;
 
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::{Part, Progress, Project};
 use kardan_identify::{Fit, FitOptions};
 use kardan_math::names::unknown_name;
@@ -102,7 +101,7 @@ impl Project {
         progress: &dyn Progress,
     ) -> Result<Identification, Vec<Diagnostic>> {
         let (document, diagnostics) = self.read();
-        let diagnostics: Vec<Diagnostic> = diagnostics.iter().filter(|one| is_error(one)).cloned().collect();
+        let diagnostics: Vec<Diagnostic> = diagnostics.iter().filter(|one| one.is_error()).cloned().collect();
         if !diagnostics.is_empty() {
             return Err(diagnostics);
         }
@@ -114,7 +113,7 @@ impl Project {
         }
         let set = variant(document, settings.variant.as_deref())?;
         let (model, mut diagnostics) = document.model_with(&set, Some(&[]));
-        diagnostics.retain(is_error);
+        diagnostics.retain(Diagnostic::is_error);
         let mut request = request(document, &model, &set, settings, &mut diagnostics);
         if !diagnostics.is_empty() {
             return Err(diagnostics);

@@ -7,7 +7,6 @@ use super::extra::{ExtraTerm, extra_columns};
 use super::laws::law_torques;
 use super::request::FitRequest;
 use super::unknowns::{UnknownParameter, coefficients, with_terms};
-use crate::study::read::variant_diagnostics::is_error;
 use kardan_identify::{Coefficient, Excitation, Extra, Regressor, undetermined};
 use kardan_math::num::{Matrix, Rational, echelon, rational_to_f64};
 use kardan_math::units::Exact;
@@ -72,7 +71,7 @@ pub(super) fn plant(
     let terms: Vec<ExtraTerm> = request.declared.iter().cloned().chain(tried.iter().cloned()).collect();
     let (document, set) = with_terms(document, set, &request.unknowns, &terms);
     let (model, diagnostics) = document.model_with(&set, Some(&[]));
-    let diagnostics: Vec<_> = diagnostics.into_iter().filter(is_error).collect();
+    let diagnostics: Vec<_> = diagnostics.into_iter().filter(Diagnostic::is_error).collect();
     if !diagnostics.is_empty() {
         return Err(diagnostics);
     }

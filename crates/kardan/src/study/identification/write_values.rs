@@ -1,7 +1,6 @@
 //! Writes identified values into the text of the model file, and terms as laws of torques.
 
 use crate::study::read::read_values::read_word;
-use crate::study::read::variant_diagnostics::is_error;
 use kardan_elements::manoeuvre::quoted;
 use kardan_model::{Document, NewValue};
 use kardan_results::signal_name;
@@ -74,7 +73,7 @@ pub fn write_values(source: &str, found: &Identification) -> Result<(String, Vec
 /// Errors of a file read for an identification: of the model, and of the requested names.
 fn diagnostics(text: &str) -> Vec<Diagnostic> {
     let (document, mut out) = kardan_model::read(text);
-    out.retain(is_error);
+    out.retain(Diagnostic::is_error);
     if !out.is_empty() {
         return out;
     }
@@ -83,7 +82,7 @@ fn diagnostics(text: &str) -> Vec<Diagnostic> {
     out.extend(diagnostics);
     request(&document, &model, &set, &IdentifySettings::default(), &mut out);
     // A file need not request any parameter.
-    out.retain(|one| is_error(one) && one.code != "identify::no-parameters");
+    out.retain(|one| one.is_error() && one.code != "identify::no-parameters");
     out
 }
 

@@ -77,8 +77,7 @@ impl MeasureTable<'_, '_> {
             }
             let names = figures.iter().map(|figure| figure.name.as_str());
             let help = unknown_name_or(name, names, "the model has no `[[figure]]`");
-            let message = format!("{REQUIREMENT}: there is no figure `{}`", shortened(name));
-            out.push(key_error("name::unknown", message, (self.table, "figure", "no such figure"), help));
+            out.push(Diagnostic::no_such(REQUIREMENT, "figure", name, self.table.place_of("figure")).help(help));
             return None;
         };
         let judged = Requirement {

@@ -9,7 +9,7 @@ use crate::study::operating_point::named_point::{NamedPoint, check_smooth, no_eq
 use crate::study::prepare::reduced_design_model::{excluded, model_excluding, needed_by};
 use crate::study::read::locations::{place_in_control, places_in_control};
 use crate::study::read::positions::is_finite_at;
-use crate::study::read::variant_diagnostics::{add_new, is_error};
+use crate::study::read::variant_diagnostics::add_new;
 use kardan_math::num::{Definiteness, Scalar, definiteness_of_rows};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{Reduced, equilibrium_rows, reduce, sparse_model};
@@ -164,7 +164,7 @@ pub(super) fn design_model(
     let (model, diagnostics) = document.model_with(&all, Some(&[]));
     let place = place_in_control(document, control, "design");
     let mut wrong = false;
-    for diagnostic in diagnostics.into_iter().filter(is_error) {
+    for diagnostic in diagnostics.into_iter().filter(Diagnostic::is_error) {
         wrong = true;
         let Diagnostic { code, message, labels, .. } = diagnostic;
         let mut diagnostic =

@@ -14,7 +14,7 @@ use crate::study::progress::Progress;
 use crate::study::read::scenario::scenario;
 use crate::study::read::signal_table::SignalContext;
 use crate::study::read::tolerance::tolerance;
-use crate::study::read::variant_diagnostics::{add_new, is_error};
+use crate::study::read::variant_diagnostics::add_new;
 use crate::study::requests::analysis_spec::analysis_spec;
 use crate::study::requests::bench_spec::check_bench;
 use crate::study::requests::safety_spec::safety_spec;
@@ -36,7 +36,7 @@ pub(in crate::study) fn prepare_document(
     out: &mut Vec<Diagnostic>,
 ) -> Prepared {
     let mut prepared = Prepared { named: !document.named_variants.is_empty(), ..Prepared::default() };
-    let unread = out.iter().any(is_error);
+    let unread = out.iter().any(Diagnostic::is_error);
     let all_settings = document.variant_settings();
     let mut first = None;
     // Of a variant: its equations, each law in its loop, the sampled loop, its margins.
@@ -46,7 +46,8 @@ pub(in crate::study) fn prepare_document(
     let one = |variant: &VariantSettings| {
         let VariantSettings { name: label, settings, controls, .. } = variant;
         let (model, mut reported) = document.model_with(settings, controls.as_deref());
-        let is_complete = !document.suppressed.equations && !model.programs.broken && !reported.iter().any(is_error);
+        let is_complete =
+            !document.suppressed.equations && !model.programs.broken && !reported.iter().any(Diagnostic::is_error);
         let ready = is_complete.then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
             prepare_variant((purpose, &steps, None), document, name, model.clone(), variant, &mut reported)

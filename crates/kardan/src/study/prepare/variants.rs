@@ -26,7 +26,6 @@ use crate::study::read::positions::is_finite_at;
 use crate::study::read::read_values::key_error;
 use crate::study::read::scenario::scenario;
 use crate::study::read::signal_table::SignalContext;
-use crate::study::read::variant_diagnostics::is_error;
 use crate::study::requests::analysis_spec::{Point, analysis_spec};
 use kardan_mechanics::assemble::assemble;
 use kardan_mechanics::reduce::{OperatingPoint, Reduced, reduce};
@@ -81,14 +80,14 @@ pub(in crate::study) fn prepare_sample(
     own: &VariantSettings,
 ) -> Result<PreparedVariant, Vec<Diagnostic>> {
     let (model, mut diagnostics) = document.model_with(&own.settings, own.controls.as_deref());
-    if diagnostics.iter().any(is_error) || model.programs.broken {
+    if diagnostics.iter().any(Diagnostic::is_error) || model.programs.broken {
         return Err(diagnostics);
     }
     let steps = Steps::new(1, &Silent);
     let purpose = (Purpose::Sample, &steps, designed);
     let found = prepare_variant(purpose, document, name.to_string(), model, own, &mut diagnostics);
     match found {
-        Some(variant) if !diagnostics.iter().any(is_error) => Ok(variant),
+        Some(variant) if !diagnostics.iter().any(Diagnostic::is_error) => Ok(variant),
         _ => Err(diagnostics),
     }
 }
@@ -269,7 +268,7 @@ fn check_loop(document: &Document, variant: &PreparedVariant, steps: &Steps<'_>,
     check_opposite_side(variant.in_loop(), before, out);
     let reported = out[before..].iter().any(|reported| reported.code == UNSTABLE);
     steps.step();
-    if !out.iter().any(is_error) {
+    if !out.iter().any(Diagnostic::is_error) {
         check_margins(variant.in_loop(), out);
         check_effort(document, variant, out);
     }

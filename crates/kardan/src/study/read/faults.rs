@@ -305,8 +305,7 @@ impl<'a> Reader<'a, '_> {
             }
             let names: Vec<&str> = motors(self.equations).map(|input| input.element.as_str()).collect();
             let help = unknown_name_or(&fault.name, names, "the model has no motor");
-            let message = format!("there is no motor `{}`", shortened(&fault.name));
-            out.push(self.diagnostic("name::unknown", &message, ("motor", "no such motor"), help));
+            out.push(Diagnostic::no_such(self.what, "motor", &fault.name, self.table.place_of("motor")).help(help));
             return;
         };
         let domain = input.row.first().map_or(Domain::Rotation, |(k, _)| self.equations.domain(*k));
@@ -343,8 +342,8 @@ impl<'a> Reader<'a, '_> {
             }
             let names = all().map(|control| control.name.as_str());
             let help = unknown_name_or(&fault.name, names, "the model has no controller");
-            let message = format!("there is no controller `{shown}`");
-            out.push(self.diagnostic("name::unknown", &message, ("control", "no such controller"), help));
+            let place = self.table.place_of("control");
+            out.push(Diagnostic::no_such(self.what, "controller", &fault.name, place).help(help));
             return;
         };
         let Some(period) = control.values.exact("sample_time").map(Exact::to_f64) else {

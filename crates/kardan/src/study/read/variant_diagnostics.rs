@@ -2,15 +2,11 @@
 
 use std::collections::HashSet;
 
-use kardan_schema::diagnostics::{Diagnostic, Severity};
-
-pub(in crate::study) fn is_error(diagnostic: &Diagnostic) -> bool {
-    diagnostic.severity == Severity::Error
-}
+use kardan_schema::diagnostics::Diagnostic;
 
 /// All diagnostics of a request, if one of them is an error.
 pub(in crate::study) fn without_errors(diagnostics: &[Diagnostic]) -> Result<(), Vec<Diagnostic>> {
-    if diagnostics.iter().any(is_error) { Err(diagnostics.to_vec()) } else { Ok(()) }
+    if diagnostics.iter().any(Diagnostic::is_error) { Err(diagnostics.to_vec()) } else { Ok(()) }
 }
 
 /// The same error of several variants is reported once; an error that the first variant does not have names its variant.

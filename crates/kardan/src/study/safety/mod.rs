@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use judged::{Traces, judge};
 
 use crate::study::progress::Counted;
-use crate::study::read::variant_diagnostics::{is_error, without_errors};
+use crate::study::read::variant_diagnostics::without_errors;
 use crate::study::run::runs::run_variant;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, SafetySpec, Settings};
 use kardan_math::units::format_quantity;
@@ -134,7 +134,7 @@ impl Project {
             Some(Err(diagnostic)) => Err(diagnostic.to_string()),
         };
         let ready = changed_project.and_then(|project| {
-            let found = project.diagnostics().iter().find(|diagnostic| is_error(diagnostic));
+            let found = project.diagnostics().iter().find(|diagnostic| diagnostic.is_error());
             found.map_or(Ok(project.prepared()), |diagnostic| Err(diagnostic.to_string()))
         });
         let one = |name: &String| match &ready {

@@ -3,7 +3,7 @@
 use super::batch::Batch;
 use super::integrated;
 use super::rows::{blank, sampled};
-use crate::study::read::variant_diagnostics::{is_error, without_errors};
+use crate::study::read::variant_diagnostics::without_errors;
 use crate::study::requests::varied::Varied;
 use crate::study::{Prepared, PreparedVariant, Project, Settings, Silent};
 use kardan_model::Setting;
@@ -128,5 +128,5 @@ fn refused_row(row: &RowAgain, diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> 
         Diagnostic { message, labels: Vec::new(), ..one }
             .help("its row contains a reason instead of numbers: omit it from `--sample`")
     };
-    diagnostics.into_iter().filter(is_error).map(in_row).collect()
+    diagnostics.into_iter().filter(Diagnostic::is_error).map(in_row).collect()
 }
