@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::study::measure::computed_signals::Computed;
 use crate::study::read::faults::NamedFault;
-use crate::study::read::locations::unknown_name_or;
+use crate::study::read::locations::no_such_name;
 use crate::study::{AnalysisSpec, Figure, Requirement, SafetySpec, SweepSpec};
 use kardan_expr::expr::Side;
 use kardan_math::names::unknown_name;
@@ -135,9 +135,7 @@ impl PreparedVariant {
             }
             let Some(fault) = self.faults.iter().find(|fault| fault.name == *name) else {
                 let names = self.faults.iter().map(|fault| fault.name.as_str());
-                let help = unknown_name_or(name, names, "the file has no `[fault.NAME]`");
-                let message = format!("there is no fault `{}`", shortened(name));
-                return Err(Diagnostic::error("fault::unknown", message).help(help));
+                return Err(no_such_name(("fault::unknown", "fault"), name, names, "the file has no `[fault.NAME]`"));
             };
             scenario.faults = scenario.faults.with(&fault.faults).map_err(|part| {
                 let message = format!("with the fault `{name}` `{part}` would fail in two ways at once");

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::study::check::model_checks::{check_matrices, reduce_diagnostics};
 use crate::study::prepare::document::file_stem;
+use crate::study::read::locations::no_such_name;
 use crate::study::requests::bench_spec::BenchSpec;
 use crate::study::requests::bench_truth::Truth;
 use crate::study::{Prepared, PreparedVariant, Progress, Project};
@@ -264,9 +265,8 @@ fn prepare_excluding(
         match ExcitationPlan::of(plan) {
             Some(plan) => spec.plan = plan,
             None => {
-                let message = format!("there is no plan `{}`", shortened(plan));
-                let help = unknown_name(plan, ExcitationPlan::NAMES.iter().copied());
-                out.push(Diagnostic::error("bench::plan", message).help(help));
+                let names = ExcitationPlan::NAMES.iter().copied();
+                out.push(no_such_name(("bench::plan", "plan"), plan, names, ""));
             }
         }
     }
@@ -330,12 +330,7 @@ fn with_control<'a>(
         let mut all: Vec<&str> = all.flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
         all.sort_unstable();
         all.dedup();
-        let help = match all.is_empty() {
-            true => "the file has no `[control.NAME]`".to_string(),
-            false => unknown_name(name, all),
-        };
-        let message = format!("there is no controller `{}`", shortened(name));
-        vec![Diagnostic::error("control::unknown", message).help(help)]
+        no_such_name(("control::unknown", "controller"), name, all, "the file has no `[control.NAME]`").into()
     })
 }
 

@@ -17,18 +17,18 @@ use crate::study::loops::margins::{
 };
 use crate::study::loops::margins_over_positions::margins_over_positions;
 use crate::study::operating_point::working_point::{AnalyzeSettings, signals};
-use crate::study::read::locations::unknown_name_or;
+use crate::study::read::locations::no_such_name;
 use crate::study::read::state_names::motors;
 use crate::study::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use kardan_analysis::OutputSignal;
-use kardan_math::names::{unknown_name, unused};
+use kardan_math::names::unused;
 use kardan_math::num::{Matrix, discretise};
 use kardan_mechanics::assemble::Equations;
 use kardan_mechanics::equations::Domain;
 use kardan_model::ControlSpec;
 use kardan_results::signal_name::{SignalName, carrier};
 use kardan_results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES, OppositeSide, Stability};
-use kardan_schema::diagnostics::{Diagnostic, quoted, shortened};
+use kardan_schema::diagnostics::{Diagnostic, quoted};
 use kardan_schema::entries::{Entries, RawValue};
 use kardan_schema::schema::{Field, Kind};
 use kardan_synthesis::{REGISTRY, closed_loop_poles, counting_charges, poles_excluding};
@@ -260,10 +260,8 @@ fn keys(
     reserved: &[&str],
 ) -> Result<Entries, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
-        let names = || REGISTRY.iter().map(|law| law.keyword);
-        let help = unknown_name(keyword, names());
-        let message = format!("there is no law `{}`", shortened(keyword));
-        return Err(Diagnostic::error("name::unknown", message).help(help).into());
+        let names = REGISTRY.iter().map(|law| law.keyword);
+        return Err(no_such_name(("name::unknown", "law"), keyword, names, "").into());
     };
     let full = |output: &OutputSignal| match SignalName::new(&output.name).word {
         Some(_) => output.name.clone(),
@@ -304,9 +302,7 @@ fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Projec
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
-            let help = unknown_name(feedback, choices.iter().copied());
-            let message = format!("there is no feedback `{}`", shortened(feedback));
-            Err(Diagnostic::error("choice::unknown", message).help(help).into())
+            Err(no_such_name(("choice::unknown", "feedback"), feedback, choices.iter().copied(), "").into())
         }
         Some(_) => Ok(project.changed(|model| model.set(&["control", name, "feedback"], feedback.to_string()))),
         None => {
@@ -326,8 +322,7 @@ fn which(controls: &[ControlSpec], name: Option<&str>) -> Result<usize, Vec<Diag
     };
     controls.iter().position(|control| control.name == name).ok_or_else(|| {
         let names = controls.iter().map(|control| control.name.as_str());
-        let help = unknown_name_or(name, names, "the variant has no controller");
-        vec![Diagnostic::error("name::unknown", format!("there is no controller `{}`", shortened(name))).help(help)]
+        no_such_name(("name::unknown", "controller"), name, names, "the variant has no controller").into()
     })
 }
 

@@ -9,7 +9,7 @@ use crate::study::check::kinks::Kinks;
 use crate::study::check::model_checks::signals_of;
 use crate::study::check::multiplier_constraints::free_motion;
 use crate::study::check::stop_checks::{describe_clutches, describe_contacts, describe_passed_stops};
-use crate::study::read::locations::unknown_name_or;
+use crate::study::read::locations::no_such_name;
 use crate::study::read::state_names::{motors, non_angle_domains, state_name};
 use crate::study::requests::analysis_spec::{OperatingConditions, output};
 use kardan_analysis::{ConstrainedSystem, OutputSignal};
@@ -355,9 +355,8 @@ pub(in crate::study) fn named(
             wrong.push(empty_name(what));
         } else if !all.iter().any(|candidate| candidate == name) {
             let names = all.iter().map(String::as_str);
-            let help = unknown_name_or(name, names, &format!("there are no {what}s at all"));
-            let message = format!("there is no {what} `{}`", shortened(name));
-            wrong.push(Diagnostic::error("name::unknown", message).help(help));
+            let none = format!("there are no {what}s at all");
+            wrong.push(no_such_name(("name::unknown", what), name, names, &none));
         } else if found.iter().any(|candidate| candidate == name) {
             wrong.push(duplicate(what, name));
         } else {

@@ -2,6 +2,7 @@
 
 use kardan_math::names::unknown_name;
 use kardan_model::{ControlSpec, Document, occurrences};
+use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
 use kardan_schema::schema::Value;
 
@@ -53,6 +54,17 @@ pub(in crate::study) fn unknown_name_or<'a>(
         Some(_) => unknown_name(name, existing),
         None => none.to_string(),
     }
+}
+
+/// The error of a requested name that nothing has.
+pub(in crate::study) fn no_such_name<'a>(
+    (code, noun): (&'static str, &str),
+    name: &str,
+    existing: impl IntoIterator<Item = &'a str> + Clone,
+    none: &str,
+) -> Diagnostic {
+    let message = format!("there is no {noun} `{}`", shortened(name));
+    Diagnostic::error(code, message).help(unknown_name_or(name, existing, none))
 }
 
 /// The spans of the first of these elements, charges or nodes, in their order.
