@@ -275,21 +275,17 @@ pub(in crate::study) fn check_effort(document: &Document, variant: &PreparedVari
         return;
     }
     let duration = variant.scenario.duration;
-    let place = element.as_ref().and_then(|(name, key)| {
-        let element = document.elements.get(name)?;
-        Some(element.table.place_of(key).clone())
-    });
+    let place = element.as_ref().and_then(|(name, key)| Some(document.elements.get(name)?.table.place_of(key)));
     let message = format!(
         "the run of {} s may take about {} steps of an explicit method: {cause}",
         short(duration),
         short(steps)
     );
-    let warning = Diagnostic::warning("run::steps", message);
-    let warning = match place {
-        Some(place) => warning.at(place, "the fastest motion comes from here"),
-        None => warning.at(document.scenario.place_of("duration"), "this duration"),
+    let (place, label) = match place {
+        Some(place) => (place, "the fastest motion comes from here"),
+        None => (document.scenario.place_of("duration"), "this duration"),
     };
-    out.push(warning.help(
+    out.push(Diagnostic::warning("run::steps", message).at(place, label).help(
         "check this number and its unit; remove so fast a motion (by a rigid connection, or no inertia of its own), \
          or shorten `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes \
          then) needs no such steps; with gear losses, or with laws that compute at every instant, that method is not \
