@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 
 use super::annihilator::annihilator;
 use super::relative_degree::assert_explicit;
-use super::resolvent::characteristic_polynomial;
 use super::rows::{RowSpan, columns, null_rows, primitive, row_times, stack, unit, unit_place};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, echelon};
 use kardan_results::Definition;
 use kardan_results::signal_name::SignalName;
 

@@ -2,10 +2,9 @@
 
 use super::decouplable::{NotDecouplable, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
-use super::resolvent::characteristic_polynomial;
 use super::rows::{difference, stack};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
 
 /// The dynamics that remain while all outputs are zero (zero dynamics).
 #[derive(Debug, Clone, PartialEq)]

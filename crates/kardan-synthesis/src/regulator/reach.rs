@@ -1,10 +1,10 @@
 //! Controllability chains of a system.
 
 use kardan_analysis::{LinearSystem, controllable_rank};
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, echelon};
 use kardan_results::Pole;
 
-use crate::decoupling::{RowSpan, characteristic_polynomial};
+use crate::decoupling::RowSpan;
 use crate::notation::linear_combination;
 
 /// Independent columns of the controllability matrix in the order `b₁ … b_m, A b₁ …`: each that does not depend on those

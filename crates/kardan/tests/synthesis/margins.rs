@@ -6,10 +6,9 @@ use crate::common;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan::model::builtin;
-use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues, rational_from_f64};
+use kardan::num::{Matrix, Polynomial, Random, Rational, characteristic_polynomial, discretise, eigenvalues, rational_from_f64};
 use kardan::results::{Verdict, ZeroPoleEvidence};
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
-use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, multiloop_margin};
 use kardan::synthesis::{
     Change, Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,

@@ -2,9 +2,8 @@
 
 use crate::common::built_in;
 use kardan::analysis::LinearSystem;
-use kardan::num::{Matrix, Rational, Scalar, discretise, eigenvalues, exponential, rational_from_f64};
+use kardan::num::{Matrix, Rational, Scalar, characteristic_polynomial, discretise, eigenvalues, exponential, rational_from_f64};
 use kardan::results::{Complex, Pole};
-use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::regulator::{
     LyapunovError, PlacementError, RiccatiError, SteadyStateError, Weights, lqr, lyapunov, place_poles, steady_state,
     unreached,
