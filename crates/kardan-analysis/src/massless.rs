@@ -4,7 +4,7 @@ use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
 use super::LinearSystem;
-use super::parts::{kernel, less, limit_space, reduced_form, rows_of, side_by_side, stacked, window};
+use super::parts::{kernel, limit_space, reduced_form, rows_of, side_by_side, stacked, window};
 
 /// Names with factors: a direction, or a combination of quantities.
 type Combination = Vec<(String, Rational)>;
@@ -168,7 +168,7 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
             });
         }
     }
-    let through = less(d, &c.multiply(&follows[0]));
+    let through = d.minus(&c.multiply(&follows[0]));
 
     let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| side_by_side(&[&all, follow]));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::decoupling::columns;
 use super::{Law, Plant, linear_combination};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, kernel, rational_from_f64, reduced_form};
 
 /// Directions of charges that change nothing: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
 /// are integrators without effect, and no law controls them. Exact.
@@ -30,7 +30,7 @@ impl Counters {
 
     /// The directions that a matrix over these charges, of so many coordinates, sends to zero.
     fn kernel(matrix: &Matrix<Rational>, charges: &[usize], coordinates: usize) -> Self {
-        let e = echelon(matrix, &(0..charges.len()).collect::<Vec<_>>());
+        let e = reduced_form(matrix);
         let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
         Self {
             directions: Matrix::from_fn(coordinates, kernel.columns(), |i, j| {

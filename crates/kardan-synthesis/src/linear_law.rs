@@ -149,7 +149,7 @@ fn rests(a: &Matrix<f64>, gain: &Matrix<f64>, c: &Matrix<f64>, limits: &[Option<
         let at_limit =
             |k: usize| limited.iter().position(|candidate| *candidate == k).is_some_and(|bit| subset >> bit & 1 == 1);
         let part = Matrix::from_fn(a.rows(), c.rows(), |i, k| if at_limit(k) { gain[(i, k)] } else { 0.0 });
-        let closed = a.plus(&part.multiply(c).scale(&-1.0));
+        let closed = a.minus(&part.multiply(c));
         slowest(&closed).is_some_and(|slowest| slowest < 0.0 || slowest <= open_loop * (1.0 + 1e-9))
     })
 }

@@ -105,6 +105,19 @@ impl<S: Scalar> Matrix<S> {
         }
     }
 
+    /// `self − other`.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn minus(&self, other: &Self) -> Self {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "difference of matrices of different shape");
+        Self {
+            rows: self.rows,
+            columns: self.columns,
+            data: self.data.iter().zip(&other.data).map(|(a, b)| a.minus(b)).collect(),
+        }
+    }
+
     /// `factor · self`.
     pub fn scale(&self, factor: &S) -> Self {
         Self { rows: self.rows, columns: self.columns, data: self.data.iter().map(|a| a.times(factor)).collect() }

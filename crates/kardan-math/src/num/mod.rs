@@ -55,7 +55,7 @@ pub use contraction::contracts;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub use dense::{LANES, Panels, product};
 pub use eigen::eigenvalues;
-pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon};
+pub use elimination::{Definiteness, Echelon, definiteness, definiteness_of_rows, echelon, kernel, reduced_form};
 pub use exact_zoh::{ExactZoh, exact_zoh};
 pub use exponential::{Discretised, discretise, exponential};
 pub use float::{Float, max_or_nan};

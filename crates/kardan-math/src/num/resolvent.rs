@@ -24,12 +24,7 @@ pub struct Resolvent {
 ///
 /// # Panics
 /// If A is not square or the shapes do not fit.
-pub fn resolvent(
-    a: &Matrix<Rational>,
-    b: &Matrix<Rational>,
-    c: &Matrix<Rational>,
-    d: &Matrix<Rational>,
-) -> Resolvent {
+pub fn resolvent(a: &Matrix<Rational>, b: &Matrix<Rational>, c: &Matrix<Rational>, d: &Matrix<Rational>) -> Resolvent {
     let n = a.rows();
     assert!(
         a.columns() == n && b.rows() == n && c.columns() == n && (d.rows(), d.columns()) == (c.rows(), b.columns()),

@@ -7,7 +7,7 @@ use super::relative_degree::assert_explicit;
 use super::rows::{RowSpan, columns, null_rows, primitive, row_times, stack, unit, unit_place};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, reduced_form};
 use kardan_results::Definition;
 use kardan_results::signal_name::SignalName;
 
@@ -73,7 +73,7 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
     }
     let rows = coordinates(&system.states, &unobservable, preferred);
     let projection = stack(&rows, n);
-    let pivots = echelon(&projection, &(0..n).collect::<Vec<_>>()).pivots;
+    let pivots = reduced_form(&projection).pivots;
     let square = columns(&projection, &pivots).transpose();
     // X P = M for a matrix M whose rows lie in the space of those of P.
     let through = |m: &Matrix<Rational>| {

@@ -20,7 +20,7 @@ use crate::{
     angle_output, effective_inertia, is_single, named, output_shaft,
 };
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
+use kardan_math::num::{Float, Matrix, Rational, Scalar, rational_to_f64, reduced_form};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::reduce::LinearModel;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, ReadSignal};
@@ -188,7 +188,7 @@ pub fn design_noninteracting(
 
 /// The error of a singular decoupling matrix.
 fn not_decouplable(matrix: &Matrix<Rational>, outputs: &[String], inputs: &[String]) -> SynthesisError {
-    let rank = echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank();
+    let rank = reduced_form(matrix).rank();
     // Outputs whose acceleration no chosen input reaches directly: their relative degree is above two.
     let is_reached = |i: usize| !matrix.row(i).iter().all(Scalar::is_zero);
     let not_reached: Vec<String> = (0..outputs.len()).filter(|&i| !is_reached(i)).map(|i| outputs[i].clone()).collect();
@@ -584,7 +584,7 @@ impl Law for Designed {
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let references: Vec<Reference> =
             self.reference_places.iter().map(|(reference, _)| self.references[*reference].clone()).collect();
-        let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
+        let k = acceleration_gain.multiply(&feedback).minus(state_gain);
         let places = self.plant.state_places();
         let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
         let l = acceleration_gain.multiply(&reference);

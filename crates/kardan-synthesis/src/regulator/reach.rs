@@ -1,7 +1,7 @@
 //! Controllability chains of a system.
 
 use kardan_analysis::{LinearSystem, controllable_rank};
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, reduced_form};
 use kardan_results::Pole;
 
 use crate::decoupling::RowSpan;
@@ -86,7 +86,7 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
         return None;
     }
     let rows = Matrix::from_fn(found.len(), n, |i, j| found[i].2[j].clone());
-    let basis = echelon(&rows, &(0..n).collect::<Vec<_>>());
+    let basis = reduced_form(&rows);
     let (pivots, form) = (basis.pivots, basis.form);
     let rest: Vec<usize> = (0..n).filter(|i| !pivots.contains(i)).collect();
     let r = pivots.len();

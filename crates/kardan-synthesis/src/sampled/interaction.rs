@@ -105,14 +105,14 @@ impl Problem {
         let regulator = sampled_lqr(&a, &b, &sampled)?;
         // X₁₂ = A_clᵀ (X A₁₂ + X₁₂ A₂₂) + Q₁₂ − Kᵀ N₂ᵀ
         let (a12, a22) = (selected(&next, &regulated, &exogenous), selected(&next, &exogenous, &exogenous));
-        let closed = a.plus(&b.multiply(&regulator.gain).scale(&-1.0));
+        let closed = a.minus(&b.multiply(&regulator.gain));
         let crossed = selected(&cost, &now, &exogenous);
         let x = &regulator.solution;
         let right = closed
             .transpose()
             .multiply(&x.multiply(&a12))
             .plus(&selected(&cost, &regulated, &exogenous))
-            .plus(&regulator.gain.transpose().multiply(&crossed).scale(&-1.0));
+            .minus(&regulator.gain.transpose().multiply(&crossed));
         let x12 = stein(&closed, &a22, &right)?;
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);

@@ -246,11 +246,11 @@ fn split_free(
     let (chain, across) = (dual.multiply(&a).multiply(v), dual.multiply(&a).multiply(right));
     let mut x = Matrix::zeros(count, n - count);
     for _ in 0..=count {
-        let right = chain.multiply(&x).plus(&across.scale(&-1.0));
+        let right = chain.multiply(&x).minus(&across);
         x = rest.transpose().solve(&right.transpose())?.transpose();
     }
     let w = dual.plus(&x.multiply(&split.left));
-    out[2] = c.multiply(&right.plus(&v.multiply(&x).scale(&-1.0)));
+    out[2] = c.multiply(&right.minus(&v.multiply(&x)));
     // Each product with the size that it may have: lengths of rows and columns, to the rounding of which it is known.
     let length = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
     let product = |rows: &Matrix<f64>, columns: &Matrix<f64>| {

@@ -44,7 +44,7 @@ impl Sampled {
         let zeros = Matrix::<f64>::zeros;
         let minus = feedback.scale(&-1.0);
         // x̂ after the correction: (I − M C) x̂ + M y.
-        let uncorrected = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
+        let uncorrected = Matrix::identity(n).minus(&correction.multiply(output));
         let on_estimate = columns_of(&minus, 0..n);
         let on_states = on_estimate.multiply(&uncorrected);
         let on_readings = on_estimate.multiply(correction);
