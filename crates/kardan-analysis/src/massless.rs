@@ -1,5 +1,6 @@
 //! Motions without inertia: found, and eliminated exactly.
 
+use kardan_math::names::sign;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
@@ -80,12 +81,7 @@ pub(super) fn signed_sum<T>(
     for (term, factor) in terms {
         let negative = *factor < Rational::ZERO;
         let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        match (out.is_empty(), negative) {
-            (true, true) => out += minus,
-            (true, false) => {}
-            (false, true) => out += &format!(" {minus} "),
-            (false, false) => out += " + ",
-        }
+        out += &sign(out.is_empty(), negative).replace('-', minus);
         out += &text(term, Some(&size).filter(|size| **size != Rational::ONE));
     }
     out

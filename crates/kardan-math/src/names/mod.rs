@@ -6,6 +6,34 @@ use std::borrow::Cow;
 
 pub use list::{HasName, NamedList};
 
+/// A term of a sum as text: whether it is subtracted, and the text without its sign.
+pub type SignedTerm = (bool, String);
+
+/// A sum as text; `0` without terms.
+///
+/// ```
+/// use kardan_math::names::signed_sum;
+/// assert_eq!(signed_sum([(true, "a".into()), (false, "2 b".into())]), "-a + 2 b");
+/// ```
+pub fn signed_sum(terms: impl IntoIterator<Item = SignedTerm>) -> String {
+    let mut out = String::new();
+    for (is_negative, term) in terms {
+        out += sign(out.is_empty(), is_negative);
+        out += &term;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// What is before a term of a sum.
+pub fn sign(is_first: bool, is_negative: bool) -> &'static str {
+    match (is_first, is_negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
+    }
+}
+
 /// The candidate nearest to a misspelt word, if one is near enough.
 ///
 /// Letters are compared without case; a single letter has no other letter near it. Among equally near

@@ -6,6 +6,8 @@ use std::fmt;
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
+use crate::names::signed_sum;
+
 use super::modular_polynomial::{self, remainder, square_free};
 use super::{PrimeField, Rational, Reconstruction, Residue, Scalar, common_denominator, prime_below, whole_multiple};
 
@@ -263,32 +265,23 @@ pub fn multiply_whole(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
 impl fmt::Display for Polynomial {
     /// `s^2 + 2060/11 s + 4`, highest power first.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.coefficients.is_empty() {
-            return f.write_str("0");
-        }
-        let mut first = true;
-        for (k, c) in self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
+        let terms = self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c));
+        let text = signed_sum(terms.map(|(k, c)| {
             let negative = *c < Rational::ZERO;
             let size = if negative { Rational::ZERO.minus(c) } else { c.clone() };
-            f.write_str(match (first, negative) {
-                (true, true) => "-",
-                (true, false) => "",
-                (false, true) => " - ",
-                (false, false) => " + ",
-            })?;
-            first = false;
             let power = match k {
                 0 => String::new(),
                 1 => "s".to_string(),
                 _ => format!("s^{k}"),
             };
-            match (k == 0, size == Rational::ONE) {
-                (false, true) => f.write_str(&power)?,
-                (true, _) => write!(f, "{size}")?,
-                (false, false) => write!(f, "{size} {power}")?,
-            }
-        }
-        Ok(())
+            let text = match (k == 0, size == Rational::ONE) {
+                (false, true) => power,
+                (true, _) => size.to_string(),
+                (false, false) => format!("{size} {power}"),
+            };
+            (negative, text)
+        }));
+        f.write_str(&text)
     }
 }
 
