@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
-use super::error::list;
 use super::matrix_parts::spread;
 use super::sampled::ScheduleCache;
 use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan_expr::expr::Side;
+use kardan_math::names::backquoted;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_mechanics::assemble::{DirectionalTerm, SpringLaw};
 use kardan_mechanics::equations::{InputKind, Measured, Motor};
@@ -247,7 +247,7 @@ impl Plant {
         if coordinates.is_empty() {
             return Ok(());
         }
-        let names = list(&coordinates);
+        let names = backquoted(&coordinates);
         let message =
             format!("the block of the full nonlinear model uses accelerations only, and there are none for {names}");
         let help = "design on the linear model: `plant = \"linear\"`, or give them an inertia";

@@ -108,6 +108,11 @@ pub fn quoted(names: impl IntoIterator<Item: AsRef<str>>) -> String {
     }
 }
 
+/// All names in backquotes: `` `a`, `b` ``.
+pub fn backquoted<S: AsRef<str>>(names: &[S]) -> String {
+    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
+}
+
 /// A text whose characters are shown in their order: those that change the direction of the following text (Unicode, bidirectional formatting)
 /// are written as escapes, for with them a name looks like another one.
 ///

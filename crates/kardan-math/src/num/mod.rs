@@ -48,7 +48,6 @@ pub use at_zero::{AtZero, Rounding, at_zero};
 pub use balance::balance;
 pub use balance::{scaled, unscaled};
 pub use block_triangular::isolated;
-pub use block_triangular::square;
 pub use bracket::bracket;
 pub use characteristic::{characteristic_polynomial, is_hurwitz};
 pub use contraction::contracts;

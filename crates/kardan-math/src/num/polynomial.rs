@@ -239,6 +239,21 @@ impl Polynomial {
         divisor.last() == Some(&0) || remainder(&field, &whole, &divisor).is_empty()
     }
 
+    /// As text, highest power first; `number` writes a coefficient.
+    pub fn text(&self, number: impl Fn(&Rational) -> String) -> String {
+        let terms = self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c));
+        signed_sum(terms.map(|(k, c)| {
+            let text = number(c);
+            let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
+            let power = match k {
+                0 => return (negative, size.to_string()),
+                1 => "s".to_string(),
+                _ => format!("s^{k}"),
+            };
+            (negative, if size == "1" { power } else { format!("{size} {power}") })
+        }))
+    }
+
     /// The coefficients times their common denominator.
     pub fn whole_coefficients(&self) -> Vec<IBig> {
         self.in_whole_numbers().0
@@ -265,23 +280,7 @@ pub fn multiply_whole(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
 impl fmt::Display for Polynomial {
     /// `s^2 + 2060/11 s + 4`, highest power first.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let terms = self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c));
-        let text = signed_sum(terms.map(|(k, c)| {
-            let negative = *c < Rational::ZERO;
-            let size = if negative { Rational::ZERO.minus(c) } else { c.clone() };
-            let power = match k {
-                0 => String::new(),
-                1 => "s".to_string(),
-                _ => format!("s^{k}"),
-            };
-            let text = match (k == 0, size == Rational::ONE) {
-                (false, true) => power,
-                (true, _) => size.to_string(),
-                (false, false) => format!("{size} {power}"),
-            };
-            (negative, text)
-        }));
-        f.write_str(&text)
+        f.write_str(&self.text(ToString::to_string))
     }
 }
 

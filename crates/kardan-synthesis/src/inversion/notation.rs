@@ -15,29 +15,10 @@ pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
         let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
         // A sign comes first.
         let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
-        let text = polynomial(&if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() });
+        let positive = if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() };
+        let text = positive.text(number);
         let size = if terms > 1 { format!("({text})") } else { text };
         (negative, if size == "1" { name.clone() } else { format!("{size} {name}") })
-    }))
-}
-
-/// `5 s^2 + 3 s - 0.25`, highest power first.
-fn polynomial(p: &Polynomial) -> String {
-    let terms = p.coefficients().iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c));
-    signed_sum(terms.map(|(k, c)| {
-        let text = number(c);
-        let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
-        let power = match k {
-            0 => String::new(),
-            1 => "s".into(),
-            _ => format!("s^{k}"),
-        };
-        let text = match (size == "1", k == 0) {
-            (_, true) => size.to_string(),
-            (true, false) => power,
-            (false, false) => format!("{size} {power}"),
-        };
-        (negative, text)
     }))
 }
 

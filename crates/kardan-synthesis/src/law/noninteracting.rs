@@ -7,7 +7,6 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
-use crate::error::list;
 use crate::matrix_parts::spread;
 use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
@@ -20,6 +19,7 @@ use crate::{
     angle_output, effective_inertia, is_single, named, output_shaft,
 };
 use kardan_analysis::OutputSignal;
+use kardan_math::names::backquoted;
 use kardan_math::num::{Float, Matrix, Rational, Scalar, rational_to_f64, reduced_form};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::reduce::LinearModel;
@@ -195,14 +195,14 @@ fn not_decouplable(matrix: &Matrix<Rational>, outputs: &[String], inputs: &[Stri
     let mut message = format!(
         "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
          the inputs through a matrix of rank {rank} only",
-        list(outputs),
-        list(inputs)
+        backquoted(outputs),
+        backquoted(inputs)
     );
     let help = "choose other outputs or inputs; `kardan equations` shows what each input reaches";
     if not_reached.is_empty() {
         return SynthesisError::of(message, outputs, "not independent", help);
     }
-    message += &format!(" (no chosen input reaches the acceleration of {})", list(&not_reached));
+    message += &format!(" (no chosen input reaches the acceleration of {})", backquoted(&not_reached));
     SynthesisError::of(message, &not_reached, "not reached", help)
 }
 

@@ -15,7 +15,6 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
-use super::error::list;
 use super::matrix_parts::{columns_of, joined, side_by_side, spread, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
@@ -23,6 +22,7 @@ use block::ObserverBlock;
 use estimated_view::EstimatedView;
 use gain::gain;
 use kardan_analysis::{LinearSystem, OutputSignal};
+use kardan_math::names::backquoted;
 use kardan_math::num::{Float, Matrix, discretise};
 use kardan_results::signal_name::{Quantity, SignalName};
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ObserverResult, ReadSignal};
@@ -274,7 +274,7 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         let message = format!(
             "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
              observer does not: it would report them as disturbances, and they would be cancelled twice",
-            list(&laws)
+            backquoted(&laws)
         );
         return Err(SynthesisError::whole(message, "set `plant = \"linear\"` in the observer, or leave it out"));
     }
