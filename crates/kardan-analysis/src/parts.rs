@@ -2,17 +2,7 @@
 
 use dashu_int::ops::BitTest;
 use kardan_math::num::{Matrix, Rational, echelon};
-pub(super) use kardan_math::num::{joined, kernel, reduced_form, side_by_side, stacked, window};
-
-/// The rows with these numbers.
-pub(super) fn rows_of(matrix: &Matrix<Rational>, rows: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(rows.len(), matrix.columns(), |i, j| matrix[(rows[i], j)].clone())
-}
-
-/// The columns with these numbers.
-pub(super) fn columns_of(matrix: &Matrix<Rational>, columns: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), columns.len(), |i, j| matrix[(i, columns[j])].clone())
-}
+pub(super) use kardan_math::num::{columns_of, joined, kernel, reduced_form, rows_of, side_by_side, stacked, window};
 
 /// `s E − A`.
 pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, s: &Rational) -> Matrix<Rational> {

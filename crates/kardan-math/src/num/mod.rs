@@ -66,7 +66,7 @@ pub use last_digits::LastDigits;
 pub use matrix::Matrix;
 pub use modular::{ModularMatrix, exact_rank};
 pub use null_vectors::{NullVectors, null_vectors};
-pub use parts::{joined, selected, side_by_side, stacked, window};
+pub use parts::{columns_of, joined, rows_of, selected, side_by_side, stacked, window};
 pub use polynomial::{Polynomial, multiply_whole};
 pub use prime_field::{PrimeField, Primes, Random, Residue, is_prime, prime_below, prime_fields, random_prime};
 pub use reachable::{Reachable, Span, quotient_action, reachable};

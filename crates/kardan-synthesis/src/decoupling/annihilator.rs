@@ -1,7 +1,6 @@
 //! Rows that annihilate the reachable space, from several primes.
 
-use super::rows::columns;
-use kardan_math::num::{Matrix, ModularMatrix, Rational, Reconstruction, Scalar, prime_fields, reachable};
+use kardan_math::num::{Matrix, ModularMatrix, Rational, Reconstruction, Scalar, columns_of, prime_fields, reachable};
 
 /// The result from the primes modulo which the reachable space has the same pivots.
 struct Group {
@@ -76,7 +75,7 @@ fn is_proven(rows: &Matrix<Rational>, free: &[usize], a: &Matrix<Rational>, b: &
         return false;
     }
     let image = rows.multiply(a);
-    columns(&image, free).multiply(rows) == image
+    columns_of(&image, free).multiply(rows) == image
 }
 
 #[cfg(test)]

@@ -29,6 +29,6 @@ pub use diagonal::coupled_entries;
 pub use gains::{StaticDecoupling, decouple};
 pub use quotient::{Quotient, observable_quotient};
 pub use relative_degree::{RelativeDegrees, relative_degrees};
-pub(super) use rows::{RowSpan, add, columns, null_rows, primitive, row_times, subtract};
+pub(super) use rows::{RowSpan, add, null_rows, primitive, row_times, subtract};
 pub use transfer::{RationalFunction, transfer_matrix};
 pub use zero_dynamics::{ZeroDynamicsMatrix, zero_dynamics};

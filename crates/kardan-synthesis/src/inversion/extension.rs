@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use super::notation::combination;
 use super::{Obstruction, obstruction};
-use crate::decoupling::{columns, relative_degrees};
+use crate::decoupling::relative_degrees;
 use crate::matrix_parts::{selected, side_by_side, stacked};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, reduced_form};
+use kardan_math::num::{Matrix, Rational, Scalar, columns_of, reduced_form, rows_of};
 
 /// An integrator that a dynamic extension puts before an input.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +125,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
             });
         }
         let dependent: Vec<usize> = dependent.into_iter().collect();
-        let g = Matrix::from_fn(dependent.len(), p, |i, j| g[(dependent[i], j)].clone());
+        let g = rows_of(&g, &dependent);
         let e = reduced_form(&g);
         // v̄_j = (row of the echelon form) v for the pivots j, v̄_j = v_j for the others; v = V v̄.
         let mut v = Matrix::<Rational>::identity(p);
@@ -167,7 +167,7 @@ fn moved_to_states(
     on_input: &Matrix<Rational>,
     moved: &[usize],
 ) -> (Matrix<Rational>, Matrix<Rational>) {
-    let states = side_by_side(&[on_state, &columns(on_input, moved)]);
+    let states = side_by_side(&[on_state, &columns_of(on_input, moved)]);
     let inputs = Matrix::from_fn(on_input.rows(), on_input.columns(), |i, j| {
         if moved.contains(&j) { Rational::ZERO } else { on_input[(i, j)].clone() }
     });

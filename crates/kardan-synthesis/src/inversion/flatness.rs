@@ -5,6 +5,7 @@ use super::{Obstruction, PolynomialMatrix, obstruction, structure_algorithm};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{
     Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, characteristic_polynomial, reduced_form,
+    rows_of,
 };
 
 /// States and inputs as functions of the outputs and their derivatives: `x = X(s)/z(s) y`, `u = U(s)/z(s) y`.
@@ -121,8 +122,7 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
     for (column, &state) in free.iter().enumerate() {
         from_rest[(state, column)] = Rational::ONE;
     }
-    let of_free =
-        |matrix: Matrix<Rational>| Matrix::from_fn(free.len(), matrix.columns(), |i, j| matrix[(free[i], j)].clone());
+    let of_free = |matrix: Matrix<Rational>| rows_of(&matrix, &free);
     let q = of_free(a.multiply(&from_rest));
     let excitation = PolynomialMatrix::constant(&of_free(a.multiply(&from_rows)))
         .multiply(&zeta)

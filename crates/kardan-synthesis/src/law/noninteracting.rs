@@ -20,7 +20,7 @@ use crate::{
 };
 use kardan_analysis::OutputSignal;
 use kardan_math::names::backquoted;
-use kardan_math::num::{Float, Matrix, Rational, Scalar, rational_to_f64, reduced_form};
+use kardan_math::num::{Float, Matrix, Rational, Scalar, columns_of, rational_to_f64, reduced_form};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::reduce::LinearModel;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, ReadSignal};
@@ -585,8 +585,7 @@ impl Law for Designed {
         let references: Vec<Reference> =
             self.reference_places.iter().map(|(reference, _)| self.references[*reference].clone()).collect();
         let k = acceleration_gain.multiply(&feedback).minus(state_gain);
-        let places = self.plant.state_places();
-        let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
+        let k = columns_of(&k, &self.plant.state_places());
         let l = acceleration_gain.multiply(&reference);
         Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &references))
     }

@@ -15,7 +15,7 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
-use super::matrix_parts::{columns_of, joined, side_by_side, spread, stacked};
+use super::matrix_parts::{column_range, joined, side_by_side, spread, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use block::ObserverBlock;
@@ -222,13 +222,13 @@ impl Observed {
         let (command_estimates, on_angles, on_speeds, on_errors) =
             split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
         let (rate_estimates, angles, speeds, errors) = split(&law.angles, &law.speeds, &law.disturbances);
-        let correct = columns_of(b, m..m + readings.len());
+        let correct = column_range(b, m..m + readings.len());
         LinearLaw {
             states: joined([a, &Matrix::zeros(n, k)], [&rate_estimates, &law.states]),
             angles: stacked(&[&correct.multiply(&self.rows[0]), &angles]),
             speeds: stacked(&[&correct.multiply(&self.rows[1]), &speeds]),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: stacked(&[&columns_of(b, 0..m), &law.torques]),
+            torques: stacked(&[&column_range(b, 0..m), &law.torques]),
             on_states: side_by_side(&[&command_estimates, &law.on_states]),
             on_angles,
             on_speeds,

@@ -2,7 +2,7 @@
 
 use super::hold::{ZohPlant, plant_flow};
 use crate::Clock;
-use crate::matrix_parts::{columns_of, is_finite, selected, side_by_side, stacked};
+use crate::matrix_parts::{column_range, is_finite, selected, side_by_side, stacked};
 use crate::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 use kardan_math::num::{Matrix, discretise};
 
@@ -117,7 +117,7 @@ impl Problem {
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);
         let solved = weight.solve(&ahead)?;
-        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| columns_of(matrix, first..first + count);
+        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| column_range(matrix, first..first + count);
         let d = self.w.columns();
         let solution = Solution {
             on_state: columns(&regulator.gain, 0, n),
