@@ -130,7 +130,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
         // v̄_j = (row of the echelon form) v for the pivots j, v̄_j = v_j for the others; v = V v̄.
         let mut v = Matrix::<Rational>::identity(p);
         for (row, &pivot) in e.pivots.iter().enumerate() {
-            for j in (0..p).filter(|j| !e.pivots.contains(j)) {
+            for j in e.free() {
                 v[(pivot, j)] = Rational::ZERO.minus(&e.form[(row, j)]);
             }
         }

@@ -110,17 +110,10 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
     let zeta =
         PolynomialMatrix::from_rows(found.determined.iter().map(|determined| determined.operator.clone()).collect(), m);
     let e = reduced_form(&z);
-    let free: Vec<usize> = (0..n).filter(|state| !e.pivots.contains(state)).collect();
+    let (free, from_rest) = (e.free(), e.kernel());
     let mut from_rows = Matrix::<Rational>::zeros(n, z.rows());
-    let mut from_rest = Matrix::<Rational>::zeros(n, free.len());
     for (row, &pivot) in e.pivots.iter().enumerate() {
         from_rows.row_mut(pivot).clone_from_slice(e.transform.row(row));
-        for (column, &state) in free.iter().enumerate() {
-            from_rest[(pivot, column)] = Rational::ZERO.minus(&e.form[(row, state)]);
-        }
-    }
-    for (column, &state) in free.iter().enumerate() {
-        from_rest[(state, column)] = Rational::ONE;
     }
     let of_free = |matrix: Matrix<Rational>| rows_of(&matrix, &free);
     let q = of_free(a.multiply(&from_rest));
