@@ -22,8 +22,7 @@ use kardan_results::{Assumption, Breach, Class, ConstraintClass, FrictionState, 
 /// If `position` has not one entry per coordinate.
 pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Class {
     let equations = &reduced.equations;
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
+    let kinematics = Kinematics::at_rest(reduced, position);
     let mut assumptions = vec![
         assumption(
             "the inertia matrix is constant, symmetric and positive definite (source, eq. 4.27)",

@@ -5,7 +5,6 @@ use faer::{Mat, Side};
 
 use super::bases::named;
 use super::family::to_mat;
-use super::parts::less;
 use super::reduction::columns;
 use super::{BasisError, ConstrainedSystem, reduction, sum_of_terms};
 use kardan_math::num::{Definiteness, Matrix, Scalar, definiteness};
@@ -61,7 +60,7 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
     }
     let regular = "a definite matrix is regular";
     let moving = hk.multiply(&reduced.solve(&k.transpose()).expect(regular));
-    let p = less(&Matrix::identity(system.coordinates.len()), &moving);
+    let p = Matrix::identity(system.coordinates.len()).minus(&moving);
     let multipliers = c.multiply(&c.transpose()).solve(&c.multiply(&p)).expect("the rows of C are independent");
     Ok((to_mat(&p), to_mat(&multipliers)))
 }

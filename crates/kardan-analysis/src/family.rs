@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use faer::Mat;
 use kardan_rt::functions::exp2;
 
-use super::parts::{less, side_by_side, stacked};
+use super::parts::{side_by_side, stacked};
 use super::pencil::OutputRow;
 use super::{ConstrainedSystem, OutputSignal, Side};
 use kardan_math::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
@@ -214,8 +214,8 @@ fn slopes(
         let low = pencil_at(i, parameter.lower.clone())?;
         let middle = pencil_at(i, parameter.middle())?;
         let high = pencil_at(i, parameter.upper.clone())?;
-        let slope = [0, 1, 2].map(|k| less(&high[k], &middle[k]));
-        if (0..3).any(|k| less(&middle[k], &low[k]) != slope[k]) {
+        let slope = [0, 1, 2].map(|k| high[k].minus(&middle[k]));
+        if (0..3).any(|k| middle[k].minus(&low[k]) != slope[k]) {
             return None;
         }
         slopes.push(slope);

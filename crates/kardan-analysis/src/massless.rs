@@ -1,10 +1,11 @@
 //! Motions without inertia: found, and eliminated exactly.
 
+use kardan_math::names::sign;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_results::signal_name::Quantity;
 
 use super::LinearSystem;
-use super::parts::{kernel, less, limit_space, reduced_form, rows_of, side_by_side, stacked, window};
+use super::parts::{kernel, limit_space, reduced_form, rows_of, side_by_side, stacked, window};
 
 /// Names with factors: a direction, or a combination of quantities.
 type Combination = Vec<(String, Rational)>;
@@ -80,12 +81,7 @@ pub(super) fn signed_sum<T>(
     for (term, factor) in terms {
         let negative = *factor < Rational::ZERO;
         let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        match (out.is_empty(), negative) {
-            (true, true) => out += minus,
-            (true, false) => {}
-            (false, true) => out += &format!(" {minus} "),
-            (false, false) => out += " + ",
-        }
+        out += &sign(out.is_empty(), negative).replace('-', minus);
         out += &text(term, Some(&size).filter(|size| **size != Rational::ONE));
     }
     out
@@ -168,7 +164,7 @@ pub fn eliminate_massless(coordinates: &[String], pencil: &LinearSystem) -> Resu
             });
         }
     }
-    let through = less(d, &c.multiply(&follows[0]));
+    let through = d.minus(&c.multiply(&follows[0]));
 
     let reached = follows.iter().skip(1).fold(follows[0].clone(), |all, follow| side_by_side(&[&all, follow]));
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);

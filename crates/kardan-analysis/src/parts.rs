@@ -1,27 +1,12 @@
 //! Parts of exact matrices, matrices made of parts, and their kernels.
 
 use dashu_int::ops::BitTest;
-use kardan_math::num::{Echelon, Matrix, Rational, echelon};
-pub(super) use kardan_math::num::{joined, side_by_side, stacked, window};
-
-/// The rows with these numbers.
-pub(super) fn rows_of(matrix: &Matrix<Rational>, rows: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(rows.len(), matrix.columns(), |i, j| matrix[(rows[i], j)].clone())
-}
-
-/// The columns with these numbers.
-pub(super) fn columns_of(matrix: &Matrix<Rational>, columns: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), columns.len(), |i, j| matrix[(i, columns[j])].clone())
-}
-
-/// `M − N`.
-pub(super) fn less(matrix: &Matrix<Rational>, other: &Matrix<Rational>) -> Matrix<Rational> {
-    matrix.plus(&other.scale(&Rational::NEG_ONE))
-}
+use kardan_math::num::{Matrix, Rational, echelon};
+pub(super) use kardan_math::num::{columns_of, joined, kernel, reduced_form, rows_of, side_by_side, stacked, window};
 
 /// `s E − A`.
 pub(super) fn pencil_at(e: &Matrix<Rational>, a: &Matrix<Rational>, s: &Rational) -> Matrix<Rational> {
-    less(&e.scale(s), a)
+    e.scale(s).minus(a)
 }
 
 /// The spaces of all x that begin the (x, v) with `matrix · (x, v)` in the span of `image · space`, each from the one before it, until they
@@ -40,16 +25,6 @@ pub(super) fn limit_space(
         }
         space = next;
     }
-}
-
-/// The echelon form with pivots in the order of the columns.
-pub(super) fn reduced_form(matrix: &Matrix<Rational>) -> Echelon {
-    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>())
-}
-
-/// A basis of the kernel, one column for each column without a pivot.
-pub(super) fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    reduced_form(matrix).kernel()
 }
 
 /// A basis of the rows y with `y M = 0`. Late rows of M are left alone by as many of them as possible.

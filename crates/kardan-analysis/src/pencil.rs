@@ -1,6 +1,6 @@
 //! The pencil of a linear system with named outputs.
 
-use super::parts::{joined, less, reduced_form, side_by_side, stacked};
+use super::parts::{joined, reduced_form, side_by_side, stacked};
 use super::reduction::reduced_system;
 use super::{ConstrainedSystem, LinearSystem};
 use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, dense_rows, project, sparse_rows};
@@ -133,7 +133,7 @@ impl OutputRow {
             for (row, matrix) in motion.iter_mut().zip(&matrices) {
                 *row = row.plus(&direction.multiply(matrix));
             }
-            on_inputs = less(&on_inputs, &direction.multiply(&system.input_matrix()));
+            on_inputs = on_inputs.minus(&direction.multiply(&system.input_matrix()));
         }
         let reduced = |row: Matrix<Rational>| dense_rows(&[project(&sparse_rows(&row)[0], basis)], inertia.rows());
         let [on_positions, on_speeds, on_accelerations] = motion.map(reduced);
@@ -143,8 +143,8 @@ impl OutputRow {
         // q̈_r = H⁻¹ (F u − D q̇ − S q)
         let per_torque = any_solution(&inertia.transpose(), &on_accelerations.transpose()).transpose();
         [
-            less(&on_positions, &per_torque.multiply(stiffness)),
-            less(&on_speeds, &per_torque.multiply(damping)),
+            on_positions.minus(&per_torque.multiply(stiffness)),
+            on_speeds.minus(&per_torque.multiply(damping)),
             on_inputs.plus(&per_torque.multiply(input)),
         ]
     }

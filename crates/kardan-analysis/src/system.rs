@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::IndexMut;
 
-use super::parts::{columns_of, less, reduced_form, rows_of};
+use super::parts::{columns_of, reduced_form, rows_of};
 use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, SparseRow, dense_rows, sparse_echelon, sum_of_outer};
 use kardan_math::units::Exact;
 use kardan_mechanics::assemble::DirectionalTerm;
@@ -326,10 +326,10 @@ impl LinearSystem {
         Some(Self {
             states: retained.iter().map(|k| self.states[*k].clone()).collect(),
             e: columns_of(&rows_of(&self.e, retained), retained),
-            a: less(&columns_of(&upper, retained), &through.multiply(&on_retained)),
-            b: less(&rows_of(&self.b, retained), &through.multiply(&on_inputs)),
-            c: less(&columns_of(&self.c, retained), &output_columns.multiply(&on_retained)),
-            d: less(&self.d, &output_columns.multiply(&on_inputs)),
+            a: columns_of(&upper, retained).minus(&through.multiply(&on_retained)),
+            b: rows_of(&self.b, retained).minus(&through.multiply(&on_inputs)),
+            c: columns_of(&self.c, retained).minus(&output_columns.multiply(&on_retained)),
+            d: self.d.minus(&output_columns.multiply(&on_inputs)),
             degrees_of_freedom: None,
             ..self.clone()
         })

@@ -1,7 +1,7 @@
 //! Which coefficients a kind of measurement determines.
 
 use super::Coefficient;
-use kardan_math::num::{Matrix, Random, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Random, Rational, Scalar, kernel};
 use kardan_mechanics::assemble::{CoefficientKind as Kind, Equations};
 use kardan_mechanics::reduce::{Kinematics, Reduced, linearise};
 
@@ -63,7 +63,7 @@ pub fn undetermined(
         .collect();
     let p = coefficients.len();
     let matrix = Matrix::from_fn(features.len(), p, |i, j| features[i][j].clone());
-    let found = null_space(&matrix);
+    let found = kernel(&matrix);
     (0..found.columns()).map(|k| (0..p).map(|j| found[(j, k)].clone()).collect()).collect()
 }
 
@@ -93,10 +93,10 @@ impl<'a> Position<'a> {
         if excitation == Excitation::Steady {
             let springs = equations.springs.iter().filter(|spring| !spring.value.stiffness.is_zero());
             let rows: Vec<Vec<Rational>> = springs.map(|spring| out.direction(&spring.row)).collect();
-            out.speeds = null_space(&Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone()));
+            out.speeds = kernel(&Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone()));
         }
         let torques: Vec<Vec<Rational>> = unmeasured.iter().map(|&k| out.direction(&equations.inputs[k].row)).collect();
-        out.across = null_space(&Matrix::from_fn(torques.len(), r, |i, j| torques[i][j].clone()));
+        out.across = kernel(&Matrix::from_fn(torques.len(), r, |i, j| torques[i][j].clone()));
         out
     }
 
@@ -166,9 +166,4 @@ impl<'a> Position<'a> {
         }
         lines.into_iter().map(|(_, weights)| weights).collect()
     }
-}
-
-/// A basis of the null space, a column for each column that is no pivot.
-fn null_space(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
 }

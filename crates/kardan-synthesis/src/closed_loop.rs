@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::matrix_parts::is_finite;
+use super::matrix_parts::{is_finite, selected};
 use super::{Counters, Law};
 use kardan_math::num::{Matrix, eigenvalues, rational_to_f64};
 use kardan_mechanics::reduce::{FirstOrder, LinearModel, over_states};
@@ -35,8 +35,7 @@ pub fn poles_excluding(model: &LinearModel, laws: &[Arc<dyn Law>], counters: &Co
         }
     }
     let retained: Vec<usize> = (0..all.rows()).filter(|k| !counters.measured.contains(k)).collect();
-    eigenvalues(&Matrix::from_fn(retained.len(), retained.len(), |i, j| all[(retained[i], retained[j])]))
-        .map(Pole::list)
+    eigenvalues(&selected(&all, &retained, &retained)).map(Pole::list)
 }
 
 /// The state matrix whose eigenvalues are [`closed_loop_poles`].

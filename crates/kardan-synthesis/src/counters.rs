@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::decoupling::columns;
 use super::{Law, Plant, linear_combination};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, columns_of, rational_from_f64, reduced_form};
 
 /// Directions of charges that change nothing: the charge through a source or a motor, or of several the sum that flows past a capacitor. They
 /// are integrators without effect, and no law controls them. Exact.
@@ -30,7 +29,7 @@ impl Counters {
 
     /// The directions that a matrix over these charges, of so many coordinates, sends to zero.
     fn kernel(matrix: &Matrix<Rational>, charges: &[usize], coordinates: usize) -> Self {
-        let e = echelon(matrix, &(0..charges.len()).collect::<Vec<_>>());
+        let e = reduced_form(matrix);
         let (kernel, place) = (e.kernel(), |k: usize| charges.iter().position(|charge| *charge == k));
         Self {
             directions: Matrix::from_fn(coordinates, kernel.columns(), |i, j| {
@@ -83,7 +82,7 @@ impl ReducedStates {
 
     /// The system over the remaining states. E is the identity.
     pub fn system(&self, system: &LinearSystem) -> LinearSystem {
-        let on_retained = |m: &Matrix<Rational>| columns(m, &self.retained);
+        let on_retained = |m: &Matrix<Rational>| columns_of(m, &self.retained);
         let names = (0..self.retained.len()).map(|i| linear_combination(&system.states, self.projection.row(i)));
         LinearSystem {
             states: names.collect(),

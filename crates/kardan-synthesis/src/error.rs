@@ -4,6 +4,7 @@ use super::decoupling::{CompensationError, NotDecouplable};
 use super::inversion::BlockError;
 use super::observer::ObserverError;
 use super::regulator::{PlacementError, RiccatiError};
+use kardan_math::names::backquoted;
 
 /// Why a law cannot be designed, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -78,7 +79,8 @@ impl SynthesisError {
 
     /// No feedback decouples the outputs.
     pub(super) fn impossible(outputs: &[String], reasons: &[String]) -> Self {
-        let message = format!("no feedback at all decouples the outputs {}: {}", list(outputs), reasons.join("; "));
+        let message =
+            format!("no feedback at all decouples the outputs {}: {}", backquoted(outputs), reasons.join("; "));
         let help = "choose other outputs or inputs; no controller can do this";
         Self::of(message, outputs, "not independent", help)
     }
@@ -157,9 +159,4 @@ impl From<BlockError> for SynthesisError {
     fn from(error: BlockError) -> Self {
         Self::of(error.to_string(), &[], "these channels", "choose other outputs or inputs")
     }
-}
-
-/// Names one after the other, for a message.
-pub(super) fn list(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::matrix_parts::{columns_of, side_by_side, spread, stacked, window};
+use super::matrix_parts::{column_range, side_by_side, spread, stacked, window};
 use super::sampled::{FirstOrderPlant, Places};
 use super::{Law, LinearLaw, LoopPlant, SampledPart};
 use kardan_analysis::{Plane, stability_of};
@@ -134,8 +134,8 @@ fn designed(law: &dyn Law, plant: &LoopPlant) -> Option<LinearLaw<Rational>> {
     let shaft = |k: usize| (0..shafts).find(|shaft| is_unit(*shaft, k));
     let places: Vec<usize> = (0..count).map(shaft).collect::<Option<_>>()?;
     let moving: Vec<usize> = moving.iter().map(|k| places[*k]).collect();
-    let on_angles = |of: &Matrix<Rational>| spread(&columns_of(of, 0..count), &places, shafts);
-    let on_speeds = |of: &Matrix<Rational>| spread(&columns_of(of, count..of.columns()), &moving, shafts);
+    let on_angles = |of: &Matrix<Rational>| spread(&column_range(of, 0..count), &places, shafts);
+    let on_speeds = |of: &Matrix<Rational>| spread(&column_range(of, count..of.columns()), &moving, shafts);
     let states = exact.a.rows();
     let commands = exact.d.rows();
     Some(LinearLaw {

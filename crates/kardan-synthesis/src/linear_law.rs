@@ -3,7 +3,7 @@
 use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
-use super::matrix_parts::{columns_of, is_finite, side_by_side, spread};
+use super::matrix_parts::{column_range, is_finite, side_by_side, spread};
 use super::sampled::entries;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Observation, Reference, Request, is_single};
 use kardan_math::num::{Float, Matrix, discretise, eigenvalues};
@@ -149,7 +149,7 @@ fn rests(a: &Matrix<f64>, gain: &Matrix<f64>, c: &Matrix<f64>, limits: &[Option<
         let at_limit =
             |k: usize| limited.iter().position(|candidate| *candidate == k).is_some_and(|bit| subset >> bit & 1 == 1);
         let part = Matrix::from_fn(a.rows(), c.rows(), |i, k| if at_limit(k) { gain[(i, k)] } else { 0.0 });
-        let closed = a.plus(&part.multiply(c).scale(&-1.0));
+        let closed = a.minus(&part.multiply(c));
         slowest(&closed).is_some_and(|slowest| slowest < 0.0 || slowest <= open_loop * (1.0 + 1e-9))
     })
 }
@@ -299,12 +299,12 @@ impl Law for Linear {
     fn linear(&self) -> LinearLaw {
         let (r, n) = (self.coordinates.len(), self.shafts);
         let over_shafts =
-            |matrix: &Matrix<f64>, first: usize| spread(&columns_of(matrix, first..first + r), &self.coordinates, n);
+            |matrix: &Matrix<f64>, first: usize| spread(&column_range(matrix, first..first + r), &self.coordinates, n);
         let last = |matrix: &Matrix<f64>| {
             let end = matrix.columns() - self.excess;
-            columns_of(matrix, end - self.disturbances..end)
+            column_range(matrix, end - self.disturbances..end)
         };
-        let on_references = |matrix: &Matrix<f64>| columns_of(matrix, 2 * r..2 * r + self.references.len());
+        let on_references = |matrix: &Matrix<f64>| column_range(matrix, 2 * r..2 * r + self.references.len());
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),

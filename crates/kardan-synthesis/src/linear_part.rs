@@ -1,7 +1,7 @@
 //! The linear part of a law.
 
-use crate::matrix_parts::{columns_of, selected, side_by_side};
-use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64};
+use crate::matrix_parts::{column_range, selected, side_by_side};
+use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64, rows_of};
 
 /// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
 /// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
@@ -95,20 +95,18 @@ impl<S: Scalar> LinearLaw<S> {
 
     /// Some of its commands and states, with some of its sensors.
     pub(super) fn part(&self, [commands, states, sensors]: [&[usize]; 3]) -> Self {
-        let rows =
-            |of: &Matrix<S>, rows: &[usize]| Matrix::from_fn(rows.len(), of.columns(), |i, j| of[(rows[i], j)].clone());
         Self {
             states: selected(&self.states, states, states),
-            angles: rows(&self.angles, states),
-            speeds: rows(&self.speeds, states),
-            disturbances: rows(&self.disturbances, states),
+            angles: rows_of(&self.angles, states),
+            speeds: rows_of(&self.speeds, states),
+            disturbances: rows_of(&self.disturbances, states),
             torques: selected(&self.torques, states, commands),
             on_states: selected(&self.on_states, commands, states),
-            on_angles: rows(&self.on_angles, commands),
-            on_speeds: rows(&self.on_speeds, commands),
-            on_disturbances: rows(&self.on_disturbances, commands),
-            references: rows(&self.references, states),
-            on_references: rows(&self.on_references, commands),
+            on_angles: rows_of(&self.on_angles, commands),
+            on_speeds: rows_of(&self.on_speeds, commands),
+            on_disturbances: rows_of(&self.on_disturbances, commands),
+            references: rows_of(&self.references, states),
+            on_references: rows_of(&self.on_references, commands),
             errors: selected(&self.errors, states, sensors),
             on_errors: selected(&self.on_errors, commands, sensors),
             flowing: self.flowing,
@@ -164,7 +162,7 @@ impl LinearLaw {
         let [angles, speeds, disturbances, torques, references, errors] = parts.map(|part| {
             let start = first;
             first += part.columns();
-            columns_of(&found.b, start..first)
+            column_range(&found.b, start..first)
         });
         Some(Self { states: found.a, angles, speeds, disturbances, torques, references, errors, ..self.clone() })
     }

@@ -6,7 +6,7 @@ use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64};
 pub(super) use kardan_math::num::{joined, selected, side_by_side, stacked, window};
 
 /// Columns that follow each other.
-pub(super) fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -> Matrix<S> {
+pub(super) fn column_range<S: Scalar>(matrix: &Matrix<S>, columns: Range<usize>) -> Matrix<S> {
     window(matrix, 0..matrix.rows(), columns)
 }
 

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::SynthesisError;
-use super::error::list;
 use super::matrix_parts::spread;
 use super::sampled::ScheduleCache;
 use kardan_analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan_expr::expr::Side;
+use kardan_math::names::backquoted;
 use kardan_math::num::{Matrix, Rational, Scalar};
 use kardan_mechanics::assemble::{DirectionalTerm, SpringLaw};
 use kardan_mechanics::equations::{InputKind, Measured, Motor};
@@ -113,12 +113,9 @@ impl Plant {
         if let Some(angles) = &self.frozen {
             return angles.clone();
         }
-        let mut kinematics = Kinematics::new(&self.reduced);
-        let zero = vec![0.0; self.reduced.degrees_of_freedom()];
-        kinematics.update(&zero, &zero);
-        let before = kinematics.angles.clone();
-        kinematics.update(&self.point.position, &zero);
-        kinematics.angles.iter().zip(before).map(|(angle, before)| angle - before).collect()
+        let at = |position: &[f64]| Kinematics::at_rest(&self.reduced, position).angles;
+        let before = at(&vec![0.0; self.reduced.degrees_of_freedom()]);
+        at(&self.point.position).iter().zip(before).map(|(angle, before)| angle - before).collect()
     }
 
     /// The angles of all shafts at the operating point, rad.
@@ -128,9 +125,7 @@ impl Plant {
 
     /// Angles and speeds at the operating point.
     pub(super) fn kinematics(&self) -> Kinematics {
-        let mut kinematics = Kinematics::new(&self.reduced);
-        kinematics.update(&self.point.position, &self.point.rates);
-        kinematics
+        Kinematics::at(&self.reduced, &self.point.position, &self.point.rates)
     }
 
     /// The speeds of all shafts at the operating point: currents that flow there.
@@ -252,7 +247,7 @@ impl Plant {
         if coordinates.is_empty() {
             return Ok(());
         }
-        let names = list(&coordinates);
+        let names = backquoted(&coordinates);
         let message =
             format!("the block of the full nonlinear model uses accelerations only, and there are none for {names}");
         let help = "design on the linear model: `plant = \"linear\"`, or give them an inertia";

@@ -21,7 +21,7 @@ use kardan_rt::functions::powi;
 
 use super::LinearSystem;
 use super::failing::{LEAST_SHARE, relative_shares};
-use super::parts::{less, side_by_side, texts};
+use super::parts::{side_by_side, texts};
 use super::system::Side;
 use kardan_math::num::{
     Matrix, Rational, Scalar, above, below, eigenvalues, power_of_two, rational_from_f64, rational_to_f64, root_above,
@@ -153,7 +153,7 @@ impl Change {
         let on_a = rows.multiply(&pair.exact[0]);
         let action = on_a.multiply(&rows.transpose()).multiply(&gram);
         let on_b = rows.multiply(&pair.exact[1]);
-        let miss = side_by_side(&[&less(&on_a, &action.multiply(&rows)), &on_b]);
+        let miss = side_by_side(&[&on_a.minus(&action.multiply(&rows)), &on_b]);
         // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
         let scaled = gram.multiply(&miss);
         let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));

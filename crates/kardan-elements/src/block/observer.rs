@@ -4,6 +4,7 @@ use super::builder::{BlockBuilder, BlockKind, List, rational};
 use super::estimate::{Plant, of_poles, rounded, settled, staying};
 use crate::element::KeyError;
 use kardan_expr::expr::{Rationals, Symbol, Traced, lower};
+use kardan_math::names::backquoted;
 use kardan_math::num::{Matrix, Polynomial, Rational, exact_zoh, rational_to_f64};
 use kardan_math::units::Dimension;
 use kardan_schema::schema::{BlockKeys, Keys, keys};
@@ -59,11 +60,6 @@ type Measured<'g> = (String, Traced<'g>, Traced<'g>, Dimension);
 /// A state: its name, its initial value and its dimension.
 type State<'g> = (String, Traced<'g>, Dimension);
 
-/// Names for a sentence.
-fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
 /// The states of a list with one initial value for each.
 fn states<'g>(builder: &BlockBuilder<'g>) -> Result<Vec<State<'g>>, KeyError> {
     let mut found = Vec::new();
@@ -90,7 +86,7 @@ fn check_name(key: &'static str, name: &str, states: &[State<'_>], besides: &str
     Err(KeyError::new(
         key,
         message,
-        format!("its states are {}", names(states.iter().map(|(state, ..)| state.as_str()))),
+        format!("its states are {}", backquoted(&states.iter().map(|(state, ..)| state).collect::<Vec<_>>())),
     ))
 }
 

@@ -182,11 +182,6 @@ impl OfTime {
         self.parts.iter().map(|(_, part)| part)
     }
 
-    /// Whether it contains the time itself.
-    pub fn has_time(&self) -> bool {
-        self.graph.symbols(&[self.value]).contains(&self.time)
-    }
-
     /// Whether it is a straight line between two breakpoints.
     pub fn is_affine(&self) -> bool {
         self.graph.affine()(self.value) && self.parts().all(|part| part.pieces.degree() <= 1)

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::nodes::Node;
 use super::{Expr, Function, Graph};
+use kardan_math::names::sign;
 use kardan_math::num::Rational;
 
 /// How an expression is written.
@@ -186,12 +187,7 @@ impl Printer<'_> {
         let mut text = if constant.is_zero() { String::new() } else { self.number(constant).0 };
         for (term, factor) in terms {
             let negative = *factor < Rational::ZERO;
-            text += match (text.is_empty(), negative) {
-                (true, true) => "-",
-                (true, false) => "",
-                (false, true) => " - ",
-                (false, false) => " + ",
-            };
+            text += sign(text.is_empty(), negative);
             let size = if negative { -factor.clone() } else { factor.clone() };
             if !size.is_one() {
                 text += &self.number(&size).0;

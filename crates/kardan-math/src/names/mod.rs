@@ -6,6 +6,34 @@ use std::borrow::Cow;
 
 pub use list::{HasName, NamedList};
 
+/// A term of a sum as text: whether it is subtracted, and the text without its sign.
+pub type SignedTerm = (bool, String);
+
+/// A sum as text; `0` without terms.
+///
+/// ```
+/// use kardan_math::names::signed_sum;
+/// assert_eq!(signed_sum([(true, "a".into()), (false, "2 b".into())]), "-a + 2 b");
+/// ```
+pub fn signed_sum(terms: impl IntoIterator<Item = SignedTerm>) -> String {
+    let mut out = String::new();
+    for (is_negative, term) in terms {
+        out += sign(out.is_empty(), is_negative);
+        out += &term;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// What is before a term of a sum.
+pub fn sign(is_first: bool, is_negative: bool) -> &'static str {
+    match (is_first, is_negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
+    }
+}
+
 /// The candidate nearest to a misspelt word, if one is near enough.
 ///
 /// Letters are compared without case; a single letter has no other letter near it. Among equally near
@@ -78,6 +106,11 @@ pub fn quoted(names: impl IntoIterator<Item: AsRef<str>>) -> String {
         0..=MOST => names.join(", "),
         count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
     }
+}
+
+/// All names in backquotes: `` `a`, `b` ``.
+pub fn backquoted<S: AsRef<str>>(names: &[S]) -> String {
+    names.iter().map(|name| format!("`{}`", name.as_ref())).collect::<Vec<_>>().join(", ")
 }
 
 /// A text whose characters are shown in their order: those that change the direction of the following text (Unicode, bidirectional formatting)

@@ -43,11 +43,6 @@ pub fn isolated(matrix: &Matrix<f64>) -> [Vec<usize>; 2] {
     [isolated, coupled]
 }
 
-/// The square of a matrix on some of its states.
-pub fn square(matrix: &Matrix<f64>, states: &[usize]) -> Matrix<f64> {
-    Matrix::from_fn(states.len(), states.len(), |i, j| matrix[(states[i], states[j])])
-}
-
 #[cfg(test)]
 #[path = "../../tests/unit/num/block_triangular.rs"]
 mod tests;

@@ -2,7 +2,7 @@
 
 use kardan_rt::functions::hypot;
 
-use super::{Matrix, balance, isolated, square};
+use super::{Matrix, balance, isolated};
 
 /// The eigenvalues of a real square matrix as `(real, imaginary)`, sorted by size, then by imaginary part.
 ///
@@ -26,8 +26,7 @@ pub fn eigenvalues(matrix: &Matrix<f64>) -> Option<Vec<(f64, f64)>> {
     let [isolated, coupled] = isolated(matrix);
     let mut values: Vec<(f64, f64)> = isolated.into_iter().map(|k| (matrix[(k, k)], 0.0)).collect();
     if !coupled.is_empty() {
-        let rest = square(matrix, &coupled);
-        let m = faer::Mat::from_fn(coupled.len(), coupled.len(), |i, j| rest[(i, j)]);
+        let m = faer::Mat::from_fn(coupled.len(), coupled.len(), |i, j| matrix[(coupled[i], coupled[j])]);
         let scales = balance(&m);
         let m = faer::Mat::from_fn(coupled.len(), coupled.len(), |i, j| m[(i, j)] * scales[j] / scales[i]);
         values.extend(m.eigenvalues().ok()?.into_iter().map(|z| (z.re, z.im)));

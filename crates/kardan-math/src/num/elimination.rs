@@ -98,6 +98,16 @@ pub fn echelon(matrix: &Matrix<Rational>, order: &[usize]) -> Echelon {
     Echelon { form, transform, pivots }
 }
 
+/// The reduced row echelon form with pivots in the order of the columns.
+pub fn reduced_form(matrix: &Matrix<Rational>) -> Echelon {
+    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>())
+}
+
+/// A basis of the kernel, one column for each column without a pivot.
+pub fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    reduced_form(matrix).kernel()
+}
+
 fn scale_row(matrix: &mut Matrix<Rational>, row: usize, factor: &Rational) {
     for entry in matrix.row_mut(row) {
         *entry = entry.times(factor);

@@ -139,7 +139,7 @@ fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     let odd = times(&sixth, &sum([0.0, p[9], p[11], p[13]])).plus(&sum([p[1], p[3], p[5], p[7]]));
     let odd = times(&a, &odd);
     let even = times(&sixth, &sum([0.0, p[8], p[10], p[12]])).plus(&sum([p[0], p[2], p[4], p[6]]));
-    let mut out = even.plus(&odd.scale(&-1.0)).solve(&even.plus(&odd))?;
+    let mut out = even.minus(&odd).solve(&even.plus(&odd))?;
     for _ in 0..squarings as usize {
         out = times(&out, &out);
     }

@@ -97,12 +97,21 @@ impl<S: Scalar> Matrix<S> {
     /// # Panics
     /// If the shapes differ.
     pub fn plus(&self, other: &Self) -> Self {
-        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "sum of matrices of different shape");
-        Self {
-            rows: self.rows,
-            columns: self.columns,
-            data: self.data.iter().zip(&other.data).map(|(a, b)| a.plus(b)).collect(),
-        }
+        self.entry_by_entry(other, S::plus)
+    }
+
+    /// `self − other`.
+    ///
+    /// # Panics
+    /// If the shapes differ.
+    pub fn minus(&self, other: &Self) -> Self {
+        self.entry_by_entry(other, S::minus)
+    }
+
+    fn entry_by_entry(&self, other: &Self, f: impl Fn(&S, &S) -> S) -> Self {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of different shape");
+        let data = self.data.iter().zip(&other.data).map(|(a, b)| f(a, b)).collect();
+        Self { rows: self.rows, columns: self.columns, data }
     }
 
     /// `factor · self`.

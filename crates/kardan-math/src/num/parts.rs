@@ -36,6 +36,16 @@ pub fn selected<S: Scalar>(matrix: &Matrix<S>, rows: &[usize], columns: &[usize]
     Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])].clone())
 }
 
+/// Some rows.
+pub fn rows_of<S: Scalar>(matrix: &Matrix<S>, rows: &[usize]) -> Matrix<S> {
+    Matrix::from_fn(rows.len(), matrix.columns(), |i, j| matrix[(rows[i], j)].clone())
+}
+
+/// Some columns.
+pub fn columns_of<S: Scalar>(matrix: &Matrix<S>, columns: &[usize]) -> Matrix<S> {
+    Matrix::from_fn(matrix.rows(), columns.len(), |i, j| matrix[(i, columns[j])].clone())
+}
+
 /// Rows and columns that follow each other.
 pub fn window<S: Scalar>(matrix: &Matrix<S>, rows: Range<usize>, columns: Range<usize>) -> Matrix<S> {
     Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows.start + i, columns.start + j)].clone())

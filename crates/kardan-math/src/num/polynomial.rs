@@ -6,6 +6,8 @@ use std::fmt;
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
+use crate::names::signed_sum;
+
 use super::modular_polynomial::{self, remainder, square_free};
 use super::{PrimeField, Rational, Reconstruction, Residue, Scalar, common_denominator, prime_below, whole_multiple};
 
@@ -237,6 +239,21 @@ impl Polynomial {
         divisor.last() == Some(&0) || remainder(&field, &whole, &divisor).is_empty()
     }
 
+    /// As text, highest power first; `number` writes a coefficient.
+    pub fn text(&self, number: impl Fn(&Rational) -> String) -> String {
+        let terms = self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c));
+        signed_sum(terms.map(|(k, c)| {
+            let text = number(c);
+            let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
+            let power = match k {
+                0 => return (negative, size.to_string()),
+                1 => "s".to_string(),
+                _ => format!("s^{k}"),
+            };
+            (negative, if size == "1" { power } else { format!("{size} {power}") })
+        }))
+    }
+
     /// The coefficients times their common denominator.
     pub fn whole_coefficients(&self) -> Vec<IBig> {
         self.in_whole_numbers().0
@@ -263,32 +280,7 @@ pub fn multiply_whole(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
 impl fmt::Display for Polynomial {
     /// `s^2 + 2060/11 s + 4`, highest power first.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.coefficients.is_empty() {
-            return f.write_str("0");
-        }
-        let mut first = true;
-        for (k, c) in self.coefficients.iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
-            let negative = *c < Rational::ZERO;
-            let size = if negative { Rational::ZERO.minus(c) } else { c.clone() };
-            f.write_str(match (first, negative) {
-                (true, true) => "-",
-                (true, false) => "",
-                (false, true) => " - ",
-                (false, false) => " + ",
-            })?;
-            first = false;
-            let power = match k {
-                0 => String::new(),
-                1 => "s".to_string(),
-                _ => format!("s^{k}"),
-            };
-            match (k == 0, size == Rational::ONE) {
-                (false, true) => f.write_str(&power)?,
-                (true, _) => write!(f, "{size}")?,
-                (false, false) => write!(f, "{size} {power}")?,
-            }
-        }
-        Ok(())
+        f.write_str(&self.text(ToString::to_string))
     }
 }
 

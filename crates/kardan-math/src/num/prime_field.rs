@@ -324,6 +324,11 @@ pub fn prime_below(number: u64) -> u64 {
     (3..=first).rev().step_by(2).find(|&candidate| is_prime(candidate)).expect("3 is prime")
 }
 
+/// Fields of large primes, one after the other.
+pub fn prime_fields() -> impl Iterator<Item = PrimeField> {
+    std::iter::successors(Some(prime_below(1 << 61)), |&prime| Some(prime_below(prime))).map(PrimeField::new)
+}
+
 /// Whether a number is prime: Miller and Rabin with the first twelve primes as bases, which decides all below 2⁶⁴.
 ///
 /// ```

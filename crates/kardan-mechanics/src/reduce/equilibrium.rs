@@ -10,7 +10,7 @@ use super::{Motion, Reduced, SparseRow, contacts};
 use crate::equations::{MultiplierLaw, UnilateralConstraint};
 use kardan_expr::expr::{Domain, Expr, Floating, Graph, Interval, Intervals, Rationals, Symbol, lower};
 use kardan_math::num::{
-    Matrix, Random, Rational, Scalar, SparseRow as NumberRow, echelon, rational_from_f64, rational_to_f64, sparse_rows,
+    Matrix, Random, Rational, Scalar, SparseRow as NumberRow, kernel, rational_from_f64, rational_to_f64, sparse_rows,
 };
 use kardan_math::units::{Dimension, Exact};
 
@@ -427,7 +427,7 @@ fn counters(reduced: &Reduced, motion: &mut Motion) -> Vec<Vec<(usize, Rational)
     let unit = |at: usize| (0..charges.len()).map(|k| Rational::from(i64::from(k == at))).collect();
     rows.extend(bent.into_iter().map(unit));
     let matrix = Matrix::from_fn(rows.len(), charges.len(), |i, j| rows[i][j].clone());
-    let directions = echelon(&matrix, &(0..charges.len()).collect::<Vec<_>>()).kernel();
+    let directions = kernel(&matrix);
     let over_coordinates = |row: NumberRow| row.into_iter().map(|(place, x)| (charges[place], x)).collect();
     sparse_rows(&directions.transpose()).into_iter().map(over_coordinates).collect()
 }

@@ -1,7 +1,7 @@
 //! Motions without inertia on which springs alone act: equations of equilibrium, which are constraints.
 
 use crate::assemble::{DirectionalTerm, Equations, MultiplierConstraint};
-use kardan_math::num::{Matrix, Rational, Scalar, dense_rows, echelon, sparse_rows};
+use kardan_math::num::{Matrix, Rational, Scalar, dense_rows, reduced_form, sparse_rows};
 use kardan_math::units::Exact;
 
 /// The prefix of the name of a row without inertia; the name of the shaft that it determines follows.
@@ -62,7 +62,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
     let terms = terms.chain(equations.dampers.iter().map(|term| &term.row));
     let terms = terms.chain(equations.frictions.iter().map(|term| &term.row));
     let terms: Vec<&Row> = terms.chain(equations.unilaterals.iter().map(|term| &term.row)).collect();
-    let e = echelon(&dense_rows(&terms, n), &(0..n).collect::<Vec<_>>());
+    let e = reduced_form(&dense_rows(&terms, n));
     // One column for each direction, and the shaft that it is named after.
     let (directions, named) = (e.kernel(), e.free());
     let mut rows = Vec::new();
@@ -101,7 +101,7 @@ pub fn equilibrium_rows(equations: &Equations) -> Result<Vec<DirectionalTerm<Exa
     }
     // Springs may leave a combination of them free.
     let stiffness = Matrix::from_fn(rows.len(), named.len(), |i, j| row_dot(&rows[i].row, &directions, j));
-    let e = echelon(&stiffness, &(0..named.len()).collect::<Vec<_>>());
+    let e = reduced_form(&stiffness);
     if e.rank() < named.len() {
         let free = directions.multiply(&e.kernel()).transpose();
         return Err(NoEquilibrium::Free { direction: sparse_rows(&free).swap_remove(0) });

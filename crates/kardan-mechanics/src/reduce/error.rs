@@ -1,5 +1,7 @@
 //! Errors of bringing constraints to explicit form.
 
+use kardan_math::names::backquoted;
+
 /// Why constraints cannot be brought to explicit form.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReduceError {
@@ -32,7 +34,7 @@ pub enum ReduceError {
         suggestion: Vec<String>,
     },
     /// Coordinates named by the user depend on each other through linear constraints.
-    #[error("the coordinates {} are not independent: the constraints couple them", list(named))]
+    #[error("the coordinates {} are not independent: the constraints couple them", backquoted(named))]
     CoordinatesDependent {
         /// The names given.
         named: Vec<String>,
@@ -80,10 +82,6 @@ fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-fn list(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
 fn describe_dependencies(dependencies: &[Dependency]) -> String {
     let one = |dependency: &Dependency| {
         let sum: Vec<String> = dependency.elements.iter().map(|(name, x)| format!("{x} · `{name}`")).collect();
@@ -98,11 +96,11 @@ fn describe_dependencies(dependencies: &[Dependency]) -> String {
 }
 
 fn describe_open(elements: &[String], one_way: &[String]) -> String {
-    let all = list(elements);
+    let all = backquoted(elements);
     if one_way.is_empty() {
         return format!("the transmissions {all} close a loop that cannot be evaluated one after another");
     }
-    let drives = list(one_way);
+    let drives = backquoted(one_way);
     format!(
         "the transmissions {all} cannot be evaluated from these coordinates: the driving shaft of {drives} must be known first"
     )

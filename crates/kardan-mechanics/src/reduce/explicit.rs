@@ -112,7 +112,7 @@ const MOST_TRIED: usize = 500;
 fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     let order = from_dropped_to_retained(equations);
     let e = echelon(&equations.constraint_matrix(), &order);
-    let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
+    let mut free = e.free();
     // Each transmission makes one of the free shafts dependent: its driven one if that is free, else its driving one,
     // else any that its driven shaft depends on.
     for transmission in &equations.transmissions {

@@ -1,6 +1,6 @@
 //! Linear equations of motion as equations of first order.
 
-use kardan_math::num::{Matrix, Scalar};
+use kardan_math::num::{Matrix, Scalar, selected};
 
 /// `ż = A z + B τ` of `H q̈_r + D q̇_r + S q_r = F τ`, with the states `z = [q_r; q̇_m]` where m are the coordinates that have an inertia.
 ///
@@ -27,21 +27,21 @@ impl<S: Scalar> FirstOrder<S> {
         let (r, m) = (inertia.rows(), input.columns());
         let relaxing: Vec<usize> = (0..r).filter(|k| !moving.contains(k)).collect();
         let minus = S::zero().minus(&S::one());
-        let own = part(inertia, &moving, &moving);
+        let own = selected(inertia, &moving, &moving);
         // The entries of some rows on the coordinates: of positions, of rates with an inertia, of inputs.
         let acting = |rows: &[usize]| {
             let all: Vec<usize> = (0..r).collect();
             let inputs: Vec<usize> = (0..m).collect();
-            [part(stiffness, rows, &all), part(damping, rows, &moving), part(input, rows, &inputs)]
+            [selected(stiffness, rows, &all), selected(damping, rows, &moving), selected(input, rows, &inputs)]
         };
         let mut on_moving = acting(&moving);
         // q̇ = −D⁻¹ (S q_r + D q̇_m − F τ) of those without.
         let mut rates = None;
         if !relaxing.is_empty() {
-            let damped = part(damping, &relaxing, &relaxing);
+            let damped = selected(damping, &relaxing, &relaxing);
             let [on_positions, on_rates, on_inputs] = acting(&relaxing);
             let found = [damped.solve(&on_positions)?, damped.solve(&on_rates)?, damped.solve(&on_inputs)?];
-            let across = part(damping, &moving, &relaxing).scale(&minus);
+            let across = selected(damping, &moving, &relaxing).scale(&minus);
             for (of, found) in on_moving.iter_mut().zip(&found) {
                 *of = of.plus(&across.multiply(found));
             }
@@ -62,10 +62,6 @@ impl<S: Scalar> FirstOrder<S> {
         }
         Some(Self { a, b, moving })
     }
-}
-
-fn part<S: Scalar>(matrix: &Matrix<S>, rows: &[usize], columns: &[usize]) -> Matrix<S> {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])].clone())
 }
 
 /// Rows over angles and speeds of all shafts as rows over the states of [`FirstOrder`], with the basis K. They do not

@@ -9,7 +9,9 @@ use super::{LawSlopes, MasslessDynamics, OperatingPoint, Reduced, Slip, is_linea
 use crate::assemble::DirectionalTerm;
 use crate::equations::UnilateralConstraint;
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Definiteness, Matrix, Rational, Scalar, definiteness, dense_rows, dot, echelon, side_by_side};
+use kardan_math::num::{
+    Definiteness, Matrix, Rational, Scalar, definiteness, dense_rows, dot, kernel, reduced_form, side_by_side,
+};
 use kardan_math::units::Exact;
 
 /// Why motions without inertia cannot be states of first order.
@@ -50,11 +52,6 @@ pub enum NoMasslessDynamics {
     Damping,
 }
 
-/// A basis of the kernel of a matrix.
-fn kernel(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
-}
-
 /// Rows of terms over the reduced coordinates.
 fn projected<T>(terms: &[DirectionalTerm<T>], basis: &Matrix<Rational>) -> Matrix<Rational> {
     dense_rows(terms, basis.rows()).multiply(basis)
@@ -82,7 +79,7 @@ fn friction_error(reduced: &Reduced, frictions: Vec<String>, motions: &Matrix<Ra
 pub fn massless_dynamics(reduced: &Reduced) -> Result<Option<MasslessDynamics>, NoMasslessDynamics> {
     let r = reduced.degrees_of_freedom();
     let model = linearise(reduced, &vec![0.0; r]);
-    let e = echelon(&model.inertia, &(0..r).collect::<Vec<_>>());
+    let e = reduced_form(&model.inertia);
     let (slots, directions) = (e.free(), e.kernel());
     if slots.is_empty() {
         return Ok(None);

@@ -6,7 +6,7 @@ use super::{Dependency, ReduceError, Reduced, Redundant};
 use crate::assemble::{DependentConstraint, DirectionalTerm, Equations, MultiplierConstraint};
 use crate::equations::{Domain, MultiplierLaw};
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, rational_to_f64, reduced_form};
 use kardan_math::units::Exact;
 
 /// Removes the constraints that follow from those before them.
@@ -19,12 +19,12 @@ use kardan_math::units::Exact;
 pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundant>, ReduceError> {
     let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
     let matrix = equations.constraint_matrix();
-    let rank = echelon(&matrix, &(0..n).collect::<Vec<_>>()).rank();
+    let rank = reduced_form(&matrix).rank();
     if rank == rows {
         return Ok(redundant_rates(equations));
     }
     // Pivots of the transpose are the first independent rows; the other columns are their shares.
-    let e = echelon(&matrix.transpose(), &(0..rows).collect::<Vec<_>>());
+    let e = reduced_form(&matrix.transpose());
     let elements = rows - equations.nodes.len();
     let (mut redundant, mut dependencies) = (Vec::new(), Vec::new());
     for row in e.free() {
@@ -66,7 +66,7 @@ fn redundant_rates(equations: &mut Equations) -> Vec<Redundant> {
             constraint.row.iter().for_each(|(shaft, x)| matrix[(*shaft, k)] = x.clone());
         }
         row.iter().for_each(|(shaft, x)| matrix[(*shaft, rows)] = matrix[(*shaft, rows)].plus(x));
-        let e = echelon(&matrix, &(0..=rows).collect::<Vec<_>>());
+        let e = reduced_form(&matrix);
         let shares = e.pivots.iter().enumerate().map(|(k, &other)| (other, e.form[(k, rows)].clone()));
         let shares: Vec<(usize, Rational)> = shares.filter(|(_, share)| !share.is_zero()).collect();
         let moves = |other: usize| equations.moving.contains_key(&equations.constraints[other].element);
@@ -150,7 +150,7 @@ fn sums(rows: &[(&MultiplierConstraint, Parts)]) -> Vec<DependentConstraint> {
     let columns: Vec<(usize, Option<Expr>)> = columns.into_iter().collect();
     let entry = |column: usize, row: usize| rows[row].1.get(&columns[column]).cloned().unwrap_or(Rational::ZERO);
     let matrix = Matrix::from_fn(columns.len(), rows.len(), entry);
-    let e = echelon(&matrix, &(0..rows.len()).collect::<Vec<_>>());
+    let e = reduced_form(&matrix);
     let again = |row: usize| {
         let shares = e.pivots.iter().enumerate().map(|(k, &other)| (other, e.form[(k, row)].clone()));
         let shares = shares.filter(|(_, share)| !share.is_zero());

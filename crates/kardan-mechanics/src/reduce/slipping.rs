@@ -9,7 +9,7 @@ use super::motion::Motion;
 use super::{Kinematics, MasslessDynamics, Reduced, Slip};
 use crate::assemble::{DirectionalTerm, SpringLaw};
 use kardan_expr::expr::Expr;
-use kardan_math::num::{Matrix, Rational, Scalar, dot, echelon, rational_to_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, dot, kernel, rational_to_f64};
 
 /// Directions without inertia and damping in each of which one friction slips by one; `None` if there are not as many
 /// as frictions.
@@ -19,7 +19,7 @@ pub(super) fn slips(
     directions: &Matrix<Rational>,
     damped: usize,
 ) -> Option<Matrix<Rational>> {
-    let free = echelon(damping, &(0..damping.columns()).collect::<Vec<_>>()).kernel();
+    let free = kernel(damping);
     let slipping = felt.multiply(&free);
     if damped + free.columns() != directions.columns() || slipping.rows() != slipping.columns() {
         return None;

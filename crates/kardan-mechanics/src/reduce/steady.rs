@@ -7,7 +7,8 @@ use super::{Kinematics, Motion, OperatingPoint, Reduced, kinematics, slip_speeds
 use crate::equations::{Meaning, UnilateralConstraint};
 use kardan_expr::expr::{Expr, Side};
 use kardan_math::num::{
-    Matrix, Rational, Scalar, SparseRow, dense_rows, echelon, rational_from_f64, rational_to_f64, sparse_rows,
+    Matrix, Rational, Scalar, SparseRow, dense_rows, echelon, kernel, rational_from_f64, rational_to_f64, reduced_form,
+    sparse_rows,
 };
 
 /// Relative difference from which two speeds contradict each other.
@@ -132,7 +133,7 @@ impl<'a> Search<'a> {
         let rows: Vec<&SparseRow> = spec.speeds.iter().map(|(shaft, _)| &basis[*shaft]).collect();
         let values: Vec<f64> = spec.speeds.iter().map(|(_, speed)| *speed).collect();
         let matrix = dense_rows(&rows, r);
-        let whole = fixed.len() == r && echelon(&matrix, &(0..r).collect::<Vec<_>>()).rank() == r;
+        let whole = fixed.len() == r && reduced_form(&matrix).rank() == r;
         let directions = if whole { Matrix::identity(r) } else { steady_directions(&remove_laws_at(model, spec)) };
         let moves = moves(&directions, &matrix, &values)?;
         Ok(Self { base, model, start, fixed, moves, whole })
@@ -285,7 +286,7 @@ fn steady_directions(model: &Reduced) -> Matrix<Rational> {
     }
     let rows: Vec<Vec<Rational>> = rows.into_values().collect();
     let matrix = Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone());
-    echelon(&matrix, &(0..r).collect::<Vec<_>>()).kernel()
+    kernel(&matrix)
 }
 
 /// The motions in directions (columns) that have these speeds: rows over the coordinates with their values, rad/s.

@@ -2,6 +2,7 @@
 
 use super::{Base, Collected, Letter};
 use kardan_expr::expr::{Style, bare, parenthesised, raised};
+use kardan_math::names::signed_sum;
 use kardan_math::num::{Rational, rational_to_f64};
 
 /// A product in words of its letters' names; as text it is an expression of a model file, `i*(i + 1)*J/R^2`.
@@ -95,18 +96,7 @@ impl Printer<'_> {
     }
 
     fn sum(&self, members: &[Collected]) -> String {
-        let mut out = String::new();
-        for member in members {
-            let negative = member.number < Rational::ZERO;
-            out += match (out.is_empty(), negative) {
-                (true, true) => "-",
-                (true, false) => "",
-                (false, true) => " - ",
-                (false, false) => " + ",
-            };
-            out += &self.size(member);
-        }
-        out
+        signed_sum(members.iter().map(|member| (member.number < Rational::ZERO, self.size(member))))
     }
 }
 

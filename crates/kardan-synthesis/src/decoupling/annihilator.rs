@@ -1,12 +1,6 @@
 //! Rows that annihilate the reachable space, from several primes.
 
-use super::rows::columns;
-use kardan_math::num::{Matrix, ModularMatrix, PrimeField, Rational, Reconstruction, Scalar, prime_below, reachable};
-
-/// Fields of large primes, one after the other.
-pub(super) fn fields() -> impl Iterator<Item = PrimeField> {
-    std::iter::successors(Some(prime_below(1 << 61)), |&prime| Some(prime_below(prime))).map(PrimeField::new)
-}
+use kardan_math::num::{Matrix, ModularMatrix, Rational, Reconstruction, Scalar, columns_of, prime_fields, reachable};
 
 /// The result from the primes modulo which the reachable space has the same pivots.
 struct Group {
@@ -25,7 +19,7 @@ struct Group {
 pub(super) fn annihilator(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
     let n = a.rows();
     let mut groups: Vec<Group> = Vec::new();
-    for field in fields() {
+    for field in prime_fields() {
         let image = |m: &Matrix<Rational>| ModularMatrix::from_rational(&field, m);
         let Some((image_a, image_b)) = image(a).zip(image(b)) else { continue };
         let span = reachable(&field, &image_a, &image_b).span;
@@ -81,7 +75,7 @@ fn is_proven(rows: &Matrix<Rational>, free: &[usize], a: &Matrix<Rational>, b: &
         return false;
     }
     let image = rows.multiply(a);
-    columns(&image, free).multiply(rows) == image
+    columns_of(&image, free).multiply(rows) == image
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Decides whether static state feedback can decouple outputs.
 
 use super::relative_degree::{RelativeDegrees, relative_degrees};
-use super::rows::{difference, primitive, stack};
+use super::rows::{primitive, stack};
 use kardan_analysis::{LinearSystem, combination};
-use kardan_math::num::{Matrix, Rational, echelon};
+use kardan_math::num::{Matrix, Rational, reduced_form};
 
 /// Why outputs cannot be decoupled by static state feedback; decided exactly.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -93,7 +93,7 @@ fn not_decouplable(system: &LinearSystem, degrees: &RelativeDegrees) -> NotDecou
     let reached: Vec<usize> = (0..outputs).filter(|&i| degrees.degrees[i].is_some()).collect();
     let rows: Vec<Vec<Rational>> = reached.iter().map(|&i| degrees.matrix.row(i).to_vec()).collect();
     let g = stack(&rows, degrees.matrix.columns());
-    let e = echelon(&g, &(0..g.columns()).collect::<Vec<_>>());
+    let e = reduced_form(&g);
     if outputs > degrees.matrix.columns() {
         let (outputs, inputs) = (system.outputs.clone(), system.inputs.clone());
         return NotDecouplable::TooManyOutputs { outputs, inputs, rank: e.rank() };
@@ -141,9 +141,9 @@ pub(crate) fn closed(
         inputs,
         outputs: system.outputs.clone(),
         e: system.e.clone(),
-        a: difference(&system.a, &system.b.multiply(k)),
+        a: system.a.minus(&system.b.multiply(k)),
         b: system.b.multiply(l),
-        c: difference(&system.c, &system.d.multiply(k)),
+        c: system.c.minus(&system.d.multiply(k)),
         d: system.d.multiply(l),
         degrees_of_freedom: None,
     }

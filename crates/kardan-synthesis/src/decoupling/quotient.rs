@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 
 use super::annihilator::annihilator;
 use super::relative_degree::assert_explicit;
-use super::resolvent::characteristic_polynomial;
-use super::rows::{RowSpan, columns, null_rows, primitive, row_times, stack, unit, unit_place};
+use super::rows::{RowSpan, null_rows, primitive, row_times, stack, unit, unit_place};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, columns_of, reduced_form};
 use kardan_results::Definition;
 use kardan_results::signal_name::SignalName;
 
@@ -74,11 +73,11 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
     }
     let rows = coordinates(&system.states, &unobservable, preferred);
     let projection = stack(&rows, n);
-    let pivots = echelon(&projection, &(0..n).collect::<Vec<_>>()).pivots;
-    let square = columns(&projection, &pivots).transpose();
+    let pivots = reduced_form(&projection).pivots;
+    let square = columns_of(&projection, &pivots).transpose();
     // X P = M for a matrix M whose rows lie in the space of those of P.
     let through = |m: &Matrix<Rational>| {
-        let solved = square.solve(&columns(m, &pivots).transpose());
+        let solved = square.solve(&columns_of(m, &pivots).transpose());
         solved.expect("pivot columns of independent rows are independent").transpose()
     };
     let (states, definitions) = names(&rows, &system.states);
@@ -96,7 +95,7 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
     // A x = x M on the unobservable subspace; its basis has the identity in some columns.
     let last_one = |i: usize| unobservable.row(i).iter().rposition(|x| !Scalar::is_zero(x));
     let identity: Vec<usize> = (0..unobservable.rows()).filter_map(last_one).collect();
-    let motion = columns(&unobservable.multiply(&system.a.transpose()), &identity);
+    let motion = columns_of(&unobservable.multiply(&system.a.transpose()), &identity);
     Quotient { system: reduced, projection, definitions, hidden: characteristic_polynomial(&motion) }
 }
 

@@ -33,16 +33,6 @@ pub(super) fn stack(rows: &[Vec<Rational>], columns: usize) -> Matrix<Rational> 
     Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j].clone())
 }
 
-/// `self − other`.
-pub(crate) fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
-    Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)].minus(&b[(i, j)]))
-}
-
-/// Some of the columns.
-pub(crate) fn columns(matrix: &Matrix<Rational>, chosen: &[usize]) -> Matrix<Rational> {
-    Matrix::from_fn(matrix.rows(), chosen.len(), |i, j| matrix[(i, chosen[j])].clone())
-}
-
 /// Rows x with `M xᵀ = 0`, in reduced echelon form.
 pub(crate) fn null_rows(m: &Matrix<Rational>) -> Matrix<Rational> {
     // Free columns first, so that the result has its leading ones early.

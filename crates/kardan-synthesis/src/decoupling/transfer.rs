@@ -3,9 +3,8 @@
 use std::fmt;
 
 use super::relative_degree::assert_explicit;
-use super::resolvent::resolvent;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Polynomial, Rational, Scalar};
+use kardan_math::num::{Polynomial, Rational, Scalar, resolvent};
 
 /// A quotient of polynomials in lowest terms; the denominator is monic, and 1 for the zero function.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,10 +2,9 @@
 
 use super::decouplable::{NotDecouplable, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
-use super::resolvent::characteristic_polynomial;
-use super::rows::{difference, stack};
+use super::rows::stack;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, reduced_form};
 
 /// The dynamics that remain while all outputs are zero (zero dynamics).
 #[derive(Debug, Clone, PartialEq)]
@@ -49,12 +48,12 @@ pub fn zero_dynamics(system: &LinearSystem) -> Result<ZeroDynamicsMatrix, NotDec
     let (basis, free) = if rows.len() == n {
         (Matrix::zeros(n, 0), Vec::new())
     } else {
-        let e = echelon(&stack(&rows, n), &(0..n).collect::<Vec<_>>());
+        let e = reduced_form(&stack(&rows, n));
         (e.kernel(), e.free())
     };
     let feedback = inverse.multiply(&degrees.free);
     // (A − B F) V
-    let image = difference(&system.a.multiply(&basis), &system.b.multiply(&feedback.multiply(&basis)));
+    let image = system.a.multiply(&basis).minus(&system.b.multiply(&feedback.multiply(&basis)));
     let matrix = Matrix::from_fn(free.len(), free.len(), |i, j| image[(free[i], j)].clone());
     let polynomial = characteristic_polynomial(&matrix);
     Ok(ZeroDynamicsMatrix { basis, matrix, polynomial })

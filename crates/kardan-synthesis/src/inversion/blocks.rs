@@ -4,7 +4,7 @@ use super::PolynomialMatrix;
 use super::silverman::{StructureAlgorithm, structure_of_rows};
 use crate::decoupling::add;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, reduced_form};
 
 /// Static feedback `u = −K x + L r` after which every block of outputs responds to its own references only.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +98,7 @@ pub fn decouple_blocks(
             on_inputs.row_mut(output).clone_from_slice(found.d.row(i));
         }
     }
-    let solved = echelon(&on_inputs, &(0..p).collect::<Vec<_>>());
+    let solved = reduced_form(&on_inputs);
     if solved.rank() < m {
         return Err(BlockError::NotDecouplable { rank: solved.rank(), outputs: m });
     }
@@ -137,7 +137,7 @@ pub fn decouple_blocks(
         let operator = PolynomialMatrix::from_rows(rows, block.len());
         let at_rest = operator.evaluate(&Rational::ZERO);
         let size = block.len();
-        let regular = echelon(&at_rest, &(0..size).collect::<Vec<_>>()).rank() == size;
+        let regular = reduced_form(&at_rest).rank() == size;
         let gain = if regular { at_rest } else { Matrix::identity(size) };
         for (i, &row) in block.iter().enumerate() {
             for (j, &column) in block.iter().enumerate() {
@@ -148,7 +148,7 @@ pub fn decouple_blocks(
         reference_gains.push(gain);
     }
     let k = inverse.multiply(&state_rows);
-    let closed = system.a.plus(&system.b.multiply(&k).scale(&Rational::NEG_ONE));
+    let closed = system.a.minus(&system.b.multiply(&k));
     Ok(BlockDecoupling {
         blocks: blocks.to_vec(),
         l: inverse.multiply(&reference_rows),

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use super::notation::combination;
 use super::{Obstruction, obstruction};
-use crate::decoupling::{columns, relative_degrees};
+use crate::decoupling::relative_degrees;
 use crate::matrix_parts::{selected, side_by_side, stacked};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar, columns_of, reduced_form, rows_of};
 
 /// An integrator that a dynamic extension puts before an input.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,8 +113,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
     loop {
         let found = relative_degrees(&extended);
         let g = found.matrix;
-        let dependent: BTreeSet<usize> =
-            echelon(&g, &(0..p).collect::<Vec<_>>()).dependent_rows().into_iter().flatten().collect();
+        let dependent: BTreeSet<usize> = reduced_form(&g).dependent_rows().into_iter().flatten().collect();
         if dependent.is_empty() {
             return Ok(Extension {
                 integrators,
@@ -126,12 +125,12 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
             });
         }
         let dependent: Vec<usize> = dependent.into_iter().collect();
-        let g = Matrix::from_fn(dependent.len(), p, |i, j| g[(dependent[i], j)].clone());
-        let e = echelon(&g, &(0..p).collect::<Vec<_>>());
+        let g = rows_of(&g, &dependent);
+        let e = reduced_form(&g);
         // v̄_j = (row of the echelon form) v for the pivots j, v̄_j = v_j for the others; v = V v̄.
         let mut v = Matrix::<Rational>::identity(p);
         for (row, &pivot) in e.pivots.iter().enumerate() {
-            for j in (0..p).filter(|j| !e.pivots.contains(j)) {
+            for j in e.free() {
                 v[(pivot, j)] = Rational::ZERO.minus(&e.form[(row, j)]);
             }
         }
@@ -168,7 +167,7 @@ fn moved_to_states(
     on_input: &Matrix<Rational>,
     moved: &[usize],
 ) -> (Matrix<Rational>, Matrix<Rational>) {
-    let states = side_by_side(&[on_state, &columns(on_input, moved)]);
+    let states = side_by_side(&[on_state, &columns_of(on_input, moved)]);
     let inputs = Matrix::from_fn(on_input.rows(), on_input.columns(), |i, j| {
         if moved.contains(&j) { Rational::ZERO } else { on_input[(i, j)].clone() }
     });

@@ -4,7 +4,8 @@ use super::row_span::RowSpan;
 use super::{Obstruction, PolynomialMatrix, obstruction, structure_algorithm};
 use kardan_analysis::LinearSystem;
 use kardan_math::num::{
-    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, characteristic_polynomial, echelon,
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, characteristic_polynomial, reduced_form,
+    rows_of,
 };
 
 /// States and inputs as functions of the outputs and their derivatives: `x = X(s)/z(s) y`, `u = U(s)/z(s) y`.
@@ -103,26 +104,18 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
     };
     // ẋ = (A − B D̄⁻¹ C̄) x + B D̄⁻¹ P(s) y
     let drive = system.b.multiply(&inverse);
-    let a = system.a.plus(&drive.multiply(&found.c).scale(&Rational::NEG_ONE));
+    let a = system.a.minus(&drive.multiply(&found.c));
     // ζ = Z x; x = T_ζ ζ + T_η η with η the states that are no pivots of Z.
     let z = Matrix::from_fn(found.determined.len(), n, |i, j| found.determined[i].row[j].clone());
     let zeta =
         PolynomialMatrix::from_rows(found.determined.iter().map(|determined| determined.operator.clone()).collect(), m);
-    let e = echelon(&z, &(0..n).collect::<Vec<_>>());
-    let free: Vec<usize> = (0..n).filter(|state| !e.pivots.contains(state)).collect();
+    let e = reduced_form(&z);
+    let (free, from_rest) = (e.free(), e.kernel());
     let mut from_rows = Matrix::<Rational>::zeros(n, z.rows());
-    let mut from_rest = Matrix::<Rational>::zeros(n, free.len());
     for (row, &pivot) in e.pivots.iter().enumerate() {
         from_rows.row_mut(pivot).clone_from_slice(e.transform.row(row));
-        for (column, &state) in free.iter().enumerate() {
-            from_rest[(pivot, column)] = Rational::ZERO.minus(&e.form[(row, state)]);
-        }
     }
-    for (column, &state) in free.iter().enumerate() {
-        from_rest[(state, column)] = Rational::ONE;
-    }
-    let of_free =
-        |matrix: Matrix<Rational>| Matrix::from_fn(free.len(), matrix.columns(), |i, j| matrix[(free[i], j)].clone());
+    let of_free = |matrix: Matrix<Rational>| rows_of(&matrix, &free);
     let q = of_free(a.multiply(&from_rest));
     let excitation = PolynomialMatrix::constant(&of_free(a.multiply(&from_rows)))
         .multiply(&zeta)

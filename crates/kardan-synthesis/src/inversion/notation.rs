@@ -1,5 +1,6 @@
 //! Writes combinations of signals and their derivatives as text.
 
+use kardan_math::names::signed_sum;
 use kardan_math::num::{Polynomial, Rational, Scalar, rational_to_f64};
 
 /// `wg_motor - 50 rk_motor`; `0` if all weights vanish.
@@ -10,51 +11,15 @@ pub(super) fn combination(weights: &[Rational], names: &[String]) -> String {
 
 /// `(s^2 + 2 s) rk.phi - 50 fs.phi`; `0` if all factors vanish.
 pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
-    let mut out = String::new();
-    for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !f.is_zero()) {
+    signed_sum(factors.iter().zip(names).filter(|(f, _)| !f.is_zero()).map(|(factor, name)| {
         let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
         // A sign comes first.
         let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
-        let text = polynomial(&if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() });
+        let positive = if negative { factor.scale(&Rational::NEG_ONE) } else { factor.clone() };
+        let text = positive.text(number);
         let size = if terms > 1 { format!("({text})") } else { text };
-        out += sign(out.is_empty(), negative);
-        if size != "1" {
-            out = out + &size + " ";
-        }
-        out += name;
-    }
-    if out.is_empty() { "0".into() } else { out }
-}
-
-/// The sign before a term of a sum.
-fn sign(is_first: bool, negative: bool) -> &'static str {
-    match (is_first, negative) {
-        (true, true) => "-",
-        (true, false) => "",
-        (false, true) => " - ",
-        (false, false) => " + ",
-    }
-}
-
-/// `5 s^2 + 3 s - 0.25`, highest power first.
-fn polynomial(p: &Polynomial) -> String {
-    let mut out = String::new();
-    for (k, c) in p.coefficients().iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
-        let text = number(c);
-        let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
-        out += sign(out.is_empty(), negative);
-        let power = match k {
-            0 => String::new(),
-            1 => "s".into(),
-            _ => format!("s^{k}"),
-        };
-        out += &match (size == "1", k == 0) {
-            (_, true) => size.to_string(),
-            (true, false) => power,
-            (false, false) => format!("{size} {power}"),
-        };
-    }
-    out
+        (negative, if size == "1" { name.clone() } else { format!("{size} {name}") })
+    }))
 }
 
 /// `50`, `2/3`; what needs more than twelve digits is rounded: `1.234568e15`.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::silverman::structure_of_rows;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, echelon};
+use kardan_math::num::{Matrix, Rational, reduced_form};
 
 /// Up to this many outputs all partitions are tried (4140 for eight).
 const MOST_OUTPUTS: usize = 8;
@@ -91,7 +91,7 @@ fn merged(system: &LinearSystem) -> Vec<Vec<usize>> {
             owners.extend(block.iter().map(|_| number));
         }
         let d = Matrix::from_fn(rows.len(), p, |i, j| rows[i][j].clone());
-        let dependent = echelon(&d, &(0..p).collect::<Vec<_>>()).dependent_rows();
+        let dependent = reduced_form(&d).dependent_rows();
         let Some(rows) = dependent.first() else { return blocks };
         let mut tied: Vec<usize> = rows.iter().map(|&row| owners[row]).collect();
         tied.dedup();

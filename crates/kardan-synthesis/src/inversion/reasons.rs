@@ -153,7 +153,7 @@ impl Cause {
             };
             trials += 1;
             let motion = basis.multiply(&eta);
-            let rest = a.plus(&m.multiply(&motion).scale(&Rational::NEG_ONE));
+            let rest = a.minus(&m.multiply(&motion));
             let mu = gram.solve(&constraints.multiply(&rest))?;
             let mark = |flags: &mut [bool], values: &[Rational]| {
                 flags.iter_mut().zip(values).for_each(|(flag, x)| *flag |= !Scalar::is_zero(x));

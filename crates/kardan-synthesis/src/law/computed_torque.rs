@@ -8,7 +8,6 @@ use crate::channels::{
     CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
 };
 use crate::decoupling::{decouple, relative_degrees};
-use crate::error::list;
 use crate::exact::{decoupling_matrix, gain_matrices};
 use crate::linear_law::{Linear, LinearBlock};
 use crate::nonlinear_law::Nonlinear;
@@ -16,6 +15,7 @@ use crate::outputs::{channels, paired_channels, paired_inputs};
 use crate::zeros::check_zeros;
 use crate::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError};
 use kardan_analysis::OutputSignal;
+use kardan_math::names::backquoted;
 use kardan_math::num::{Polynomial, Scalar};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::Measured;
@@ -165,7 +165,7 @@ fn no_direct_input(output: &str, inputs: &[String], degree: Option<usize>) -> Sy
         Some(degree) => format!(", but only on its derivative of order {degree}"),
         None => " nor in any other way".into(),
     };
-    let message = format!("the motors {} do not act on `{output}` directly{otherwise}", list(inputs));
+    let message = format!("the motors {} do not act on `{output}` directly{otherwise}", backquoted(inputs));
     let help = "choose motors that act on it without a spring in between, or use `law = \"decoupling\"`";
     SynthesisError::at(message, output, "not reached directly", help)
 }

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use kardan_rt::functions::powi;
 
-use crate::error::list;
 use crate::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, channels_for, inputs, references};
 use crate::regulator::{Weights, lqr};
 use crate::state_feedback::state_feedback;
 use crate::{Law, LawKind, Request, SynthesisError, rounded};
+use kardan_math::names::backquoted;
 use kardan_math::num::Matrix;
 use kardan_schema::schema::{Keys, LawKeys, Sign, keys};
 
@@ -85,7 +85,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             let message = format!(
                 "`max_acceptable` names `{name}`, which is neither a motor of the law nor an angle or speed of a coordinate"
             );
-            let all = list(&[task.inputs, states].concat());
+            let all = backquoted(&[task.inputs, states].concat());
             return Err(SynthesisError::at(message, name, "no weight", format!("there are {all}")));
         }
         if value.signum() <= 0 {

@@ -7,7 +7,6 @@ use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::channels::{effort_of, inertia_unit, once, position_of};
-use crate::error::list;
 use crate::matrix_parts::spread;
 use crate::nonlinear_law::Nonlinear;
 use crate::outputs::{channels, paired_channels, paired_inputs};
@@ -20,7 +19,8 @@ use crate::{
     angle_output, effective_inertia, is_single, named, output_shaft,
 };
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
+use kardan_math::names::backquoted;
+use kardan_math::num::{Float, Matrix, Rational, Scalar, columns_of, rational_to_f64, reduced_form};
 use kardan_math::units::{Dimension, Exact};
 use kardan_mechanics::reduce::LinearModel;
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, ReadSignal};
@@ -188,21 +188,21 @@ pub fn design_noninteracting(
 
 /// The error of a singular decoupling matrix.
 fn not_decouplable(matrix: &Matrix<Rational>, outputs: &[String], inputs: &[String]) -> SynthesisError {
-    let rank = echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank();
+    let rank = reduced_form(matrix).rank();
     // Outputs whose acceleration no chosen input reaches directly: their relative degree is above two.
     let is_reached = |i: usize| !matrix.row(i).iter().all(Scalar::is_zero);
     let not_reached: Vec<String> = (0..outputs.len()).filter(|&i| !is_reached(i)).map(|i| outputs[i].clone()).collect();
     let mut message = format!(
         "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
          the inputs through a matrix of rank {rank} only",
-        list(outputs),
-        list(inputs)
+        backquoted(outputs),
+        backquoted(inputs)
     );
     let help = "choose other outputs or inputs; `kardan equations` shows what each input reaches";
     if not_reached.is_empty() {
         return SynthesisError::of(message, outputs, "not independent", help);
     }
-    message += &format!(" (no chosen input reaches the acceleration of {})", list(&not_reached));
+    message += &format!(" (no chosen input reaches the acceleration of {})", backquoted(&not_reached));
     SynthesisError::of(message, &not_reached, "not reached", help)
 }
 
@@ -584,9 +584,8 @@ impl Law for Designed {
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let references: Vec<Reference> =
             self.reference_places.iter().map(|(reference, _)| self.references[*reference].clone()).collect();
-        let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
-        let places = self.plant.state_places();
-        let k = Matrix::from_fn(m, places.len(), |i, j| k[(i, places[j])].clone());
+        let k = acceleration_gain.multiply(&feedback).minus(state_gain);
+        let k = columns_of(&k, &self.plant.state_places());
         let l = acceleration_gain.multiply(&reference);
         Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &references))
     }

@@ -7,10 +7,10 @@ use faer::{Mat, c64};
 use kardan_rt::functions::{atan, hypot, powf, tan};
 
 use super::channel_quotient::{LEVEL, OneChannel};
-use crate::decoupling::{characteristic_polynomial, resolvent};
 use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
-    Matrix, Polynomial, Rational, Rounding, at_zero, balance, common_denominator, eigenvalues, golden,
+    Matrix, Polynomial, Rational, Rounding, at_zero, balance, characteristic_polynomial, common_denominator,
+    eigenvalues, golden, resolvent,
 };
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.

@@ -15,14 +15,14 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::counters::{ReducedStates, acts_by, counters_beside};
-use super::error::list;
-use super::matrix_parts::{columns_of, joined, side_by_side, spread, stacked};
+use super::matrix_parts::{column_range, joined, side_by_side, spread, stacked};
 use super::observer::extend;
 use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use block::ObserverBlock;
 use estimated_view::EstimatedView;
 use gain::gain;
 use kardan_analysis::{LinearSystem, OutputSignal};
+use kardan_math::names::backquoted;
 use kardan_math::num::{Float, Matrix, discretise};
 use kardan_results::signal_name::{Quantity, SignalName};
 use kardan_results::{ControllerData, DataMatrix, DataNumber, Design, ObserverResult, ReadSignal};
@@ -222,13 +222,13 @@ impl Observed {
         let (command_estimates, on_angles, on_speeds, on_errors) =
             split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
         let (rate_estimates, angles, speeds, errors) = split(&law.angles, &law.speeds, &law.disturbances);
-        let correct = columns_of(b, m..m + readings.len());
+        let correct = column_range(b, m..m + readings.len());
         LinearLaw {
             states: joined([a, &Matrix::zeros(n, k)], [&rate_estimates, &law.states]),
             angles: stacked(&[&correct.multiply(&self.rows[0]), &angles]),
             speeds: stacked(&[&correct.multiply(&self.rows[1]), &speeds]),
             disturbances: Matrix::zeros(n + k, 0),
-            torques: stacked(&[&columns_of(b, 0..m), &law.torques]),
+            torques: stacked(&[&column_range(b, 0..m), &law.torques]),
             on_states: side_by_side(&[&command_estimates, &law.on_states]),
             on_angles,
             on_speeds,
@@ -274,7 +274,7 @@ fn is_nonlinear(law: &dyn Law, values: &Values, plant: &Plant, cancels: bool) ->
         let message = format!(
             "the gain of the law includes the linearised torques that expressions give ({}), and the full model of the \
              observer does not: it would report them as disturbances, and they would be cancelled twice",
-            list(&laws)
+            backquoted(&laws)
         );
         return Err(SynthesisError::whole(message, "set `plant = \"linear\"` in the observer, or leave it out"));
     }

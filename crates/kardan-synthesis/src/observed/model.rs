@@ -4,7 +4,7 @@ use kardan_rt::{ModelObserver, Sensor, StateSpace};
 
 use super::estimated_view::EstimatedView;
 use super::reading::{Reading, sensor_table, sensors};
-use crate::matrix_parts::columns_of;
+use crate::matrix_parts::column_range;
 use crate::sampled::{entries, sensors_in};
 use crate::{Law, Plant, SynthesisError};
 use kardan_math::num::{Float, Matrix};
@@ -105,7 +105,7 @@ impl FullModel<f64> {
             at[j] = middle;
             (0..n).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * step));
         }
-        [columns_of(&slopes, 0..n), columns_of(&slopes, n..at.len())]
+        [column_range(&slopes, 0..n), column_range(&slopes, n..at.len())]
     }
 
     /// The same in a precision, for a sample time with that Γ.

@@ -6,7 +6,7 @@ use crate::decoupling::null_rows;
 use crate::notation::linear_combination;
 use crate::regulator::{Chains, chains};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar, reduced_form};
 
 /// Largest number of sets that are tried as [`Distinguishable::resolving`].
 pub const MOST_SETS: usize = 1000;
@@ -68,7 +68,7 @@ pub(super) fn hidden_states(found: &Chains, n: usize) -> Vec<Vec<Rational>> {
 /// Independent rows, in reduced echelon form, that span these vectors restricted to some columns.
 fn independent(vectors: &[Vec<Rational>], columns: &[usize]) -> Matrix<Rational> {
     let rows = Matrix::from_fn(vectors.len(), columns.len(), |i, j| vectors[i][columns[j]].clone());
-    let e = echelon(&rows, &(0..columns.len()).collect::<Vec<_>>());
+    let e = reduced_form(&rows);
     Matrix::from_fn(e.rank(), columns.len(), |i, j| e.form[(i, j)].clone())
 }
 
@@ -82,7 +82,7 @@ fn resolving(hidden: &Matrix<Rational>) -> Vec<Vec<usize>> {
             break;
         }
         let minor = Matrix::from_fn(k, k, |i, j| hidden[(i, set[j])].clone());
-        if echelon(&minor, &(0..k).collect::<Vec<_>>()).rank() == k {
+        if reduced_form(&minor).rank() == k {
             out.push(set.clone());
         }
         // The next set in lexicographic order.

@@ -12,7 +12,7 @@ use super::{chains, unreached};
 use crate::matrix_parts::{is_finite, spread};
 use crate::notation::{format_pole, format_poles};
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, balance, echelon};
+use kardan_math::num::{Matrix, Rational, balance, reduced_form};
 use kardan_results::{Complex, Pole};
 
 /// A state feedback `u = −Kx` with chosen poles.
@@ -149,7 +149,7 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
     let condition = chosen.as_ref().map_or(f64::INFINITY, |chosen| chosen.condition);
     let inner = single.or(chosen.map(|chosen| from_faer(&chosen.gain))).ok_or(PlacementError::Dependent)?;
     let gain = spread(&inner, &reached, n);
-    let closed = explicit.a.to_f64().plus(&explicit.b.to_f64().multiply(&gain).scale(&-1.0));
+    let closed = explicit.a.to_f64().minus(&explicit.b.to_f64().multiply(&gain));
     let achieved = balanced_eigenvalues(&closed).ok_or(PlacementError::Dependent)?;
     Ok(Placement { residual: mismatch(&achieved, poles), gain, poles: achieved, condition })
 }
@@ -207,7 +207,7 @@ fn mismatch(achieved: &[Pole], requested: &[Pole]) -> f64 {
 /// all k, with the controllability indices κ in descending order (Rosenbrock 1970). Without Jordan blocks d_k is the number of
 /// poles of multiplicity ≥ k.
 fn check_repetitions(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[Pole]) -> Result<usize, PlacementError> {
-    let rank = echelon(b, &(0..b.columns()).collect::<Vec<_>>()).rank();
+    let rank = reduced_form(b).rank();
     let repeated = multiplicities(poles);
     if let Some(&(pole, times)) = repeated.iter().find(|(_, times)| *times > rank) {
         return Err(PlacementError::TooOften { pole, times, rank });

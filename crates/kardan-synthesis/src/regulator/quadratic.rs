@@ -5,7 +5,6 @@ use faer::Mat;
 use super::floating::{from_faer, to_faer};
 use super::riccati::riccati;
 use super::{Unreached, lyapunov, unreached};
-use crate::decoupling::difference;
 use crate::matrix_parts::{exactly, is_finite};
 use crate::notation::{format_poles, linear_combination};
 use kardan_analysis::LinearSystem;
@@ -138,7 +137,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     }
     let explicit = system.explicit().ok_or(RiccatiError::Singular)?;
     let through = exactly(&r).solve(&exactly(&cross).transpose()).ok_or(RiccatiError::NotSolved)?;
-    let cost = difference(&exactly(&q), &exactly(&cross).multiply(&through));
+    let cost = exactly(&q).minus(&exactly(&cross).multiply(&through));
     semidefinite(&system.states, &to_faer(&cost.to_f64()))?;
     // The modes are roots with proven signs.
     if let Some(part) = unreached(&explicit) {
@@ -163,7 +162,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     let found = riccati(&to_faer(&a), &to_faer(&b), &to_faer(&q), &to_faer(&r), &to_faer(&cross));
     let found = found.filter(|found| found.residual < 1e-6).ok_or(RiccatiError::NotSolved)?;
     let (gain, solution) = (from_faer(&found.gain), from_faer(&found.x));
-    let closed = a.plus(&b.multiply(&gain).scale(&-1.0));
+    let closed = a.minus(&b.multiply(&gain));
     let poles = balanced_eigenvalues(&closed).ok_or(RiccatiError::NotSolved)?;
     if poles.iter().any(|pole| !(pole.re < 0.0)) {
         return Err(RiccatiError::NotSolved);
@@ -240,7 +239,7 @@ fn semidefinite(states: &[String], cost: &Mat<f64>) -> Result<(), RiccatiError> 
 
 /// The part of `ẋ = (A − B R⁻¹ Nᵀ) x` that the cost `xᵀ(Q − N R⁻¹ Nᵀ)x` does not see.
 fn unobservable(explicit: &LinearSystem, through: &Matrix<Rational>, cost: &Matrix<Rational>) -> Option<Unreached> {
-    let a = difference(&explicit.a, &explicit.b.multiply(through));
+    let a = explicit.a.minus(&explicit.b.multiply(through));
     let dual = LinearSystem::state_space(a.transpose(), cost.transpose(), Matrix::zeros(0, a.rows()));
     unreached(&LinearSystem { states: explicit.states.clone(), ..dual })
 }

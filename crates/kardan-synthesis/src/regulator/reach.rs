@@ -1,10 +1,10 @@
 //! Controllability chains of a system.
 
 use kardan_analysis::{LinearSystem, controllable_rank};
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Polynomial, Rational, characteristic_polynomial, columns_of, reduced_form, rows_of};
 use kardan_results::Pole;
 
-use crate::decoupling::{RowSpan, characteristic_polynomial};
+use crate::decoupling::RowSpan;
 use crate::notation::linear_combination;
 
 /// Independent columns of the controllability matrix in the order `b₁ … b_m, A b₁ …`: each that does not depend on those
@@ -86,29 +86,14 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
         return None;
     }
     let rows = Matrix::from_fn(found.len(), n, |i, j| found[i].2[j].clone());
-    let basis = echelon(&rows, &(0..n).collect::<Vec<_>>());
-    let (pivots, form) = (basis.pivots, basis.form);
-    let rest: Vec<usize> = (0..n).filter(|i| !pivots.contains(i)).collect();
-    let r = pivots.len();
-    let times_basis = system.a.multiply(&form.transpose());
-    let a = Matrix::from_fn(r, r, |i, j| times_basis[(pivots[i], j)].clone());
-    let b = Matrix::from_fn(r, system.b.columns(), |i, j| system.b[(pivots[i], j)].clone());
-    // A_cc − V_c A_pc
-    let hidden = Matrix::from_fn(n - r, n - r, |i, j| {
-        let through =
-            (0..r).fold(Rational::ZERO, |sum, k| sum.plus(&form[(k, rest[i])].times(&system.a[(pivots[k], rest[j])])));
-        system.a[(rest[i], rest[j])].minus(&through)
-    });
+    let basis = reduced_form(&rows);
+    let a = rows_of(&system.a.multiply(&basis.form.transpose()), &basis.pivots);
+    let b = rows_of(&system.b, &basis.pivots);
+    // Rows that vanish on the reached space, `[1, −V_c]`, and A_cc − V_c A_pc.
+    let left = basis.kernel().transpose();
+    let hidden = columns_of(&left.multiply(&system.a), &basis.free());
     let polynomial = characteristic_polynomial(&hidden);
-    let combinations = rest
-        .iter()
-        .map(|&c| {
-            let mut factors = vec![Rational::ZERO; n];
-            factors[c] = Rational::ONE;
-            pivots.iter().enumerate().for_each(|(k, &p)| factors[p] = Rational::ZERO.minus(&form[(k, c)]));
-            linear_combination(&system.states, &factors)
-        })
-        .collect();
+    let combinations = (0..left.rows()).map(|i| linear_combination(&system.states, left.row(i))).collect();
     let modes = Pole::list(polynomial.roots());
-    Some(Unreached { polynomial, modes, combinations, reached: pivots, a, b })
+    Some(Unreached { polynomial, modes, combinations, reached: basis.pivots, a, b })
 }

@@ -3,7 +3,7 @@
 use crate::matrix_parts::{joined, stacked, window};
 use crate::notation::linear_combination;
 use kardan_analysis::LinearSystem;
-use kardan_math::num::{Matrix, Rational, Scalar, echelon};
+use kardan_math::num::{Matrix, Rational, Scalar, reduced_form};
 
 /// States and inputs at which the outputs rest at given values, exact: `x = N_x r`, `u = N_u r`.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +78,7 @@ pub fn steady_state(system: &LinearSystem) -> Result<SteadyState, SteadyStateErr
 /// A left null vector of `[A B; C D]` as text.
 fn reason(system: &LinearSystem, whole: &Matrix<Rational>) -> String {
     let n = system.states.len();
-    let e = echelon(whole, &(0..whole.columns()).collect::<Vec<_>>());
+    let e = reduced_form(whole);
     let rows = (e.rank()..whole.rows()).map(|i| e.transform.row(i)[n..].to_vec());
     let outputs: Vec<String> = rows
         .filter(|row| row.iter().any(|x| !x.is_zero()))

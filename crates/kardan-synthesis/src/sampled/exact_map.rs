@@ -10,7 +10,7 @@ use super::places::{FirstOrderPlant, Places};
 use super::{LoopPlant, SampledPart};
 use kardan_analysis::{Plane, stability_of};
 use kardan_math::num::{
-    ExactZoh, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, contracts, root_sides,
+    ExactZoh, Matrix, Polynomial, Rational, Scalar, cayley, characteristic_polynomial, contracts, root_sides, selected,
 };
 use kardan_results::{Stability, StabilityEvidence, StabilityVerdict};
 
@@ -173,8 +173,7 @@ fn log_norm(matrix: &Matrix<Rational>) -> f64 {
 fn exponential(flow: &Matrix<Rational>, time: f64, digits: usize) -> Option<(Jump<Rational>, f64)> {
     let n = flow.rows();
     let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| !x.is_zero()));
-    let part =
-        |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])].clone());
+    let part = |columns: &[usize]| selected(flow, &moving, columns);
     // Times are differences of doubles: as many digits as the times in the model file have.
     let time = super::places::exact_time(time)?;
     let ExactZoh { transition, integral, off } = ExactZoh::new(&part(&moving), &time, digits)?;

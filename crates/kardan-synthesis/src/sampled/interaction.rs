@@ -2,7 +2,7 @@
 
 use super::hold::{ZohPlant, plant_flow};
 use crate::Clock;
-use crate::matrix_parts::{columns_of, is_finite, selected, side_by_side, stacked};
+use crate::matrix_parts::{column_range, is_finite, selected, side_by_side, stacked};
 use crate::regulator::{SampledCost, SampledRegulator, sampled_lqr, stein};
 use kardan_math::num::{Matrix, discretise};
 
@@ -105,19 +105,19 @@ impl Problem {
         let regulator = sampled_lqr(&a, &b, &sampled)?;
         // X₁₂ = A_clᵀ (X A₁₂ + X₁₂ A₂₂) + Q₁₂ − Kᵀ N₂ᵀ
         let (a12, a22) = (selected(&next, &regulated, &exogenous), selected(&next, &exogenous, &exogenous));
-        let closed = a.plus(&b.multiply(&regulator.gain).scale(&-1.0));
+        let closed = a.minus(&b.multiply(&regulator.gain));
         let crossed = selected(&cost, &now, &exogenous);
         let x = &regulator.solution;
         let right = closed
             .transpose()
             .multiply(&x.multiply(&a12))
             .plus(&selected(&cost, &regulated, &exogenous))
-            .plus(&regulator.gain.transpose().multiply(&crossed).scale(&-1.0));
+            .minus(&regulator.gain.transpose().multiply(&crossed));
         let x12 = stein(&closed, &a22, &right)?;
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);
         let solved = weight.solve(&ahead)?;
-        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| columns_of(matrix, first..first + count);
+        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| column_range(matrix, first..first + count);
         let d = self.w.columns();
         let solution = Solution {
             on_state: columns(&regulator.gain, 0, n),

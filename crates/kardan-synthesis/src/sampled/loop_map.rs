@@ -10,7 +10,7 @@ use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
 use crate::matrix_parts::is_finite;
-use kardan_math::num::{AtZero, Matrix, Rounding, at_zero, balance, discretise, eigenvalues, isolated, square};
+use kardan_math::num::{AtZero, Matrix, Rounding, at_zero, balance, discretise, eigenvalues, isolated, selected};
 use kardan_results::Stability;
 
 /// Doublings of the time over which errors of readings add up: 4096 periods.
@@ -126,8 +126,12 @@ impl NonzeroSpectrum {
             return None;
         }
         let [isolated, coupled] = isolated(matrix);
-        let rest = square(matrix, &coupled);
-        let own = if let Rounding::OfEach(sizes) = rounding { Some((sizes, square(sizes, &coupled))) } else { None };
+        let rest = selected(matrix, &coupled, &coupled);
+        let own = if let Rounding::OfEach(sizes) = rounding {
+            Some((sizes, selected(sizes, &coupled, &coupled)))
+        } else {
+            None
+        };
         let split = at_zero(&rest, own.as_ref().map_or(rounding, |(_, own)| Rounding::OfEach(own)))?;
         let diagonal = |k: usize| matrix[(k, k)];
         // Scales of the coordinates leave the diagonal as it is.
@@ -572,9 +576,7 @@ impl Moving {
     /// `e^{Ft}`; `None` if it overflows.
     fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Jump<f64>> {
         let Self { moving, driving } = self;
-        let part =
-            |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])]);
-        let found = discretise(&part(moving), &part(driving), time)?;
+        let found = discretise(&selected(flow, moving, moving), &selected(flow, moving, driving), time)?;
         let mut out = Jump::new();
         for (i, &row) in moving.iter().enumerate() {
             let own = moving.iter().copied().zip(found.a.row(i).iter().copied());

@@ -2,7 +2,7 @@
 
 use kardan_rt::Bounds;
 
-use crate::matrix_parts::columns_of;
+use crate::matrix_parts::column_range;
 use kardan_math::num::Matrix;
 
 /// The numbers of the block [`kardan_rt::Regulator`].
@@ -35,7 +35,7 @@ impl GovernorData {
     /// Its predictions on states, states of the reference model and references, of which there are so many.
     pub fn parts(&self, [n, k, r]: [usize; 3]) -> [Matrix<f64>; 3] {
         let all = &self.prediction;
-        [0..n, n..n + k, n + k..n + k + r].map(|columns| columns_of(all, columns))
+        [0..n, n..n + k, n + k..n + k + r].map(|columns| column_range(all, columns))
     }
 }
 

@@ -9,7 +9,7 @@ use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
 use crate::matrix_parts::{exactly, selected, window};
-use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, balance, scaled};
+use kardan_math::num::{Matrix, Rational, Rounding, Scalar, at_zero, balance, columns_of, rows_of, scaled};
 use kardan_mechanics::reduce::motions_over_states;
 
 /// A controller in the loop of a plant, with all controllers as they run.
@@ -205,9 +205,8 @@ fn response_excluding_free(
     let n = states.len();
     let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
     let rates = Matrix::from_fn(n, n, |i, j| matrix[(states[i], states[j])] - one(i, j));
-    let entries = entries.map(|sizes| Matrix::from_fn(n, n, |i, j| sizes[(states[i], states[j])]));
-    let b = Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)]);
-    let c = Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])]);
+    let entries = entries.map(|sizes| selected(sizes, &states, &states));
+    let (b, c) = (rows_of(b, &states), columns_of(c, &states));
     let [a, b, c] = split_free(&rates, (entries.as_ref(), period.is_some()), [&b, &c])?;
     let a = if period.is_some() { a.plus(&Matrix::identity(a.rows())) } else { a };
     Response::state_space([&a, &b, &c, d], period)
@@ -246,11 +245,11 @@ fn split_free(
     let (chain, across) = (dual.multiply(&a).multiply(v), dual.multiply(&a).multiply(right));
     let mut x = Matrix::zeros(count, n - count);
     for _ in 0..=count {
-        let right = chain.multiply(&x).plus(&across.scale(&-1.0));
+        let right = chain.multiply(&x).minus(&across);
         x = rest.transpose().solve(&right.transpose())?.transpose();
     }
     let w = dual.plus(&x.multiply(&split.left));
-    out[2] = c.multiply(&right.plus(&v.multiply(&x).scale(&-1.0)));
+    out[2] = c.multiply(&right.minus(&v.multiply(&x)));
     // Each product with the size that it may have: lengths of rows and columns, to the rounding of which it is known.
     let length = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
     let product = |rows: &Matrix<f64>, columns: &Matrix<f64>| {
@@ -295,13 +294,7 @@ fn add_integrators(shares: &[Matrix<f64>], [a, b, c]: &mut [Matrix<f64>; 3]) {
 /// A system with only the states that contribute to the response from B to C.
 fn only_between<S: Scalar>(matrix: &Matrix<S>, [b, c, d]: [&Matrix<S>; 3]) -> [Matrix<S>; 4] {
     let states = between(matrix, b, c);
-    let n = states.len();
-    [
-        selected(matrix, &states, &states),
-        Matrix::from_fn(n, b.columns(), |i, j| b[(states[i], j)].clone()),
-        Matrix::from_fn(c.rows(), n, |i, j| c[(i, states[j])].clone()),
-        d.clone(),
-    ]
+    [selected(matrix, &states, &states), rows_of(b, &states), columns_of(c, &states), d.clone()]
 }
 
 /// The states that are reached from B and that reach the rows of C: the others do not contribute to the response.

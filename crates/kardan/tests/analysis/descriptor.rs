@@ -19,7 +19,7 @@ fn system([e, a, b, c]: [Matrix<Rational>; 4]) -> LinearSystem {
 }
 
 fn pencil(system: &LinearSystem, s: &Rational) -> Matrix<Rational> {
-    system.e.scale(s).plus(&system.a.scale(&Rational::NEG_ONE))
+    system.e.scale(s).minus(&system.a)
 }
 
 /// `C (sE − A)⁻¹ B + D`.

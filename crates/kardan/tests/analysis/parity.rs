@@ -517,7 +517,7 @@ fn check_identity(system: &LinearSystem, relation: &Relation, fault: ParitySigna
     let mut broken = false;
     for point in [5i64, 11, 23] {
         let s = Rational::from(point) / Rational::from(13);
-        let pencil = system.e.scale(&s).plus(&system.a.scale(&Rational::NEG_ONE));
+        let pencil = system.e.scale(&s).minus(&system.a);
         let Some(x) = pencil.solve(&system.b) else { continue };
         let transfer = system.c.multiply(&x).plus(&system.d);
         let power = |k: usize| (0..k).fold(Rational::ONE, |all, _| all.times(&s));

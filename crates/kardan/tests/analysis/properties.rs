@@ -31,7 +31,7 @@ fn slicot_finds_the_same() {
 /// `C (sI − A)⁻¹ B + D` at a rational s.
 fn transfer([a, b, c, d]: [&Matrix<Rational>; 4], s: &Rational) -> Option<Matrix<Rational>> {
     let n = a.rows();
-    let resolvent = Matrix::<Rational>::identity(n).scale(s).plus(&a.scale(&Rational::NEG_ONE));
+    let resolvent = Matrix::<Rational>::identity(n).scale(s).minus(a);
     if n == 0 {
         return Some(d.clone());
     }

@@ -361,7 +361,7 @@ fn similarity_transforms() {
         }
         let p = parts.iter().fold(vec![Rational::ONE], times_into);
         let matrix = kardan::num::Matrix::from_fn(n, n, |i, j| m[i][j].clone());
-        let found = kardan::synthesis::decoupling::characteristic_polynomial(&matrix);
+        let found = kardan::num::characteristic_polynomial(&matrix);
         assert_eq!(found, Polynomial::new(p.clone()));
         let zeros = p.iter().take_while(|c| c.is_zero()).count();
         assert_eq!(found.roots().len(), n);

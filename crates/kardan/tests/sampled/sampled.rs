@@ -352,15 +352,14 @@ fn riccati_and_stein() {
         let weight = input.plus(&b.transpose().multiply(x).multiply(&b));
         let right = b.transpose().multiply(x).multiply(&a).plus(&cross.transpose());
         let k = weight.solve(&right).expect("definite");
-        let left =
-            a.transpose().multiply(x).multiply(&a).plus(&state).plus(&k.transpose().multiply(&right).scale(&-1.0));
+        let left = a.transpose().multiply(x).multiply(&a).plus(&state).minus(&k.transpose().multiply(&right));
         let size = x.as_slice().iter().fold(1.0f64, |max, x| max.max(x.abs()));
         for (p, q) in [(&left, x), (&k, &found.gain)] {
             let error = p.as_slice().iter().zip(q.as_slice()).fold(0.0f64, |max, (p, q)| max.max((p - q).abs()));
             assert!(error < 1e-10 * size, "{n} states: {error}");
         }
         assert!(found.residual < 1e-12 && found.multipliers.iter().all(|pole| pole.abs() < 1.0));
-        let closed = a.plus(&b.multiply(&found.gain).scale(&-1.0));
+        let closed = a.minus(&b.multiply(&found.gain));
         let q = c.transpose().multiply(&c);
         let sum = stein(&closed, &closed, &q).expect("stable");
         let again = closed.transpose().multiply(&sum).multiply(&closed).plus(&q);

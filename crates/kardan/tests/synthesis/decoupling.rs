@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use crate::canonical_check::check_canonical;
 use crate::common::{self, golden, list, rows};
 use kardan::analysis::LinearSystem;
-use kardan::num::{Matrix, Polynomial, Random, Rational, Scalar, rational_to_f64};
+use kardan::num::{Matrix, Polynomial, Random, Rational, Scalar, characteristic_polynomial, rational_to_f64};
 use kardan::results::Definition;
 use kardan::synthesis::decoupling::*;
 

@@ -6,10 +6,11 @@ use crate::common;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan::model::builtin;
-use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues, rational_from_f64};
+use kardan::num::{
+    Matrix, Polynomial, Random, Rational, characteristic_polynomial, discretise, eigenvalues, rational_from_f64,
+};
 use kardan::results::{Verdict, ZeroPoleEvidence};
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
-use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, multiloop_margin};
 use kardan::synthesis::{
     Change, Clock, LoopBlocks, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
@@ -39,7 +40,7 @@ fn exactly_stable(variant: &PreparedVariant, lag: f64) -> bool {
     let (a, b) = (&exact.plant.a, &exact.plant.b);
     let (n, m) = (a.rows(), b.columns());
     // A − B K is known, and B has full column rank.
-    let difference = a.plus(&exact.closed.a.scale(&Rational::NEG_ONE));
+    let difference = a.minus(&exact.closed.a);
     let k = b.transpose().multiply(b).solve(&b.transpose().multiply(&difference)).expect("independent motors");
     if lag == 0.0 {
         return stability(&characteristic_polynomial(&exact.closed.a)) == Stability::Stable;

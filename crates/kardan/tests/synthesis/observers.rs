@@ -7,9 +7,8 @@ use crate::common::{self, angle, constrained};
 use kardan::analysis::{LinearSystem, OutputSignal, linear_system};
 use kardan::equations::Measured;
 use kardan::model;
-use kardan::num::{Matrix, Polynomial, Rational, Scalar, rational_to_f64};
+use kardan::num::{Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, rational_to_f64};
 use kardan::results::Complex;
-use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::observer::{Noise, ObserverError, distinguishable, extend, kalman, luenberger};
 use kardan::synthesis::regulator::ExactPole;
 

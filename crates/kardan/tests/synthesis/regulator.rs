@@ -2,9 +2,10 @@
 
 use crate::common::built_in;
 use kardan::analysis::LinearSystem;
-use kardan::num::{Matrix, Rational, Scalar, discretise, eigenvalues, exponential, rational_from_f64};
+use kardan::num::{
+    Matrix, Rational, Scalar, characteristic_polynomial, discretise, eigenvalues, exponential, rational_from_f64,
+};
 use kardan::results::{Complex, Pole};
-use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::regulator::{
     LyapunovError, PlacementError, RiccatiError, SteadyStateError, Weights, lqr, lyapunov, place_poles, steady_state,
     unreached,
@@ -33,7 +34,7 @@ fn norm(m: &Matrix<f64>) -> f64 {
 }
 
 fn minus(a: &Matrix<f64>, b: &Matrix<f64>) -> Matrix<f64> {
-    a.plus(&b.scale(&-1.0))
+    a.minus(b)
 }
 
 /// Characteristic polynomial of a float matrix, exactly.

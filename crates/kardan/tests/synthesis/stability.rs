@@ -353,7 +353,7 @@ proptest! {
         prop_assert_eq!(found.word, expected, "{:?}", found);
         let half = hidden.scale(&(Rational::ONE / Rational::from(2048)));
         let one = Matrix::<Rational>::identity(n);
-        if let Some(sampled) = one.plus(&half.scale(&Rational::NEG_ONE)).solve(&one.plus(&half)) {
+        if let Some(sampled) = one.minus(&half).solve(&one.plus(&half)) {
             let found = stability_of(&sampled, Plane::Discrete);
             prop_assert_eq!(found.word, expected, "{:?}", found);
         }

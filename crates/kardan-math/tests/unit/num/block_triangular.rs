@@ -1,7 +1,7 @@
 //! Tests of `src/num/block_triangular.rs`.
 
 use super::*;
-use crate::num::{Polynomial, Random, Rational, characteristic_polynomial};
+use crate::num::{Polynomial, Random, Rational, characteristic_polynomial, selected};
 
 /// The characteristic polynomial of a sparse matrix, exactly, is that of the others times `s − d` of each isolated one; of the others each
 /// acts on another one and is acted on.
@@ -17,7 +17,7 @@ fn isolated_and_coupled_parts_factor_the_characteristic_polynomial() {
             let a = Matrix::from_fn(n, n, &mut entry);
             let [isolated, coupled] = isolated(&a);
             let exact = |m: &Matrix<f64>| Matrix::from_fn(m.rows(), m.rows(), |i, j| Rational::from(m[(i, j)] as i64));
-            let coupled_part = characteristic_polynomial(&exact(&square(&a, &coupled)));
+            let coupled_part = characteristic_polynomial(&exact(&selected(&a, &coupled, &coupled)));
             let roots: Vec<Rational> = isolated.iter().map(|&k| Rational::from(a[(k, k)] as i64)).collect();
             assert_eq!(
                 characteristic_polynomial(&exact(&a)),

@@ -1,6 +1,8 @@
 //! Tests of `src/num/characteristic.rs`.
 
 use super::*;
+use crate::num::Scalar;
+use dashu_int::UBig;
 
 fn polynomial(coefficients: &[i64]) -> Polynomial {
     Polynomial::new(coefficients.iter().map(|&c| Rational::from(c)).collect())

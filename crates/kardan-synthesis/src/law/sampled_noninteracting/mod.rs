@@ -133,9 +133,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     };
     let follows = follows(request)?;
     let straight = designed(request, &spec, matches!(follows, Follows::Turns { .. }))?;
-    let mut kinematics = Kinematics::new(&plant.reduced);
-    let zero = vec![0.0; plant.reduced.degrees_of_freedom()];
-    kinematics.update(&zero, &zero);
+    let kinematics = Kinematics::at_rest(&plant.reduced, &vec![0.0; plant.reduced.degrees_of_freedom()]);
     let read = |one: &Reading| one.read(&kinematics.angles, &kinematics.speeds);
     let offsets: Vec<f64> = straight.observed.readings.iter().map(read).collect();
     let schedule = match &follows {

@@ -3,7 +3,7 @@
 use kardan_rt::Bounds;
 
 use crate::decoupling::observable_quotient;
-use crate::matrix_parts::{columns_of, side_by_side, stacked};
+use crate::matrix_parts::{column_range, side_by_side, stacked};
 use crate::outputs::channels;
 use crate::sampled::{Problem, RegulatorData, Solution, Target, zoh_plant};
 use crate::{Request, SynthesisError, effective_inertia};
@@ -122,14 +122,14 @@ fn assemble(
     let feedback = [
         &solution.on_state.multiply(lift),
         &solution.on_lagged,
-        &columns_of(&solution.on_disturbance, 0..disturbances).scale(&compensation),
+        &column_range(&solution.on_disturbance, 0..disturbances).scale(&compensation),
         &solution.on_past,
         &solution.on_model,
         &solution.on_reference,
     ];
     Some(RegulatorData {
-        prediction: stacked(&[&columns_of(&observed.prediction, 0..n), &moved]),
-        input: stacked(&[&columns_of(&observed.prediction, n..n + m), &commanded]),
+        prediction: stacked(&[&column_range(&observed.prediction, 0..n), &moved]),
+        input: stacked(&[&column_range(&observed.prediction, n..n + m), &commanded]),
         output: side_by_side(&[&observed.output, &Matrix::zeros(p, past)]),
         correction: stacked(&[&observed.correction, &Matrix::zeros(past, p)]),
         model,
@@ -137,7 +137,7 @@ fn assemble(
         feedback: side_by_side(&feedback),
         bounds: bounds.to_vec(),
         governor: None,
-        on_forces: columns_of(&solution.on_disturbance, disturbances..disturbances + forces),
+        on_forces: column_range(&solution.on_disturbance, disturbances..disturbances + forces),
         force_input: stacked(&[pushed, &Matrix::zeros(n - pushed.rows(), forces)]),
     })
 }

@@ -1,6 +1,6 @@
 //! The designed law: its states, its block, and its linear part at a position of the joints.
 
-use crate::matrix_parts::{columns_of, side_by_side, stacked};
+use crate::matrix_parts::{column_range, side_by_side, stacked};
 use crate::observed::{Reading, rows};
 use crate::sampled::{RegulatorBlock, RegulatorData, ScheduleData};
 use crate::{Block, Clock, Law, LinearLaw, Reference};
@@ -44,13 +44,13 @@ impl Sampled {
         let zeros = Matrix::<f64>::zeros;
         let minus = feedback.scale(&-1.0);
         // x̂ after the correction: (I − M C) x̂ + M y.
-        let uncorrected = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
-        let on_estimate = columns_of(&minus, 0..n);
+        let uncorrected = Matrix::identity(n).minus(&correction.multiply(output));
+        let on_estimate = column_range(&minus, 0..n);
         let on_states = on_estimate.multiply(&uncorrected);
         let on_readings = on_estimate.multiply(correction);
         // Behind estimates and reference models there are readings, governed references and commands of the last sample.
         let last = p + r + m;
-        let command = side_by_side(&[&on_states, &columns_of(&minus, n..n + k), &zeros(m, last)]);
+        let command = side_by_side(&[&on_states, &column_range(&minus, n..n + k), &zeros(m, last)]);
         let next_of = |corrected: &Matrix<f64>, commanded: &Matrix<f64>| {
             prediction.multiply(corrected).plus(&input.multiply(commanded))
         };
@@ -59,7 +59,7 @@ impl Sampled {
         let next_model = side_by_side(&[&zeros(k, n), model, &zeros(k, last)]);
         let readings = [&next_from_readings, &zeros(k, p), &Matrix::identity(p), &zeros(r, p), &on_readings];
         let from_readings = stacked(&readings);
-        let on_references = columns_of(&minus, n + k..n + k + r);
+        let on_references = column_range(&minus, n + k..n + k + r);
         let fed = |i: usize, j: usize| -> f64 { (0..m).map(|l| -input[(i, l)] * feedback[(l, n + k + j)]).sum() };
         let next_from_references = Matrix::from_fn(n, r, fed);
         let references = [&next_from_references, model_input, &zeros(p, r), &Matrix::identity(r), &on_references];

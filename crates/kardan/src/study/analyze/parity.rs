@@ -307,8 +307,7 @@ impl<'a> Subject<'a> {
             return None;
         }
         let reduced = &self.variant.reduced;
-        let mut kinematics = Kinematics::new(reduced);
-        kinematics.update(&self.at.position, &vec![0.0; self.at.position.len()]);
+        let kinematics = Kinematics::at_rest(reduced, &self.at.position);
         let angle = |name: &String| {
             let shaft = reduced.equations.coordinates.iter().position(|shaft| shaft == name);
             shaft.map_or(0.0, |shaft| kinematics.angles[shaft])

@@ -445,8 +445,7 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
 impl PreparedBench {
     /// The scenario of the file, from the same angles and speeds of the shafts.
     fn control(&mut self) {
-        let mut kinematics = Kinematics::new(&self.nominal.reduced);
-        kinematics.update(&self.scenario.position, &self.scenario.speed);
+        let kinematics = Kinematics::at(&self.nominal.reduced, &self.scenario.position, &self.scenario.speed);
         let of = |values: &[f64]| self.plant.coordinates.iter().map(|&shaft| values[shaft]).collect();
         (self.scenario.position, self.scenario.speed) = (of(&kinematics.angles), of(&kinematics.speeds));
     }
@@ -550,8 +549,7 @@ impl PreparedBench {
 
 /// The coordinates of the plant at the position of the model.
 fn angles_at(model: &Reduced, position: &[f64], plant: &Reduced) -> Vec<f64> {
-    let mut kinematics = Kinematics::new(model);
-    kinematics.update(position, &vec![0.0; position.len()]);
+    let kinematics = Kinematics::at_rest(model, position);
     plant.coordinates.iter().map(|&shaft| kinematics.angles[shaft]).collect()
 }
 

@@ -72,8 +72,7 @@ impl Servo {
         bandwidth: f64,
     ) -> (Self, bool) {
         let r = reduced.degrees_of_freedom();
-        let mut kinematics = Kinematics::new(reduced);
-        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        let kinematics = Kinematics::at_rest(reduced, &vec![0.0; r]);
         let encoders = encoders(reduced);
         let found = inverse_of(encoders.iter().map(|(_, shaft)| kinematics.row(*shaft)), r);
         let complete = found.is_some();

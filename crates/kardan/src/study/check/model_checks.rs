@@ -5,8 +5,8 @@ use crate::study::read::locations::{
     MOST_LABELS, all_places, first_places, in_file_order, place_of, place_of_value, places_in_control,
 };
 use crate::study::read::positions::{generic_positions, is_finite_at};
-use crate::study::read::state_names::signed_sum;
 use kardan_analysis::{combination, massless_direction};
+use kardan_math::names::signed_sum;
 use kardan_math::num::{Definiteness, Rational, Scalar, SparseRow, definiteness_of_rows, dense_rows, rational_to_f64};
 use kardan_mechanics::assemble::MultiplierConstraint;
 use kardan_mechanics::equations::{GROUND, MultiplierLaw, Term};

@@ -421,8 +421,7 @@ fn frozen_point(
 
 /// The angles of all shafts at an operating point, rad, and their speeds.
 fn motion_at(reduced: &Reduced, point: &OperatingPoint) -> (Vec<f64>, Vec<f64>) {
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(&point.position, &point.rates);
+    let kinematics = Kinematics::at(reduced, &point.position, &point.rates);
     (kinematics.angles, kinematics.speeds)
 }
 

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::study::read::state_names::signed_sum;
 use kardan_analysis::{
     LinearSystem, Plane, exact_modes_of_pencil, mode_of_motion, stability_of, stability_of_roots, structure,
 };
-use kardan_math::num::{Matrix, Polynomial, Rational, Scalar, exact_rank, rational_from_f64};
+use kardan_math::names::signed_sum;
+use kardan_math::num::{
+    Matrix, Polynomial, Rational, Scalar, characteristic_polynomial, exact_rank, rational_from_f64,
+};
 use kardan_mechanics::reduce::over_states;
 use kardan_results::{
     BorderMotion, Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness,
@@ -14,8 +16,8 @@ use kardan_results::{
     ZeroMode,
 };
 use kardan_synthesis::decoupling::{
-    RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
-    relative_degrees, transfer_matrix, zero_dynamics,
+    RationalFunction, canonical_form, coupled_entries, integrator_decoupled, relative_degrees, transfer_matrix,
+    zero_dynamics,
 };
 use kardan_synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
 use kardan_synthesis::{ExactLoop, Law, Plant, named, roots};

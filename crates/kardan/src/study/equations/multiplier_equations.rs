@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::study::PreparedVariant;
 use crate::study::equations::latex_lines::index;
-use crate::study::read::state_names::{SignedTerm, scaled_term, signed_sum};
+use crate::study::read::state_names::scaled_term;
 use kardan_expr::expr::{Expr, OfTime, Style, parenthesised, printed};
+use kardan_math::names::{SignedTerm, signed_sum};
 use kardan_math::num::rational_to_f64;
 use kardan_mechanics::equations::{Domain, MultiplierLaw};
 use kardan_mechanics::reduce::Motion;

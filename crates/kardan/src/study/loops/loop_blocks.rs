@@ -86,8 +86,7 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
     let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| in_maps);
     let tasks = scenario.flow.iter().chain(sampled);
     let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &variant.point.rates);
+    let kinematics = Kinematics::at(reduced, position, &variant.point.rates);
     let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
     let mut outputs = signals_at_rest(variant, beside, at_rest);
     let used = reduced.equations.laws.iter().flat_map(|law| law.value.blocks());

@@ -4,8 +4,7 @@ use kardan_mechanics::reduce::{Kinematics, Reduced};
 
 /// Whether all angles and their derivatives with respect to the coordinates are finite at a position.
 pub(in crate::study) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
+    let kinematics = Kinematics::at_rest(reduced, position);
     kinematics.angles.iter().chain(&kinematics.basis).all(|x| x.is_finite())
 }
 

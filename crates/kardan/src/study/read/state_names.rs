@@ -1,7 +1,8 @@
-//! Coordinates that are no angles, the names of their motions, the motors of a model, and signs in sums.
+//! Coordinates that are no angles, the names of their motions, the motors of a model, and terms of sums.
 
 use std::collections::BTreeMap;
 
+use kardan_math::names::SignedTerm;
 use kardan_mechanics::assemble::{DirectionalTerm, Equations};
 use kardan_mechanics::equations::{Domain, InputKind};
 use kardan_mechanics::reduce::Reduced;
@@ -33,26 +34,8 @@ pub(in crate::study) fn state_name(name: &str, non_angle_domains: &NonAngleDomai
     }
 }
 
-/// A term of a sum as text: whether it is subtracted, and the text without its sign.
-pub(in crate::study) type SignedTerm = (bool, String);
-
 /// A name with a factor as a term of a sum.
 pub(in crate::study) fn scaled_term(factor: f64, name: &str) -> SignedTerm {
     let size = if factor.abs() == 1.0 { String::new() } else { format!("{} ", factor.abs()) };
     (factor < 0.0, format!("{size}{name}"))
-}
-
-/// A sum as text; `0` without terms.
-pub(in crate::study) fn signed_sum(terms: impl IntoIterator<Item = SignedTerm>) -> String {
-    let mut out = String::new();
-    for (is_negative, term) in terms {
-        out += match (out.is_empty(), is_negative) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
-        out += &term;
-    }
-    if out.is_empty() { "0".into() } else { out }
 }

@@ -96,14 +96,14 @@ pub fn predictor(model: &LinearModel, [wg, cs, rk, cj]: [usize; 4], period: f64)
         let innovation = cross_covariance.multiply(&sensors.transpose()).plus(&noise);
         // L = Φ P Cᵀ (C P Cᵀ + R)⁻¹
         gain = innovation.solve(&cross_covariance.multiply(&phi.transpose())).expect("regular").transpose();
-        let closed = phi.plus(&gain.multiply(&sensors).scale(&-1.0));
+        let closed = phi.minus(&gain.multiply(&sensors));
         covariance = closed
             .multiply(&covariance)
             .multiply(&closed.transpose())
             .plus(&gain.multiply(&noise).multiply(&gain.transpose()))
             .plus(&drift);
     }
-    let closed = phi.plus(&gain.multiply(&sensors).scale(&-1.0));
+    let closed = phi.minus(&gain.multiply(&sensors));
     let b = Matrix::from_fn(8, 5, |i, j| if j < 2 { gamma[(i, j)] } else { gain[(i, j - 2)] });
     Observer { a: closed.as_slice().to_vec(), b: b.as_slice().to_vec(), sensors }
 }

@@ -134,8 +134,7 @@ pub(in crate::study) fn with_plants(
 
 /// The nearest position at which these contacts just touch.
 fn touching(reduced: &Reduced, position: &[f64], closed: &BTreeSet<usize>) -> Vec<f64> {
-    let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; position.len()]);
+    let kinematics = Kinematics::at_rest(reduced, position);
     let all = contacts(reduced, position);
     let gaps: Vec<&Contact> = all.iter().filter(|one| closed.contains(&one.unilateral)).collect();
     let mut rows = vec![vec![0.0; position.len()]; gaps.len()];

@@ -3,38 +3,17 @@
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
-use super::annihilator::fields;
-use kardan_math::num::{
-    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, common_denominator,
+use super::{
+    Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, common_denominator, prime_fields,
     whole_multiple,
 };
 
 /// `C (sI − A)⁻¹ B + D` over one denominator.
-pub(crate) struct Resolvent {
+pub struct Resolvent {
     /// `det(sI − A)`.
     pub characteristic: Polynomial,
     /// Numerators, outputs × inputs.
     pub numerators: Vec<Vec<Polynomial>>,
-}
-
-/// The characteristic polynomial `det(sI − A)`, exact and proven.
-///
-/// Cost: n³ operations modulo each of so many primes that their product exceeds a bound of Hadamard's kind (n = 40 with
-/// decimals as parameters: some dozens).
-///
-/// ```
-/// use kardan_math::num::{Matrix, Rational};
-/// use kardan_synthesis::decoupling::characteristic_polynomial;
-/// let rows = [[0, 1], [-400, -28]];
-/// let a = Matrix::from_fn(2, 2, |i, j| Rational::from(rows[i][j]));
-/// assert_eq!(characteristic_polynomial(&a).to_string(), "s^2 + 28 s + 400");
-/// ```
-///
-/// # Panics
-/// If A is not square.
-pub fn characteristic_polynomial(a: &Matrix<Rational>) -> Polynomial {
-    let n = a.rows();
-    resolvent(a, &Matrix::zeros(n, 0), &Matrix::zeros(0, n), &Matrix::zeros(0, 0)).characteristic
 }
 
 /// The transfer matrix over the characteristic polynomial.
@@ -42,12 +21,10 @@ pub fn characteristic_polynomial(a: &Matrix<Rational>) -> Polynomial {
 /// Method: with rows scaled to whole numbers, `det(sI − A)` and the bordered determinants `[sI − A, −B_j; C_i, D_ij]` have
 /// whole coefficients, bounded by the products of the absolute sums of their rows. They are computed modulo enough primes:
 /// the numerators are the polynomial part of `det(sI − A) Σ C Aᵏ B s^(−k−1)`.
-pub(crate) fn resolvent(
-    a: &Matrix<Rational>,
-    b: &Matrix<Rational>,
-    c: &Matrix<Rational>,
-    d: &Matrix<Rational>,
-) -> Resolvent {
+///
+/// # Panics
+/// If A is not square or the shapes do not fit.
+pub fn resolvent(a: &Matrix<Rational>, b: &Matrix<Rational>, c: &Matrix<Rational>, d: &Matrix<Rational>) -> Resolvent {
     let n = a.rows();
     assert!(
         a.columns() == n && b.rows() == n && c.columns() == n && (d.rows(), d.columns()) == (c.rows(), b.columns()),
@@ -60,7 +37,7 @@ pub(crate) fn resolvent(
     let needed = state_bits + output_bits + 2;
     let (m, mut bits) = (b.columns(), 0);
     let mut reconstruction = Reconstruction::new();
-    for field in fields() {
+    for field in prime_fields() {
         let Some((image_a, image_b, scale)) = states.image(&field, n, m) else { continue };
         let Some((image_c, image_d, _)) = outputs.image(&field, n, m) else { continue };
         let characteristic = image_a.characteristic_polynomial(&field);
