@@ -155,7 +155,7 @@ impl<T: Real> Regulator<'_, T> {
                 Some(nonlinear) => -(fed + nonlinear.on_forces.row_times(number, nonlinear.forces)),
                 None => -fed,
             };
-            let bounds = self.bounds.get(number).copied().unwrap_or(Bounds { torque: None, change: None });
+            let bounds = self.bounds.get(number).map_or(Bounds { torque: None, change: None }, |bounds| *bounds);
             *command = bounds.nearest(desired, *command);
             health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != desired));
         }

@@ -17,7 +17,7 @@ use kardan_math::units::Exact;
 /// [`ReduceError::ConstraintsDependent`] for rows whose offsets contradict each other, and for balances of nodes, whose multipliers are
 /// potentials.
 pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundant>, ReduceError> {
-    let (n, rows) = (equations.coordinates.len(), equations.constraints.len());
+    let rows = equations.constraints.len();
     let matrix = equations.constraint_matrix();
     let rank = reduced_form(&matrix).rank();
     if rank == rows {

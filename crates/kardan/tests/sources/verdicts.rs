@@ -104,7 +104,8 @@ const LISTED: &[(Evidence, &[&str])] = &[
             "is exactly zero: the linear loop is decoupled",
             "0 (exact)",
             "proven for the linear design model with rounded rows",
-            "another channel, ",
+            "framed: exactly zero in the linear loop",
+            "proven",
         ],
     ),
     (
