@@ -70,8 +70,10 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     /// states stay unchanged; where the mechanism has no finite result, the block uses the linear prediction C x̂ and
     /// no force.
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorState<'_, T>, scratch: &mut [T]) -> Health {
-        let failed = Health { estimate_frozen: true, ..Health::default() };
-        self.found(readings, references, memory, scratch).unwrap_or(failed)
+        match self.found(readings, references, memory, scratch) {
+            Some(health) => health,
+            None => Health { estimate_frozen: true, ..Health::default() },
+        }
     }
 
     fn found(

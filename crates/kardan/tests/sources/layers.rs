@@ -62,7 +62,7 @@ const CRATES: &[(&str, &[&str])] = &[
 
 /// The modules of crates that have several, from what knows nothing to what knows everything. A file may name its own and those above it.
 const LAYERS: &[(&str, &[&str])] = &[
-    ("kardan-math", &["num", "names", "units"]),
+    ("kardan-math", &["names", "num", "units"]),
     ("kardan-expr", &["expr", "plan"]),
     ("kardan-mechanics", &["equations", "program", "assemble", "reduce", "symbolic"]),
     ("kardan-schema", &["entries", "diagnostics", "file", "schema"]),
