@@ -89,6 +89,14 @@ fn is_sudden([first, second]: [f64; 2], last: f64) -> bool {
     last < SUDDENLY * second * falls
 }
 
+/// Writes the first of some values, as many as there are places.
+fn put(out: &mut [f64], values: [f64; LANES]) {
+    match out.first_chunk_mut() {
+        Some(whole) => *whole = values,
+        None => out.iter_mut().zip(values).for_each(|(out, value)| *out = value),
+    }
+}
+
 impl Taylor {
     pub(super) fn new(relative: f64, absolute: &[f64], all_terms: bool) -> Self {
         let (zero, most) = (vec![0.0; absolute.len()], order(relative));
@@ -297,8 +305,8 @@ impl Taylor {
                     values[k] = values[k] * later + coefficients[k];
                 }
             }
-            value[first..].iter_mut().zip(values).for_each(|(out, value)| *out = value);
-            slope[first..].iter_mut().zip(slopes).for_each(|(out, slope)| *out = slope);
+            put(&mut value[first..], values);
+            put(&mut slope[first..], slopes);
         }
     }
 
@@ -392,7 +400,7 @@ impl Taylor {
                     values[k] = values[k] * later + coefficients[k];
                 }
             }
-            out[first..].iter_mut().zip(values).for_each(|(out, value)| *out = value);
+            put(&mut out[first..], values);
         }
     }
 }
