@@ -9,7 +9,7 @@ use kardan::tables::read as log;
 use crate::exit::exit_code;
 
 /// Handles panics of foreign decoders from now on; other panics are handled as before.
-pub fn answer(json: bool) {
+pub fn install(json: bool) {
     if cfg!(panic = "unwind") {
         return;
     }

@@ -624,7 +624,7 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
         match first_uses.get(name) {
             Some((other_kind, first)) => {
                 let message = format!("the name `{name}` has two uses, for {other_kind} and {kind}");
-                let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+                let diagnostic = Diagnostic::duplicate("name::duplicate", message, place, *first);
                 out.push(diagnostic.help("give each element, controller and block a name of its own"));
             }
             None => drop(first_uses.insert(name, (kind, place))),

@@ -189,7 +189,7 @@ impl Document {
                     occurrences(&control.table, &input).into_iter().next()
                 };
                 let [again, first] = [control, other].map(|one| place(&one.name).unwrap_or_else(|| one.place.clone()));
-                let diagnostic = Diagnostic::twice("control::input", message, again, first);
+                let diagnostic = Diagnostic::duplicate("control::input", message, again, first);
                 out.push(diagnostic.help("let each motor be commanded by one controller"));
             }
         }

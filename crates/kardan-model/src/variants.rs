@@ -153,7 +153,7 @@ pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out
         let first = first_places.entry(name.to_ascii_lowercase()).or_insert(place);
         if *first != place {
             let message = format!("there are two variants named `{name}`");
-            let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+            let diagnostic = Diagnostic::duplicate("name::duplicate", message, place, *first);
             out.push(diagnostic.help("give each variant a name of its own; it becomes a file name"));
             continue;
         }
@@ -254,7 +254,7 @@ fn distinct(
             };
             let diagnostic = Diagnostic::error("unit::dimension", message)
                 .at(place, noun)
-                .at_known(declared.map(|declared| &declared.place), expected)
+                .at_optional(declared.map(|declared| &declared.place), expected)
                 .help(dimension.hint(&text));
             // One wrong unit for a whole list is one error.
             if out[before..].iter().all(|d| d.labels[0].place != diagnostic.labels[0].place) {

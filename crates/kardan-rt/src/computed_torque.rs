@@ -151,11 +151,11 @@ impl<T: Real> ComputedTorque<'_, T> {
                 }
             };
             // How the left-hand side responds to generalised forces.
-            let answer = |force: &[T]| dot(y, force) - cut_coordinate.map_or(T::ZERO, |k| at(force, k));
+            let response = |force: &[T]| dot(y, force) - cut_coordinate.map_or(T::ZERO, |k| at(force, k));
             for (coefficient, input) in equation.iter_mut().zip(inputs.chunks_exact(columns)) {
-                *coefficient = answer(input);
+                *coefficient = response(input);
             }
-            *equation.get_mut(m)? = target - answer(force);
+            *equation.get_mut(m)? = target - response(force);
         }
         solve(equations, m)?;
         let found = || equations.chunks_exact(width).map(|equation| at(equation, m));

@@ -83,7 +83,7 @@ impl Diagnostic {
     }
 
     /// The error of something that is given a second time.
-    pub fn twice(
+    pub fn duplicate(
         code: &'static str,
         message: impl Into<String>,
         again: impl Into<Place>,
@@ -104,7 +104,7 @@ impl Diagnostic {
     }
 
     /// Adds a place and its label if there is one.
-    pub fn at_known(self, place: Option<impl Into<Place>>, text: impl Into<String>) -> Self {
+    pub fn at_optional(self, place: Option<impl Into<Place>>, text: impl Into<String>) -> Self {
         match place {
             Some(place) => self.at(place, text),
             None => self,

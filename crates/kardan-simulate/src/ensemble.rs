@@ -84,7 +84,7 @@ struct Own {
     /// Whether its rates are computed at the current state.
     rates_valid: bool,
     state: Vec<f64>,
-    looked: Vec<f64>,
+    trial_state: Vec<f64>,
     rates: Vec<f64>,
     reversed: Vec<usize>,
     next_row: usize,
@@ -220,7 +220,7 @@ impl<N: Lane> Group<N> {
         while let Some(number) = own.run {
             if own.time >= common.scenario.duration {
                 if own.sample() {
-                    own.settle(&[]);
+                    own.select_modes(&[]);
                 }
                 own.repeat(common.scenario.times.len() - own.next_row, simd_taylor.also_places());
                 own.run = None;
@@ -271,8 +271,8 @@ impl<N: Lane> Group<N> {
                 nexts.lanes_mut()[lane] = length;
             }
             match cut {
-                Some(length) => simd_taylor.state(lane, length, &mut own.looked),
-                None => simd_taylor.end(lane, &mut own.looked),
+                Some(length) => simd_taylor.state(lane, length, &mut own.trial_state),
+                None => simd_taylor.end(lane, &mut own.trial_state),
             }
             let event = if simd_taylor.stays(lane) { None } else { own.event(length, simd_taylor) };
             let end = match event {
@@ -281,8 +281,8 @@ impl<N: Lane> Group<N> {
                 None => own.end,
             };
             let r = own.machine.degrees_of_freedom();
-            let mut fits =
-                own.looked.iter().all(|x| x.is_finite()) && own.looked[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
+            let mut fits = own.trial_state.iter().all(|x| x.is_finite())
+                && own.trial_state[r..2 * r].iter().all(|w| w.abs() < DIVERGED);
             if !whole && event.is_none() && cut.is_none() && own.tick > own.end {
                 fits &= own.belongs(length, simd_taylor, common);
             }
@@ -326,7 +326,7 @@ impl Own {
             tick: 0.0,
             rates_valid: false,
             state: vec![0.0; size],
-            looked: vec![0.0; size],
+            trial_state: vec![0.0; size],
             rates: vec![0.0; size],
             reversed: Vec::new(),
             next_row: 0,
@@ -347,7 +347,7 @@ impl Own {
         if self.machine.next_tick() <= 0.0 {
             self.machine.tick(0.0, &self.state);
         }
-        self.machine.settle(0.0, &mut self.state, &[], true);
+        self.machine.select_modes(0.0, &mut self.state, &[], true);
         self.open(common);
     }
 
@@ -371,7 +371,7 @@ impl Own {
         self.evaluate_rates();
         self.rates_valid = self.machine.keeps_modes();
         if !self.rates_valid {
-            self.settle(&[]);
+            self.select_modes(&[]);
         }
         self.open(common);
     }
@@ -385,8 +385,8 @@ impl Own {
         at_sample
     }
 
-    fn settle(&mut self, crossing: &[usize]) {
-        self.machine.settle(self.time, &mut self.state, crossing, false);
+    fn select_modes(&mut self, crossing: &[usize]) {
+        self.machine.select_modes(self.time, &mut self.state, crossing, false);
     }
 
     /// Evaluates the rates at the current state.
@@ -403,7 +403,7 @@ impl Own {
     /// Whether the state stays constant until the equations change.
     fn rests(&mut self) -> bool {
         self.rates.iter().all(|rate| *rate == 0.0) && self.machine.is_steady() && {
-            self.looked.copy_from_slice(&self.state);
+            self.trial_state.copy_from_slice(&self.state);
             !self.leaves(self.time)
         }
     }
@@ -429,7 +429,7 @@ impl Own {
             self.machine.derivative(self.time + part * length, &self.between, &mut self.rates);
             simd_taylor.slope(self.lane, part * length, &mut slope);
             slope.iter().enumerate().all(|(k, slope)| {
-                let size = self.state[k].abs().max(self.looked[k].abs()).max((slope * length).abs());
+                let size = self.state[k].abs().max(self.trial_state[k].abs()).max((slope * length).abs());
                 (slope - self.rates[k]).abs() * length <= taylor::SLOPE_DEFECT * (absolute[k] + relative * size)
             })
         })
@@ -488,37 +488,37 @@ impl Own {
 
     /// Moves to the last evaluated state.
     fn arrive(&mut self, end: f64) {
-        std::mem::swap(&mut self.state, &mut self.looked);
+        std::mem::swap(&mut self.state, &mut self.trial_state);
         // Times that differ only by rounding are one time.
         self.time = if end >= self.end * (1.0 - SAME) { self.end } else { end };
     }
 
     /// Whether a mode is left at the last evaluated state.
     fn leaves(&mut self, time: f64) -> bool {
-        self.machine.reversed(time, &self.looked, &mut self.reversed);
-        !self.reversed.is_empty() || self.machine.breaks_away(time, &self.looked)
+        self.machine.reversed(time, &self.trial_state, &mut self.reversed);
+        !self.reversed.is_empty() || self.machine.breaks_away(time, &self.trial_state)
     }
 
-    /// When a mode is left within a step, after the current time; [`Self::looked`] is the state at its end.
+    /// When a mode is left within a step, after the current time; [`Self::trial_state`] is the state at its end.
     fn event<N: Lane>(&mut self, length: f64, simd_taylor: &SimdTaylor<N>) -> Option<f64> {
         let prospect = simd_taylor.prospect(self.lane, length, &mut self.machine);
         if prospect == Prospect::Stays {
             return None;
         }
-        self.machine.measure_step(length, &self.state, &self.looked);
+        self.machine.measure_step(length, &self.state, &self.trial_state);
         let found = match prospect {
             Prospect::Leaves(part) => self.confirm(part, length, simd_taylor),
             _ => None,
         };
         let found = found.or_else(|| self.scan_for_event(length, simd_taylor));
         if found.is_none() {
-            simd_taylor.state(self.lane, length, &mut self.looked);
+            simd_taylor.state(self.lane, length, &mut self.trial_state);
         }
         found
     }
 
     fn leaves_after<N: Lane>(&mut self, later: f64, simd_taylor: &SimdTaylor<N>) -> bool {
-        simd_taylor.state(self.lane, later, &mut self.looked);
+        simd_taylor.state(self.lane, later, &mut self.trial_state);
         self.leaves(self.time + later)
     }
 
@@ -574,7 +574,7 @@ impl Own {
         self.zeno_events = if self.time - self.last <= close { self.zeno_events + 1 } else { 0 };
         self.last = self.time;
         let crossing = std::mem::take(&mut self.reversed);
-        self.settle(&crossing);
+        self.select_modes(&crossing);
         self.reversed = crossing;
     }
 

@@ -3,6 +3,7 @@
 mod dependent_constraints;
 mod event_samples;
 mod event_search;
+mod invalid_bounds;
 mod jamming_gears;
 mod missed_event_guard;
 mod ready;
@@ -11,7 +12,6 @@ mod segments;
 mod step;
 mod switching;
 mod tolerance;
-mod unfit;
 
 use super::dop853::Dop853;
 use super::integrator::Integrator;
@@ -77,7 +77,7 @@ pub(super) struct RunLoop {
     /// Events in close succession.
     zeno_events: usize,
     state: Vec<f64>,
-    looked: Vec<f64>,
+    trial_state: Vec<f64>,
     /// Memory for states at the begin, in the middle and at the end of a part of a step.
     between: [Vec<f64>; 3],
     /// Directions that leave their mode at the time examined last, and whether limits of a motor do.
@@ -178,7 +178,7 @@ impl RunLoop {
             tick: 0.0,
             chattering: Chattering::default(),
             zeno_events: 0,
-            looked: vec![0.0; size],
+            trial_state: vec![0.0; size],
             reversed: Vec::new(),
             switching: false,
             state,
@@ -245,11 +245,11 @@ impl RunLoop {
     /// Evaluates the sources of signals at a time that is computed already.
     pub(super) fn sample(&mut self, at: f64) {
         if at < self.time {
-            self.solver.interpolate(at, &mut self.looked);
+            self.solver.interpolate(at, &mut self.trial_state);
         } else {
-            self.looked.copy_from_slice(&self.state);
+            self.trial_state.copy_from_slice(&self.state);
         }
-        self.outputs.observe(&mut self.machine, at, &self.looked);
+        self.outputs.observe(&mut self.machine, at, &self.trial_state);
         self.outputs.sample(at);
     }
 

@@ -48,7 +48,7 @@ pub struct Simulation {
     /// The time reached, s.
     now: f64,
     /// Whether the signals at that time have been evaluated.
-    looked: bool,
+    evaluated: bool,
     /// The values that are set from outside.
     own: Vec<Option<f64>>,
     failed: Option<String>,
@@ -191,7 +191,7 @@ impl Simulation {
             own: vec![None; scenario.sources.len()],
             run_loop,
             now: 0.0,
-            looked: false,
+            evaluated: false,
             failed: None,
             fingerprint,
             values: hasher.finish(),
@@ -251,7 +251,7 @@ impl Simulation {
         self.own[source] = Some(value);
         self.run_loop.stand(self.now);
         self.run_loop.machine.take_over(source, self.now, value);
-        self.looked = false;
+        self.evaluated = false;
         Ok(())
     }
 
@@ -270,7 +270,7 @@ impl Simulation {
         if let Some(cause) = &self.failed {
             return Err(SimulationError::Failed(cause.clone()));
         }
-        self.looked = self.looked && until == self.now;
+        self.evaluated = self.evaluated && until == self.now;
         if let Err(outcome) = self.run_loop.proceed(until, &mut |_| None) {
             let (time, cause) = match outcome {
                 Outcome::Failed { time, cause } => (time, cause),
@@ -290,9 +290,9 @@ impl Simulation {
     /// # Panics
     /// If the signal belongs to another model.
     pub fn get(&mut self, signal: SignalId) -> f64 {
-        if !self.looked {
+        if !self.evaluated {
             self.run_loop.sample(self.now);
-            self.looked = true;
+            self.evaluated = true;
         }
         self.run_loop.outputs.value(signal.0)
     }
@@ -337,7 +337,7 @@ impl Simulation {
             self.run_loop.stand(self.now);
         }
         self.run_loop.events.clear();
-        self.looked = false;
+        self.evaluated = false;
         self.failed = None;
         Ok(())
     }

@@ -49,7 +49,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     };
     let Common { json, limits, model } = cli.command.common();
     stop::listen(json);
-    panics::answer(json);
+    panics::install(json);
     if cli.portable {
         kardan_native::switch_off();
     }

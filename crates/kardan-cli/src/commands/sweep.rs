@@ -153,7 +153,7 @@ impl Runs<'_> {
         let numbers = || export::sweep_json(found) + "\n";
         let mut paths = Vec::new();
         if let Some(out) = out {
-            let (samples, again) = self.look_into(out, files, command)?;
+            let (samples, again) = self.inspect(out, files, command)?;
             let (_, whole) = shown(&report::sweep_with(found, &samples, &again), false);
             paths.push(save_in(out, PAGE, whole.as_bytes())?);
             paths.push(save_in(out, RESULTS, numbers().as_bytes())?);
@@ -167,7 +167,7 @@ impl Runs<'_> {
     }
 
     /// The rows that the page draws, and how to rerun each; the worst ones have a page of their own.
-    fn look_into(
+    fn inspect(
         &self,
         out: &Path,
         files: &Files,

@@ -191,7 +191,7 @@ fn a_file_is_watched() {
 
 /// A model file as the value that a schema is about.
 fn value(entries: &Entries) -> Value {
-    let of = |written: &RawValue| match written {
+    let of = |raw: &RawValue| match raw {
         RawValue::Text(text) => Value::String(text.clone()),
         RawValue::Number(number) => serde_json::from_str(number).unwrap_or(Value::String(number.clone())),
         RawValue::List(list) => Value::Array(list.iter().map(|entry| one(&entry.value)).collect()),
@@ -201,9 +201,9 @@ fn value(entries: &Entries) -> Value {
     Value::Object(entries.iter().map(|entry| (entry.key.clone(), of(&entry.entry.value))).collect::<Map<_, _>>())
 }
 
-fn one(written: &RawValue) -> Value {
+fn one(raw: &RawValue) -> Value {
     let mut entries = Entries::default();
-    entries.set("value", written.clone());
+    entries.set("value", raw.clone());
     value(&entries)["value"].clone()
 }
 

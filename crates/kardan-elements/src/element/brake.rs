@@ -1,7 +1,7 @@
 //! The element `brake`: friction with a torque from a signal.
 
 use super::clutch::{STATIC_FACTOR, check_static_factor, pressed};
-use super::shared::gear_loss::check_rubs;
+use super::shared::gear_loss::check_loss;
 use super::{Element, KeyError};
 use kardan_math::units::Dimension;
 use kardan_mechanics::equations::{Direction, Term};
@@ -43,7 +43,7 @@ static_factor = 1.2
 };
 
 fn check(values: &Values) -> Vec<KeyError> {
-    check_static_factor(values).into_iter().chain(check_rubs(values, "torque")).collect()
+    check_static_factor(values).into_iter().chain(check_loss(values, "torque")).collect()
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {

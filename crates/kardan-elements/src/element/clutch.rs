@@ -1,6 +1,6 @@
 //! The element `clutch`: friction between two shafts with a torque from a signal.
 
-use super::shared::gear_loss::check_rubs;
+use super::shared::gear_loss::check_loss;
 use super::shared::shafts::{ENDS, check_ends};
 use super::{Element, KeyError};
 use kardan_math::units::{Dimension, Exact};
@@ -51,7 +51,7 @@ torque = \"200 N m * (1 - exp(-t/(0.2 s)))\"
 
 fn check(values: &Values) -> Vec<KeyError> {
     let own = [check_ends(values, ENDS), check_static_factor(values)].concat();
-    own.into_iter().chain(check_rubs(values, "torque")).collect()
+    own.into_iter().chain(check_loss(values, "torque")).collect()
 }
 
 pub(super) fn check_static_factor(values: &Values) -> Vec<KeyError> {

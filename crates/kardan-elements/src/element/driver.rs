@@ -116,10 +116,10 @@ pub(super) fn parts(name: &str, entries: &Entries) -> Option<Entries> {
     let mut out = Entries::default();
     let (wheel, kind) = (driver.text("wheel")?, driver.text("kind")?);
     let reference = match kind.as_str() {
-        "open_loop" => format!("({})", driver.written("angle")?),
+        "open_loop" => format!("({})", driver.source_text("angle")?),
         "preview" | "two_level" => {
             let preview = driver.preview_signal(&mut out, kind == "two_level")?;
-            driver.written("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
+            driver.source_text("angle").map_or(preview.clone(), |angle| format!("({angle}) + {preview}"))
         }
         "hands_off" => return Some(out),
         _ => return None,
@@ -149,7 +149,7 @@ impl Composite<'_> {
     }
 
     /// The expression of a key as it is written.
-    fn written(&self, key: &str) -> Option<String> {
+    fn source_text(&self, key: &str) -> Option<String> {
         match self.entries.get(key)? {
             RawValue::Text(text) | RawValue::Number(text) => Some(text.clone()),
             RawValue::Quantity(value, dimension) => Some(kardan_math::units::format_quantity(value, *dimension)),
@@ -165,7 +165,7 @@ impl Composite<'_> {
 
     /// The wheel angle that the path requests, after the reaction time.
     fn preview_signal(&self, out: &mut Entries, two_level: bool) -> Option<String> {
-        let (car, path, gain) = (self.text("car")?, self.text("path")?, self.written("gain")?);
+        let (car, path, gain) = (self.text("car")?, self.text("path")?, self.source_text("gain")?);
         let of = |word: &str| quoted(&format!("{car}.{word}"));
         let [x, y, heading, u, v] = ["x", "y", "heading", "v_x", "v_y"].map(of);
         let (time, ahead) = (self.own("preview"), quoted(&self.part("preview_x")));
@@ -193,7 +193,7 @@ impl Composite<'_> {
         if !two_level {
             return Some(preview);
         }
-        let curvature_gain = self.written("curvature_gain")?;
+        let curvature_gain = self.source_text("curvature_gain")?;
         let [before, behind] = ["-", "+"].map(|sign| at(&format!("({ahead} {sign} {STEP})")));
         block(out, "curvature", format!("({behind} - 2 * {} + {before}) / ({STEP})^2", at(&ahead)));
         Some(format!("({curvature_gain}) * {} + {preview}", quoted(&self.part("curvature"))))
@@ -201,7 +201,7 @@ impl Composite<'_> {
 
     /// An observed quantity after the reaction time.
     fn react(&self, out: &mut Entries, input: String) {
-        let at_once = self.written("reaction").and_then(|text| kardan_math::units::parse_quantity(&text).ok());
+        let at_once = self.source_text("reaction").and_then(|text| kardan_math::units::parse_quantity(&text).ok());
         let kind = match at_once.is_some_and(|(value, _)| value.is_zero()) {
             true => [("kind", "gain".to_string()), ("gain", "1".to_string())],
             false => [("kind", "delay".to_string()), ("time", self.own("reaction"))],
@@ -225,7 +225,7 @@ impl Composite<'_> {
         let [angle, speed] = ["phi", "w"].map(|word| quoted(&format!("{wheel}.{word}")));
         let [stiffness, damping] = ["grip_stiffness", "grip_damping"].map(|key| self.own(key));
         let force = format!("{stiffness} * ({phi} - {angle}) + {damping} * ({w} - {speed})");
-        let law = self.written("grip").map_or(force.clone(), |grip| format!("({grip}) * ({force})"));
+        let law = self.source_text("grip").map_or(force.clone(), |grip| format!("({grip}) * ({force})"));
         let hands = [("shaft", wheel.to_string()), ("reaction", arm), ("law", law)];
         self.add(out, "torque", "hands", &hands);
     }

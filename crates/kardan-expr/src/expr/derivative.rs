@@ -207,16 +207,16 @@ impl Graph {
 
     /// Expressions whose zeros are places where an expression may jump.
     pub fn jumps(&mut self, expr: Expr) -> Vec<Expr> {
-        self.bends(expr, |node| matches!(node, Node::Select(_)))
+        self.piece_borders(expr, |node| matches!(node, Node::Select(_)))
     }
 
     /// Expressions whose zeros are places where an expression may have a jump or a kink: there its derivative is that of one side.
     pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
-        self.bends(expr, |_| true)
+        self.piece_borders(expr, |_| true)
     }
 
     /// Expressions whose zeros separate the pieces of some nodes, each once.
-    fn bends(&mut self, expr: Expr, which: impl Fn(&Node) -> bool) -> Vec<Expr> {
+    fn piece_borders(&mut self, expr: Expr, which: impl Fn(&Node) -> bool) -> Vec<Expr> {
         let mut found = Vec::new();
         for part in self.needed(&[expr]) {
             match self.node(part).clone() {

@@ -54,14 +54,19 @@ fn lanes<'a>(x: &[f64], columns: impl Iterator<Item = &'a [f64; LANES]>) -> [f64
 /// # Panics
 /// If the shapes do not fit.
 pub fn product(a: &Matrix<f64>, b: &Matrix<f64>, out: &mut Matrix<f64>) {
-    let (inner, columns) = (b.rows(), b.columns());
+    product_of_leading([a, b], [a.rows(), b.rows()], out);
+}
+
+/// The first rows of `out = a · b`, as many as are given, of b whose rows after this many are zero.
+pub(super) fn product_of_leading([a, b]: [&Matrix<f64>; 2], [rows, inner]: [usize; 2], out: &mut Matrix<f64>) {
+    let columns = b.columns();
     assert!(
-        (a.rows(), a.columns(), columns) == (out.rows(), inner, out.columns()),
+        (a.rows(), a.columns(), columns) == (out.rows(), b.rows(), out.columns()),
         "product of matrices that do not fit"
     );
     let whole = columns - columns % LANES;
-    for i in 0..a.rows() {
-        let (factors, out) = (a.row(i), out.row_mut(i));
+    for i in 0..rows {
+        let (factors, out) = (&a.row(i)[..inner], out.row_mut(i));
         for first in (0..whole).step_by(LANES) {
             let rows = b.as_slice()[first..].chunks(columns).filter_map(|row| row.first_chunk());
             out[first..first + LANES].copy_from_slice(&lanes(factors, rows));

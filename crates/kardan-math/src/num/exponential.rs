@@ -3,7 +3,8 @@
 use faer::Mat;
 use kardan_rt::functions::{exp2, log2};
 
-use super::{Matrix, balance, product, scaled, unscaled};
+use super::dense::product_of_leading;
+use super::{Matrix, balance, scaled, unscaled};
 
 /// Coefficients of the numerator of the diagonal Padé approximant of eˣ of degree 13.
 const PADE: [f64; 14] = [
@@ -49,7 +50,7 @@ const LARGEST_NORM: f64 = 5.371_920_351_148_152;
 pub fn exponential(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     assert_eq!(a.rows(), a.columns(), "exponential of a matrix that is not square");
     let scales = scales(a)?;
-    let result = pade(&scaled(a, &scales))?;
+    let result = pade(&scaled(a, &scales), a.rows())?;
     finite(unscaled(&result, &scales))
 }
 
@@ -96,7 +97,7 @@ pub fn discretise(a: &Matrix<f64>, b: &Matrix<f64>, sample_time: f64) -> Option<
         (true, false) => b[(i, j - n)] * sample_time / scales[i] / sizes[j - n],
         _ => 0.0,
     });
-    let whole = pade(&whole)?;
+    let whole = pade(&whole, n)?;
     Some(Discretised {
         a: finite(Matrix::from_fn(n, n, |i, j| whole[(i, j)] * scales[i] / scales[j]))?,
         b: finite(Matrix::from_fn(n, m, |i, j| whole[(i, n + j)] * scales[i] * sizes[j]))?,
@@ -112,14 +113,8 @@ fn finite(matrix: Matrix<f64>) -> Option<Matrix<f64>> {
     matrix.as_slice().iter().all(|x| x.is_finite()).then_some(matrix)
 }
 
-fn times(a: &Matrix<f64>, b: &Matrix<f64>) -> Matrix<f64> {
-    let mut out = Matrix::zeros(a.rows(), b.columns());
-    product(a, b, &mut out);
-    out
-}
-
-/// The exponential without balancing.
-fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
+/// The exponential without balancing, of a matrix whose rows from this one on are zero.
+fn pade(a: &Matrix<f64>, rows: usize) -> Option<Matrix<f64>> {
     let n = a.rows();
     let norm = (0..n).map(|j| (0..n).map(|i| a[(i, j)].abs()).sum::<f64>()).fold(0.0, f64::max);
     if !norm.is_finite() {
@@ -127,21 +122,28 @@ fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     }
     let squarings = log2(norm / LARGEST_NORM).ceil().max(0.0);
     let a = a.scale(&exp2(-squarings));
-    let one = Matrix::identity(n);
-    let second = times(&a, &a);
-    let fourth = times(&second, &second);
-    let sixth = times(&fourth, &second);
+    let product = |factors: [&Matrix<f64>; 2], inner: usize| {
+        let mut out = Matrix::zeros(n, n);
+        product_of_leading(factors, [rows, inner], &mut out);
+        out
+    };
+    let second = product([&a, &a], rows);
+    let fourth = product([&second, &second], rows);
+    let sixth = product([&fourth, &second], rows);
     let sum = |c: [f64; 4]| {
-        let high = sixth.scale(&c[3]).plus(&fourth.scale(&c[2]));
-        high.plus(&second.scale(&c[1])).plus(&one.scale(&c[0]))
+        Matrix::from_fn(n, n, |i, j| {
+            let one = f64::from(u8::from(i == j));
+            sixth[(i, j)] * c[3] + fourth[(i, j)] * c[2] + second[(i, j)] * c[1] + one * c[0]
+        })
     };
     let p = PADE;
-    let odd = times(&sixth, &sum([0.0, p[9], p[11], p[13]])).plus(&sum([p[1], p[3], p[5], p[7]]));
-    let odd = times(&a, &odd);
-    let even = times(&sixth, &sum([0.0, p[8], p[10], p[12]])).plus(&sum([p[0], p[2], p[4], p[6]]));
+    let odd = product([&sixth, &sum([0.0, p[9], p[11], p[13]])], n).plus(&sum([p[1], p[3], p[5], p[7]]));
+    let odd = product([&a, &odd], n);
+    let even = product([&sixth, &sum([0.0, p[8], p[10], p[12]])], n).plus(&sum([p[0], p[2], p[4], p[6]]));
     let mut out = even.minus(&odd).solve(&even.plus(&odd))?;
     for _ in 0..squarings as usize {
-        out = times(&out, &out);
+        out = product([&out, &out], n);
+        (rows..n).for_each(|k| out[(k, k)] = 1.0);
     }
     finite(out)
 }

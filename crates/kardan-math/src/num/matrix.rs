@@ -161,24 +161,29 @@ impl<S: Scalar> Matrix<S> {
                     continue;
                 }
                 let factor = a[(i, k)].over(&a[(k, k)]);
-                for j in k..n {
-                    a[(i, j)] = a[(i, j)].minus(&factor.times(&a[(k, j)]));
-                }
-                for j in 0..b.columns {
-                    b[(i, j)] = b[(i, j)].minus(&factor.times(&b[(k, j)]));
-                }
+                a.subtract_row((i, k), &factor, k);
+                b.subtract_row((i, k), &factor, 0);
             }
         }
-        for j in 0..b.columns {
-            for i in (0..n).rev() {
-                let mut sum = b[(i, j)].clone();
-                for k in i + 1..n {
-                    sum = sum.minus(&a[(i, k)].times(&b[(k, j)]));
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                if !a[(i, k)].is_zero() {
+                    b.subtract_row((i, k), &a[(i, k)], 0);
                 }
-                b[(i, j)] = sum.over(&a[(i, i)]);
             }
+            b.row_mut(i).iter_mut().for_each(|x| *x = x.over(&a[(i, i)]));
         }
         Some(b)
+    }
+
+    /// Row i ← row i − factor · row k, from a column on.
+    fn subtract_row(&mut self, (i, k): (usize, usize), factor: &S, from: usize) {
+        let (low, high) = self.data.split_at_mut(i.max(k) * self.columns);
+        let (first, second) = (&mut low[i.min(k) * self.columns..][..self.columns], &mut high[..self.columns]);
+        let (row, other) = if i < k { (first, &*second) } else { (second, &*first) };
+        for (x, y) in row[from..].iter_mut().zip(&other[from..]) {
+            *x = x.minus(&factor.times(y));
+        }
     }
 
     /// Exchanges two rows.

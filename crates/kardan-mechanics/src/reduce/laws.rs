@@ -79,12 +79,12 @@ impl Motion {
         for law in &reduced.equations.laws {
             let (torque, mut row) = (self.formula(reduced, &law.value), self.reduced_row(&law.row));
             if let Some(massless) = &reduced.massless {
-                let (relaxes, moves): (SparseRow, SparseRow) =
+                let (first_order, moves): (SparseRow, SparseRow) =
                     row.into_iter().partition(|(place, _)| massless.is_state(*place));
                 row = moves;
-                if !relaxes.is_empty() {
+                if !first_order.is_empty() {
                     let carried = self.of_carried(reduced, &law.value);
-                    self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::ONE);
+                    self.passive_terms.add(&mut self.graph, &first_order, carried, &Rational::ONE);
                 }
             }
             self.passive_terms.add(&mut self.graph, &row, torque, &Rational::ONE);

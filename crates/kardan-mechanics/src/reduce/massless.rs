@@ -260,15 +260,15 @@ impl Motion {
         let carried = self.sum(row, |out, k| out.carried[k]);
         let carried = self.resisting(carried, coefficient);
         let row = self.reduced_row(row);
-        let (relaxes, moves): (SparseRow, SparseRow) =
+        let (first_order, moves): (SparseRow, SparseRow) =
             row.into_iter().partition(|(place, _)| massless.is_state(*place));
         self.passive_terms.add(&mut self.graph, &moves, torque, &Rational::from(-1));
         if !self.graph.is_zero(carried) {
-            self.passive_terms.add(&mut self.graph, &relaxes, carried, &Rational::from(-1));
+            self.passive_terms.add(&mut self.graph, &first_order, carried, &Rational::from(-1));
         }
         let coefficient = self.exact(coefficient);
-        for (i, first) in &relaxes {
-            for (j, second) in relaxes.range(..=i) {
+        for (i, first) in &first_order {
+            for (j, second) in first_order.range(..=i) {
                 let product = self.graph.product(&[(coefficient, 1), (*first, 1), (*second, 1)]);
                 inertia.entry((*i, *j)).or_default().push((product, Rational::ONE));
             }

@@ -273,12 +273,12 @@ impl Derivation<'_> {
             let (own, input) = (self.reduced_row(&self.terms.inputs[k].row), self.letters.of(Symbol::Input(k)));
             add_force(&mut self.out.input, &own, &input, &mut self.assumed);
         }
-        for DirectionalTerm { element, row, value: rubs } in self.terms.unilaterals.clone() {
+        for DirectionalTerm { element, row, value: is_loss } in self.terms.unilaterals.clone() {
             let reduced_row = [Symbol::Position, Symbol::Speed].map(|symbol| self.over(&row, symbol));
             let (own, unilateral) =
-                (self.reduced_row(&row), self.letters.of(Symbol::Unilateral(element.clone(), rubs)));
+                (self.reduced_row(&row), self.letters.of(Symbol::Unilateral(element.clone(), is_loss)));
             add_force(&mut self.out.unilateral, &own, &unilateral, &mut self.assumed);
-            self.out.directions.push((element, rubs, reduced_row));
+            self.out.directions.push((element, is_loss, reduced_row));
         }
     }
 
@@ -326,8 +326,8 @@ impl Derivation<'_> {
             let input = self.letters.of(Symbol::Input(k)).scaled(&Rational::from(-1));
             add(&self.terms.inputs[k].row, &input);
         }
-        for DirectionalTerm { element, row, value: rubs } in self.terms.unilaterals.clone() {
-            let unilateral = self.letters.of(Symbol::Unilateral(element, rubs));
+        for DirectionalTerm { element, row, value: is_loss } in self.terms.unilaterals.clone() {
+            let unilateral = self.letters.of(Symbol::Unilateral(element, is_loss));
             add(&row, &unilateral);
         }
         for (k, row) in self.multiplier_rows.clone().iter().enumerate() {

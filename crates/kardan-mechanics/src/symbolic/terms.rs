@@ -139,11 +139,11 @@ impl Terms {
 impl Terms {
     /// Unilateral and switched laws; both sides of a stop are one torque.
     fn unilateral(&mut self, element: String, mut row: Row, unilateral: &UnilateralConstraint) {
-        let rubs = matches!(unilateral, UnilateralConstraint::GearLoss(_));
-        if self.unilaterals.iter().all(|candidate| candidate.element != element || candidate.value != rubs) {
+        let is_loss = matches!(unilateral, UnilateralConstraint::GearLoss(_));
+        if self.unilaterals.iter().all(|candidate| candidate.element != element || candidate.value != is_loss) {
             let sign = Rational::from(if unilateral.is_upper() { -1 } else { 1 });
             row.iter_mut().for_each(|(_, entry)| *entry = entry.scaled(&sign));
-            self.unilaterals.push(DirectionalTerm { element, row, value: rubs });
+            self.unilaterals.push(DirectionalTerm { element, row, value: is_loss });
         }
     }
 

@@ -370,7 +370,7 @@ impl Reader<'_> {
             match names.iter().find(|candidate| candidate.value == word) {
                 Some(first) => {
                     let message = format!("{}: `{word}` is listed twice", self.what);
-                    let diagnostic = Diagnostic::twice("name::duplicate", message, &entry.place, &first.place);
+                    let diagnostic = Diagnostic::duplicate("name::duplicate", message, &entry.place, &first.place);
                     out.push(diagnostic.help("remove one of the two"));
                 }
                 None => names.push(Placed { value: word, place: entry.place.clone() }),

@@ -150,7 +150,7 @@ fn unreachable_states(
             format!("{what}: no transitions lead from its initial state `{}` to its state `{state}`", states[0]);
         let guard = of_state.get(&k).copied().or(guards.first());
         let diagnostic = Diagnostic::warning("block::unreachable-state", message)
-            .at_known(guard.map(|guard| &guard.place), "of this machine");
+            .at_optional(guard.map(|guard| &guard.place), "of this machine");
         out.push(diagnostic.help("add a transition, or remove the state"));
     }
 }

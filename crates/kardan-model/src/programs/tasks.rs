@@ -132,7 +132,7 @@ impl<'a> Blocks<'a, '_, '_> {
         let message = format!("blocks depend on each other at the same sample: {}", circle(&names));
         let found = outputs.first().and_then(|(block, _)| self.document.blocks.get(block));
         Diagnostic::error("block::algebraic-loop", message)
-            .at_known(found.map(|block| &block.place), "circular")
+            .at_optional(found.map(|block| &block.place), "circular")
             .help(BREAK_CIRCLE)
     }
 

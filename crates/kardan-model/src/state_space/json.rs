@@ -44,7 +44,7 @@ pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
         let key = json.string(&key_span);
         if let Some(first) = first_spans.get(&key) {
             let message = format!("`{}` is given twice", shortened(&key));
-            let diagnostic = Diagnostic::twice("state-space::duplicate", message, key_span, first.clone());
+            let diagnostic = Diagnostic::duplicate("state-space::duplicate", message, key_span, first.clone());
             diagnostics.push(diagnostic.help("keep one of them"));
             continue;
         }

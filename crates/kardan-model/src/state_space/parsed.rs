@@ -122,13 +122,13 @@ impl ParsedSystem {
             Some(Some(a)) if a.matrix.rows() != a.matrix.columns() => {
                 let message =
                     format!("`A` is {}, but it must be square: a row and a column per state", size(&a.matrix));
-                let diagnostic = Diagnostic::error("state-space::shape", message).at_known(a.span.clone(), "");
+                let diagnostic = Diagnostic::error("state-space::shape", message).at_optional(a.span.clone(), "");
                 diagnostics.push(diagnostic.help("write one list per row: [[0, 1], [-2, -3]]"));
                 None
             }
             Some(Some(a)) if a.matrix.rows() == 0 => {
                 let message = "`A` is 0×0: a system without states has no motion";
-                let diagnostic = Diagnostic::error("state-space::empty", message).at_known(a.span.clone(), "");
+                let diagnostic = Diagnostic::error("state-space::empty", message).at_optional(a.span.clone(), "");
                 diagnostics.push(diagnostic.help("give at least one state: {\"A\": [[-1]]}"));
                 None
             }
@@ -200,7 +200,7 @@ fn square(e: ParsedMatrix, states: Option<usize>, diagnostics: &mut Vec<Diagnost
             None => "it must be square".into(),
         };
         let message = format!("`E` is {}, but {expected}", size(&e.matrix));
-        let diagnostic = Diagnostic::error("state-space::shape", message).at_known(e.span, "");
+        let diagnostic = Diagnostic::error("state-space::shape", message).at_optional(e.span, "");
         diagnostics.push(diagnostic.help("leave `E` out if it is the identity"));
         return None;
     }
@@ -238,7 +238,7 @@ fn beside_states(
         (false, true) => "give one row per state and one column per input",
         (false, false) => "give one row per output and one column per state",
     };
-    diagnostics.push(Diagnostic::error("state-space::shape", message).at_known(parsed.span, "").help(help));
+    diagnostics.push(Diagnostic::error("state-space::shape", message).at_optional(parsed.span, "").help(help));
     None
 }
 
@@ -269,7 +269,7 @@ fn feedthrough(
         "`D` is {}, but it must be {p}×{m}: a row per output (row of `C`), a column per input (column of `B`)",
         shape(&d)
     );
-    let diagnostic = Diagnostic::error("state-space::shape", message).at_known(d.span, "");
+    let diagnostic = Diagnostic::error("state-space::shape", message).at_optional(d.span, "");
     diagnostics.push(diagnostic.help("leave `D` out if there is no feedthrough"));
     None
 }
@@ -286,14 +286,14 @@ fn checked_names(
         && names.len() != count
     {
         let message = format!("`{key}` has {} names for {count} {what}", names.len());
-        let diagnostic = Diagnostic::error("state-space::names", message).at_known(span, "");
+        let diagnostic = Diagnostic::error("state-space::names", message).at_optional(span, "");
         diagnostics.push(diagnostic.help("give one name each, or leave it out"));
     }
     let mut first = BTreeMap::new();
     for (i, name) in names.iter().enumerate() {
         let span = spans.get(i).cloned();
         let mut complain = |message, help: &str| {
-            diagnostics.push(Diagnostic::error("state-space::names", message).at_known(span.clone(), "").help(help));
+            diagnostics.push(Diagnostic::error("state-space::names", message).at_optional(span.clone(), "").help(help));
         };
         let number = i + 1;
         if name.trim().is_empty() {
@@ -337,7 +337,7 @@ pub(super) fn sampled(time: Rational) -> Result<Option<Option<Rational>>, ()> {
 pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, diagnostics: &mut Vec<Diagnostic>) {
     if count > MAX_REPORTED {
         let message = format!("`{name}` has {} more entries that are no finite numbers", count - MAX_REPORTED);
-        let diagnostic = Diagnostic::error("state-space::entry", message).at_known(span.cloned(), "");
+        let diagnostic = Diagnostic::error("state-space::entry", message).at_optional(span.cloned(), "");
         diagnostics.push(diagnostic.help("correct the entries that are reported first"));
     }
 }

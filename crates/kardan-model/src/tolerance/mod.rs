@@ -73,7 +73,7 @@ impl Document {
             let varied = self.variants.iter().find(|varied| varied.parameter.value == *parameter);
             let diagnostic = Diagnostic::error("tolerance::bounds", message)
                 .at(place, "this interval")
-                .at_known(varied.map(|varied| &varied.parameter.place), "varied here");
+                .at_optional(varied.map(|varied| &varied.parameter.place), "varied here");
             out.push(diagnostic.help("write `± ...` after the value: it moves with the variants"));
         }
     }
@@ -180,7 +180,7 @@ fn check_signs(tolerance: &Tolerance, table: &Table, what: &str, out: &mut Vec<D
             format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {}", field.name, tolerance.shown());
         let diagnostic = Diagnostic::error("number::sign", message)
             .at(&tolerance.place, format!("reaches {reaches}"))
-            .at_known((!is_own_place).then_some(&entry.place), "used here");
+            .at_optional((!is_own_place).then_some(&entry.place), "used here");
         let help = "narrow the tolerance, or write bounds of your own after the value: \"2 N m [0.5, 6]\"";
         out.push(diagnostic.help(help));
         return;

@@ -185,11 +185,11 @@ fn faults(found: &Parity) -> Body {
         cells
     });
     let relations = found.faults.iter().filter(|one| !one.relation.is_empty()).map(|one| {
-        let rubs = match one.friction_in_relation.is_empty() {
+        let friction = match one.friction_in_relation.is_empty() {
             true => String::new(),
             false => format!(" (friction of {} moves it too)", phrases::list(&one.friction_in_relation, NAMES)),
         };
-        row![place(one), Cell::Code(format!("{} = 0", sum(&one.relation))), rubs.trim().to_string()]
+        row![place(one), Cell::Code(format!("{} = 0", sum(&one.relation))), friction.trim().to_string()]
     });
     let delay_lines = found.faults.iter().filter_map(|one| in_time(one, one.threshold.as_ref()?));
     let moved = found.faults.iter().filter(|one| one.order.is_some_and(|order| order > 0));

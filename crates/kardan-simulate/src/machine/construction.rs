@@ -249,7 +249,7 @@ impl Machine {
         let (jenkins, unilaterals) = (JenkinsElements::new(reduced), Unilaterals::new(&reduced.equations));
         let bounds = unilaterals.bounds(dynamics.breakaway_torques(), multiplier_constraints.len());
         let mut out = Self {
-            relaxes: reduced.massless.is_some(),
+            has_massless: reduced.massless.is_some(),
             directions: (0..m).filter(|k| !jenkins.directions.contains(k) && !unilaterals.only_presses(*k)).collect(),
             names: set_valued.chain(multipliers).collect(),
             shaft_names: reduced.equations.coordinates.clone(),

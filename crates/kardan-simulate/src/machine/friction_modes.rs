@@ -130,7 +130,7 @@ impl Machine {
     }
 
     /// Whether all modes stay the same with the new commands and sources, at the point last evaluated, where only these
-    /// change: the result of [`Self::settle`].
+    /// change: the result of [`Self::select_modes`].
     pub(crate) fn keeps_modes(&mut self) -> bool {
         self.contradiction.clear();
         let mut drives = self.drives.iter().zip(&self.commands);
@@ -203,7 +203,7 @@ impl Machine {
     /// `crossing` are slipping directions that have just come to rest; with `everything` all directions at rest are
     /// determined from their speeds (the beginning of a run). Speeds in directions at rest are set to zero by the
     /// smallest change in the metric of the inertia. Returns the events as text.
-    pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) -> Vec<String> {
+    pub fn select_modes(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) -> Vec<String> {
         let before = self.modes.clone();
         self.contradiction.clear();
         self.settle_drives(time, state, everything);
@@ -233,7 +233,7 @@ impl Machine {
         events
     }
 
-    /// The mode selection of [`Self::settle`], with the speeds that vanish in the modes.
+    /// The mode selection of [`Self::select_modes`], with the speeds that vanish in the modes.
     fn choose_modes(
         &mut self,
         time: f64,

@@ -218,10 +218,10 @@ impl Machine {
 
     /// Whether modes of directions at rest agree with the gear loads in them.
     fn try_modes(&mut self, resting: &[usize], modes: &[Mode]) -> bool {
-        let rubs = |(k, mode): &(&usize, &Mode)| **mode != Mode::Stick && !self.gear_losses.directions.contains(k);
+        let sliding = |(k, mode): &(&usize, &Mode)| **mode != Mode::Stick && !self.gear_losses.directions.contains(k);
         let torque =
             |(&k, mode): (&usize, &Mode)| (k, mode.sign() * self.bounds[usize::from(*mode == Mode::Backward)][k]);
-        let starting_friction: Vec<(usize, f64)> = resting.iter().zip(modes).filter(rubs).map(torque).collect();
+        let starting_friction: Vec<(usize, f64)> = resting.iter().zip(modes).filter(sliding).map(torque).collect();
         self.set_modes(resting, modes);
         starting_friction.iter().for_each(|&(k, torque)| self.act(k, -torque));
         self.gear_losses.starting_friction.clone_from(&starting_friction);

@@ -72,7 +72,7 @@ pub struct Machine {
     pub(super) dynamics: Dynamics,
     pub(super) work: Work,
     /// Whether motions without inertia are states of first order.
-    relaxes: bool,
+    has_massless: bool,
     /// Frictions of motions without inertia, and all other directions.
     jenkins: JenkinsElements,
     directions: Vec<usize>,

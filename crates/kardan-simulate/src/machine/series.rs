@@ -200,7 +200,7 @@ impl Machine {
     pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
         let r = self.degrees_of_freedom;
         let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
-        if self.relaxes {
+        if self.has_massless {
             return None;
         }
         if let Some(k) = self.work.kinematics.coordinate(shaft) {

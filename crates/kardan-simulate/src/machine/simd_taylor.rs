@@ -356,7 +356,7 @@ impl Machine {
             (!self.multiplier_constraints.is_empty(), "there are loop-closing constraints"),
             (!self.gear_losses.is_empty(), "there are gear losses"),
             (!self.unilaterals.is_empty(), "there are stops, clutches or locks"),
-            (!self.jenkins.directions.is_empty() || self.relaxes, "there are massless motions"),
+            (!self.jenkins.directions.is_empty() || self.has_massless, "there are massless motions"),
             (self.own_laws, "a law without sample time, a program or blocks compute with their own code"),
             (self.moves, "speeds are prescribed"),
             (self.laws.iter().any(has_outputs), "there are programs or blocks"),

@@ -16,12 +16,12 @@ impl RunLoop {
     pub(super) fn put_on_rows(&mut self) -> Result<bool, Outcome> {
         self.pass_rows()?;
         let r = self.machine.degrees_of_freedom();
-        self.looked.copy_from_slice(&self.state);
+        self.trial_state.copy_from_slice(&self.state);
         let moved = self.machine.stay_on_rows(self.time, &mut self.state);
         if !moved || !self.machine.watches_rows() {
             return Ok(moved);
         }
-        let speeds = self.state[r..2 * r].iter().zip(&self.looked[r..2 * r]);
+        let speeds = self.state[r..2 * r].iter().zip(&self.trial_state[r..2 * r]);
         let (most, largest) = speeds
             .fold((0.0f64, 0.0f64), |(most, size), (now, then)| (most.max((now - then).abs()), size.max(then.abs())));
         if most <= THROWN.max(100.0 * self.tolerance.relative) * largest.max(THROWN) {
@@ -30,8 +30,8 @@ impl RunLoop {
         // The point at which the rows are nearest to dependence.
         let (mut low, mut high) = (self.solver.previous_time(), self.time);
         let least = |run: &mut Self, at: f64| {
-            run.solver.interpolate(at, &mut run.looked);
-            run.machine.least_pivot(at, &run.looked)
+            run.solver.interpolate(at, &mut run.trial_state);
+            run.machine.least_pivot(at, &run.trial_state)
         };
         for _ in 0..100 {
             let [first, second] = [1.0, 2.0].map(|part| low + (high - low) * part / 3.0);
@@ -51,14 +51,14 @@ impl RunLoop {
         }
         if self.machine.rows_changed_sign(self.time, &self.state) {
             let (low, high) = halved(self.solver.previous_time(), self.time, 0.0, |middle| {
-                self.solver.interpolate(middle, &mut self.looked);
-                self.machine.rows_changed_sign(middle, &self.looked)
+                self.solver.interpolate(middle, &mut self.trial_state);
+                self.machine.rows_changed_sign(middle, &self.trial_state)
             });
-            self.solver.interpolate(high, &mut self.looked);
-            if self.machine.rows_depend((high, &self.looked), (self.time, &self.state)) {
+            self.solver.interpolate(high, &mut self.trial_state);
+            if self.machine.rows_depend((high, &self.trial_state), (self.time, &self.state)) {
                 self.observe_until(low, None);
                 self.time = high;
-                self.state.copy_from_slice(&self.looked);
+                self.solver.interpolate(high, &mut self.state);
                 return Err(failed(high, self.singular()));
             }
         }

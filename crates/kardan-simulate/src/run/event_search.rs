@@ -29,15 +29,15 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 impl RunLoop {
     /// Whether a mode is left at this time within the last step; fills the lists of directions that leave theirs.
     pub(super) fn leaves(&mut self, time: f64) -> bool {
-        self.solver.interpolate(time, &mut self.looked);
+        self.solver.interpolate(time, &mut self.trial_state);
         self.leaves_equilibrium(time)
     }
 
     /// The same for the last evaluated state.
     pub(super) fn leaves_equilibrium(&mut self, time: f64) -> bool {
-        self.machine.reversed(time, &self.looked, &mut self.reversed);
-        self.switching = self.machine.drives_switch(time, &self.looked);
-        !self.reversed.is_empty() || self.switching || self.machine.breaks_away(time, &self.looked)
+        self.machine.reversed(time, &self.trial_state, &mut self.reversed);
+        self.switching = self.machine.drives_switch(time, &self.trial_state);
+        !self.reversed.is_empty() || self.switching || self.machine.breaks_away(time, &self.trial_state)
     }
 
     /// The first event within the last step, where the series locate it and the modes confirm it, or where sampling
@@ -127,8 +127,8 @@ impl RunLoop {
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let friction = !self.machine.modes.is_empty();
         if friction && !self.event_samples.begin(from) {
-            self.solver.interpolate(from, &mut self.looked);
-            self.machine.evaluate(from, &self.looked);
+            self.solver.interpolate(from, &mut self.trial_state);
+            self.machine.evaluate(from, &self.trial_state);
             self.event_samples.take(0, from, &mut self.machine);
         }
         // A shortened step needs fewer samples: as many as its part of a whole one.
@@ -263,11 +263,11 @@ impl RunLoop {
     /// The distance of a slipping direction from rest at a time within the last step (rad/s), or, without a direction,
     /// of the sticking ones from their limit (as a part of it).
     fn room(&mut self, time: f64, direction: Option<usize>) -> f64 {
-        self.solver.interpolate(time, &mut self.looked);
+        self.solver.interpolate(time, &mut self.trial_state);
         match direction {
-            Some(direction) => self.machine.slip_room(time, &self.looked, direction),
+            Some(direction) => self.machine.slip_room(time, &self.trial_state, direction),
             None => {
-                self.machine.evaluate(time, &self.looked);
+                self.machine.evaluate(time, &self.trial_state);
                 self.machine.active_reserve()
             }
         }
@@ -325,8 +325,8 @@ impl RunLoop {
 
     /// The distance of a direction from leaving its mode at a time within the last step.
     fn margin(&mut self, time: f64, direction: usize) -> f64 {
-        self.solver.interpolate(time, &mut self.looked);
-        self.machine.evaluate(time, &self.looked);
+        self.solver.interpolate(time, &mut self.trial_state);
+        self.machine.evaluate(time, &self.trial_state);
         self.machine.margin_here(direction)
     }
 }

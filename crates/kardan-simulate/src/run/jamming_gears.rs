@@ -42,7 +42,7 @@ impl RunLoop {
         self.observe_until(time, Some(time));
         let (moved, size) = (self.state.clone(), self.machine.size());
         let before = self.machine.energy(time, &self.state);
-        let happened = self.machine.settle(time, &mut self.state, &[direction], false);
+        let happened = self.machine.select_modes(time, &mut self.state, &[direction], false);
         let work = self.state[size - 2] - moved[size - 2];
         let lost = before + work - self.machine.energy(time, &self.state);
         if !(lost >= 0.0) {
@@ -79,8 +79,8 @@ impl RunLoop {
         if let Some(direction) = doubted.filter(|_| doubted != self.doubted) {
             let (low, end) = (self.solver.previous_time(), self.time);
             let mut doubtful = |at: f64| {
-                self.solver.interpolate(at, &mut self.looked);
-                self.machine.evaluate(at, &self.looked);
+                self.solver.interpolate(at, &mut self.trial_state);
+                self.machine.evaluate(at, &self.trial_state);
                 self.machine.gear_losses.ambiguous == doubted
             };
             let time = if doubtful(low) { low } else { halved(low, end, 0.0, doubtful).1 };

@@ -183,8 +183,8 @@ impl RunLoop {
     }
 
     fn kinks_at(&mut self, time: f64, out: &mut [f64]) {
-        self.solver.interpolate(time, &mut self.looked);
-        self.machine.evaluate_kinks(time, &self.looked, out);
+        self.solver.interpolate(time, &mut self.trial_state);
+        self.machine.evaluate_kinks(time, &self.trial_state, out);
     }
 
     /// Shortens a series step until the quantities that the modes depend on agree with the series, except for rounding,
@@ -198,8 +198,8 @@ impl RunLoop {
             let mut most = 0.0f64;
             for place in PLACES {
                 let at = from + place * length;
-                self.solver.interpolate(at, &mut self.looked);
-                self.machine.evaluate(at, &self.looked);
+                self.solver.interpolate(at, &mut self.trial_state);
+                self.machine.evaluate(at, &self.trial_state);
                 most = most.max(self.machine.difference_of_series(place * length, order));
             }
             if most <= DIFFERENCE || most < SLIGHT && most > ROUNDING * before {

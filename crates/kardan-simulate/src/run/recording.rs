@@ -50,11 +50,11 @@ impl RunLoop {
                     self.next_row += 1;
                     continue;
                 }
-                segment.write(&mut self.looked);
+                segment.write(&mut self.trial_state);
             } else if last.is_some() {
-                self.looked.copy_from_slice(&self.state);
+                self.trial_state.copy_from_slice(&self.state);
             } else if !is_observed {
-                self.solver.interpolate(at, &mut self.looked);
+                self.solver.interpolate(at, &mut self.trial_state);
             }
             if last.is_none() && is_observed && !self.outputs.samples() {
                 let rows = &self.scenario.times[self.next_row..];
@@ -64,7 +64,7 @@ impl RunLoop {
                 continue;
             }
             if last.is_some() || !is_observed {
-                self.outputs.observe(&mut self.machine, at, &self.looked);
+                self.outputs.observe(&mut self.machine, at, &self.trial_state);
             }
             // While the state is constant, all rows are the same.
             is_observed = self.resting;

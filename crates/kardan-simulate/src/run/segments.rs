@@ -22,7 +22,7 @@ impl RunLoop {
         }
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
-        let blows = self.machine.settle(0.0, &mut self.state, &[], true);
+        let blows = self.machine.select_modes(0.0, &mut self.state, &[], true);
         if self.machine.unilaterals.struck {
             self.events.extend(blows.into_iter().map(|what| Event { time: 0.0, description: what }));
         }
@@ -63,7 +63,7 @@ impl RunLoop {
         if self.tick <= time + SAME * time {
             self.machine.tick(time, &self.state);
         }
-        self.settle(time, &[])?;
+        self.select_modes(time, &[])?;
         self.open_segment();
         Ok(())
     }
@@ -90,7 +90,7 @@ impl RunLoop {
         }
         self.machine.remember_commands(time, &mut self.state);
         self.machine.tick(time, &self.state);
-        self.settle(time, &[])
+        self.select_modes(time, &[])
     }
 
     /// Begins to integrate towards the next breakpoint or sample.

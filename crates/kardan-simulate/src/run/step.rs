@@ -1,7 +1,7 @@
 //! One step of the integrator, of an exact solution or of rest, up to the next event or the end of the segment.
 
+use super::invalid_bounds::{is_undefined, undefined};
 use super::jamming_gears::UNJAM;
-use super::unfit::{is_undefined, undefined};
 use super::{RunLoop, failed};
 use crate::dop853::StepError;
 use crate::halving::halved;
@@ -110,20 +110,21 @@ impl RunLoop {
         else {
             return false;
         };
-        segment.finish(&mut self.looked);
+        segment.finish(&mut self.trial_state);
         let r = self.machine.degrees_of_freedom();
-        if self.looked[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
+        if self.trial_state[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
             return false;
         }
         // The energy balance shows errors that the states do not.
-        let size = self.looked.len();
-        let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
-        let [before, after] = [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.looked)];
+        let size = self.trial_state.len();
+        let [input, loss] = [size - 2, size - 1].map(|k| self.trial_state[k] - self.state[k]);
+        let [before, after] =
+            [self.machine.energy(self.time, &self.state), self.machine.energy(end, &self.trial_state)];
         let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
         if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * tolerance * sizes {
             return false;
         }
-        self.state.copy_from_slice(&self.looked);
+        self.state.copy_from_slice(&self.trial_state);
         self.segments.steps += 1;
         self.segments.evaluations += segment.evaluations as usize;
         self.segment = Some(segment);
@@ -134,7 +135,7 @@ impl RunLoop {
     /// changes.
     fn rests(&mut self) -> bool {
         self.solver.rests() && self.machine.is_steady() && {
-            self.looked.copy_from_slice(&self.state);
+            self.trial_state.copy_from_slice(&self.state);
             !self.leaves_equilibrium(self.time)
         }
     }
@@ -162,7 +163,7 @@ impl RunLoop {
 
     /// Ends the last step earlier.
     pub(super) fn shorten(&mut self, end: f64) -> Result<(), Outcome> {
-        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
+        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.trial_state);
         shortened.map_err(|error| self.step_failed(error))
     }
 

@@ -28,7 +28,7 @@ impl RunLoop {
         self.machine.unilaterals.rebounds = self.chattering.at_once < KNOCKS;
         let crossing = std::mem::take(&mut self.reversed);
         self.machine.remember_commands(at, &mut self.state);
-        self.settle(at, &crossing)?;
+        self.select_modes(at, &crossing)?;
         if self.machine.unilaterals.struck && !at_once {
             // Rebounds become smaller, and end; repeated impacts take no time.
             self.chattering = Chattering { since: at, ..Chattering::default() };
@@ -79,8 +79,8 @@ impl RunLoop {
         }
     }
 
-    pub(super) fn settle(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
-        let happened = self.machine.settle(time, &mut self.state, crossing, false);
+    pub(super) fn select_modes(&mut self, time: f64, crossing: &[usize]) -> Result<(), Outcome> {
+        let happened = self.machine.select_modes(time, &mut self.state, crossing, false);
         self.events.extend(happened.into_iter().map(|what| Event { time, description: what }));
         self.note_shared_friction();
         self.note_blows();
@@ -153,9 +153,9 @@ impl RunLoop {
         let shared = self.machine.shared_friction();
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.machine.names[k])).collect();
-            let rubs = shared.iter().all(|&k| self.machine.is_friction(k));
-            let [together, what] = if rubs { ["stick", "friction torque"] } else { ["act", "torque"] };
-            let shown = match (!self.machine.gear_losses.is_empty() || !self.machine.shares_by_size(), rubs) {
+            let all_friction = shared.iter().all(|&k| self.machine.is_friction(k));
+            let [together, what] = if all_friction { ["stick", "friction torque"] } else { ["act", "torque"] };
+            let shown = match (!self.machine.gear_losses.is_empty() || !self.machine.shares_by_size(), all_friction) {
                 (true, _) => "one that satisfies all limits",
                 (false, true) => "the one with the smallest torques relative to each Coulomb torque",
                 (false, false) => "the one with the smallest torques relative to each torque limit",

@@ -61,7 +61,7 @@ sample_time = \"1 ms\"
 
 fn inputs(values: &Values) -> Vec<String> {
     let outputs = values.task("commands").into_iter().flat_map(|task| &task.outputs);
-    outputs.map(|answer| answer.name.clone()).collect()
+    outputs.map(|output| output.name.clone()).collect()
 }
 
 fn references(values: &Values) -> Vec<Reference> {

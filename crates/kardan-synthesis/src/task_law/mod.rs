@@ -106,7 +106,7 @@ impl TaskLaw {
         let affine = task.graph.affine();
         Self {
             law,
-            outputs: task.outputs.iter().map(|answer| answer.name.clone()).collect(),
+            outputs: task.outputs.iter().map(|output| output.name.clone()).collect(),
             references,
             sensors,
             ideal,

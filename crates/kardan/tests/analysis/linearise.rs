@@ -20,19 +20,22 @@ fn json_comes_back_exactly_with_the_same_structure() {
     for name in MODELS {
         let whole = study::analyze(model::builtin(name).unwrap().source, &AnalyzeSettings::default(), &Silent).unwrap();
         for descriptor in [false, true] {
-            let written = linear(name, descriptor);
-            let text = linear_json(&written);
+            let linear_model = linear(name, descriptor);
+            let text = linear_json(&linear_model);
             let read = read_state_space(text.as_bytes()).unwrap_or_else(|all| panic!("{all:?}")).system;
             assert_eq!(
                 (&read.a, &read.b, &read.c, &read.d),
-                (&written.a, &written.b, &written.c, &written.d),
+                (&linear_model.a, &linear_model.b, &linear_model.c, &linear_model.d),
                 "{name}"
             );
-            assert_eq!(written.e.as_ref().map(|e| *e == read.e), written.e.as_ref().map(|_| true));
-            assert!(descriptor || written.e.is_none());
-            let names: Vec<&str> = written.states.iter().map(|one| one.name.as_str()).collect();
+            assert_eq!(linear_model.e.as_ref().map(|e| *e == read.e), linear_model.e.as_ref().map(|_| true));
+            assert!(descriptor || linear_model.e.is_none());
+            let names: Vec<&str> = linear_model.states.iter().map(|one| one.name.as_str()).collect();
             assert_eq!(read.states, names);
-            assert!(written.inputs.iter().chain(&written.outputs).all(|one| !one.unit.is_empty()), "{written:?}");
+            assert!(
+                linear_model.inputs.iter().chain(&linear_model.outputs).all(|one| !one.unit.is_empty()),
+                "{linear_model:?}"
+            );
             let plain = study::analyze_state_space(text.as_bytes(), &AnalyzeSettings::default(), &Silent).unwrap();
             let (found, expected) = (&plain.structure, &whole.structure);
             assert_eq!(
@@ -53,14 +56,19 @@ fn json_comes_back_exactly_with_the_same_structure() {
 #[test]
 fn mat_files_hold_the_rounded_matrices() {
     for name in MODELS {
-        let written = linear(name, true);
-        let read = read_state_space(&linear_mat(&written).unwrap()).unwrap_or_else(|all| panic!("{all:?}")).system;
-        let pairs = [(&read.a, &written.a), (&read.b, &written.b), (&read.c, &written.c), (&read.d, &written.d)];
+        let linear_model = linear(name, true);
+        let read = read_state_space(&linear_mat(&linear_model).unwrap()).unwrap_or_else(|all| panic!("{all:?}")).system;
+        let pairs = [
+            (&read.a, &linear_model.a),
+            (&read.b, &linear_model.b),
+            (&read.c, &linear_model.c),
+            (&read.d, &linear_model.d),
+        ];
         for (read, exact) in pairs {
             let rounded: Vec<f64> = exact.as_slice().iter().map(rational_to_f64).collect();
             assert_eq!(read.as_slice().iter().map(rational_to_f64).collect::<Vec<_>>(), rounded, "{name}");
         }
-        assert_eq!(read.states, written.states.iter().map(|one| one.name.clone()).collect::<Vec<_>>());
+        assert_eq!(read.states, linear_model.states.iter().map(|one| one.name.clone()).collect::<Vec<_>>());
     }
 }
 
@@ -86,7 +94,7 @@ for key in 'ABCD':
 print(json.dumps({key: found[key] for key in keys}))
 ";
     for name in MODELS {
-        let written = linear(name, false);
+        let linear_model = linear(name, false);
         let mut command = Command::new("python3");
         let child =
             command.args(["-c", check]).stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
@@ -94,18 +102,18 @@ print(json.dumps({key: found[key] for key in keys}))
             println!("python3 is not installed: the program is not run");
             return;
         };
-        let text = linear_python(&written);
+        let text = linear_python(&linear_model);
         std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
         let out = child.wait_with_output().unwrap();
         assert!(out.status.success(), "{text}");
         let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
-        for (key, matrix) in written.matrices() {
+        for (key, matrix) in linear_model.matrices() {
             let rows: Vec<Vec<String>> = serde_json::from_value(found[key].clone()).unwrap();
             let number = |x: &String| x.parse::<f64>().unwrap();
             let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(number).collect()).collect();
             assert_eq!(rows, matrix.to_f64().to_rows(), "{name} {key}");
         }
-        let names: Vec<&String> = written.inputs.iter().map(|one| &one.name).collect();
+        let names: Vec<&String> = linear_model.inputs.iter().map(|one| &one.name).collect();
         assert_eq!(found["inputs"], serde_json::json!(names));
     }
 }

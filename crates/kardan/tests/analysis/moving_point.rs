@@ -252,8 +252,8 @@ fn the_state_of_a_run_is_an_operating_point() {
         SHUFFLE.replace("friction = \"7 N m\"\n", "")
     );
     let at_time = linear(&source, &[("t", "0.7 s")]);
-    let written = linear(&format!("{source}[analysis]\nat = \"t = 0.7 s\"\n"), &[]);
-    assert_eq!(at_time, written);
+    let linear_of_time = linear(&format!("{source}[analysis]\nat = \"t = 0.7 s\"\n"), &[]);
+    assert_eq!(at_time, linear_of_time);
     let state: Vec<(String, String)> = ["motor.phi", "load.phi", "motor.w", "load.w"]
         .iter()
         .map(|signal| {

@@ -19,7 +19,7 @@ fn outputs(source: &str, names: &[&str]) -> Parity {
     analyzed(source, AnalyzeSettings { outputs, ..AnalyzeSettings::default() })
 }
 
-fn written(terms: &[ParityTerm]) -> Vec<(&str, usize, &str)> {
+fn named_terms(terms: &[ParityTerm]) -> Vec<(&str, usize, &str)> {
     terms.iter().map(|term| (term.signal.as_str(), term.derivative, term.coefficient.as_str())).collect()
 }
 
@@ -78,7 +78,7 @@ fn a_planetary_gear_with_three_encoders_has_its_row() {
     let parity = analyzed(PLANETARY, AnalyzeSettings::default());
     assert!(parity.exhaustive && parity.independent == 1 && parity.exact);
     let [residual] = &parity.residuals[..] else { panic!("{:?}", parity.residuals) };
-    assert_eq!(written(&residual.terms), [("a", 0, "1"), ("b", 0, "7/3"), ("c", 0, "-10/3")]);
+    assert_eq!(named_terms(&residual.terms), [("a", 0, "1"), ("b", 0, "7/3"), ("c", 0, "-10/3")]);
     assert!(residual.up_to_constant && residual.linearised_at.is_empty() && residual.unit == "rad");
     assert!((residual.constant.unwrap() - 1.0 / 30.0).abs() < 1e-15);
     // Two of the three are independent.
@@ -175,7 +175,7 @@ fn residuals_in_time_have_thresholds_behind_their_filter() {
         let settings = AnalyzeSettings { parity: Some(request), ..AnalyzeSettings::default() };
         let parity = study::analyze(DISK, &settings, &Silent).unwrap().parity.unwrap();
         let motor = verdict(&parity, "m").clone();
-        assert_eq!(written(&motor.relation), [("phi", 2, "1"), ("m.tau", 0, "-2")]);
+        assert_eq!(named_terms(&motor.relation), [("phi", 2, "1"), ("m.tau", 0, "-2")]);
         assert_eq!((motor.order, motor.unit.as_str(), motor.fault_unit.as_str()), (Some(2), "rad/s^2", "N m"));
         // 1/0.45 − 2 = 2/9 is farther than 2 − 1/0.55.
         assert!((motor.relation[1].tolerance - 2.0 / 9.0).abs() < 1e-12 && motor.relation[0].tolerance == 0.0);
@@ -260,9 +260,12 @@ fn false_alarms_behind_a_filter_are_as_rare_as_promised() {
 fn a_harmonic_drive_by_angles_and_by_speeds() {
     let source = model::builtin("harmonic-drive").unwrap().source;
     let angles = outputs(source, &["wg.phi", "cs.phi", "fs.phi"]);
-    assert_eq!(written(&angles.residuals[0].terms), [("wg.phi", 0, "1"), ("cs.phi", 0, "-51"), ("fs.phi", 0, "50")]);
+    assert_eq!(
+        named_terms(&angles.residuals[0].terms),
+        [("wg.phi", 0, "1"), ("cs.phi", 0, "-51"), ("fs.phi", 0, "50")]
+    );
     let speeds = outputs(source, &["wg.w", "cs.w", "fs.w"]);
-    assert_eq!(written(&speeds.residuals[0].terms), [("wg.w", 0, "1"), ("cs.w", 0, "-51"), ("fs.w", 0, "50")]);
+    assert_eq!(named_terms(&speeds.residuals[0].terms), [("wg.w", 0, "1"), ("cs.w", 0, "-51"), ("fs.w", 0, "50")]);
     assert!(angles.residuals[0].up_to_constant && !speeds.residuals[0].up_to_constant);
     assert_eq!(speeds.residuals[0].constant, Some(0.0));
     // Two angles and a speed: in time, fs' follows from them by one derivative.
@@ -270,7 +273,7 @@ fn a_harmonic_drive_by_angles_and_by_speeds() {
     assert_eq!(mixed.residuals, []);
     let found = verdict(&mixed, "fs.w");
     assert!(found.detectable && found.order == Some(1), "{found:?}");
-    let mut relation = written(&found.relation);
+    let mut relation = named_terms(&found.relation);
     relation.sort();
     assert_eq!(relation, [("cs.phi", 1, "-51"), ("fs.w", 0, "50"), ("wg.phi", 1, "1")]);
     // An angle that reads another constant is told while it changes alone; a speed goes on.
@@ -385,7 +388,7 @@ fn a_chain_with_a_spring_in_time() {
         // With the load unknown there is one relation: nothing can be told apart.
         assert!(found.detectable && found.order == Some(2) && found.not_isolable_from.len() == 2, "{found:?}");
         assert_eq!(
-            written(&found.relation),
+            named_terms(&found.relation),
             [("at_a", 2, "1"), ("at_a", 0, "5"), ("at_b", 0, "-5"), ("m.tau", 0, "-1/2")]
         );
     }
@@ -393,7 +396,7 @@ fn a_chain_with_a_spring_in_time() {
     assert!(two.faults.iter().all(|one| one.strongly_detectable == Some(true)), "{:?}", two.faults);
     // The torque of the spring as well: twist = 10 (a − b) at once, and the faults come apart.
     let three = outputs(CHAIN, &["at_a", "at_b", "twist"]);
-    assert_eq!(written(&three.residuals[0].terms), [("at_a", 0, "1"), ("at_b", 0, "-1"), ("twist", 0, "-1/10")]);
+    assert_eq!(named_terms(&three.residuals[0].terms), [("at_a", 0, "1"), ("at_b", 0, "-1"), ("twist", 0, "-1/10")]);
     assert!(three.faults.iter().all(|one| one.detectable && one.not_isolable_from.is_empty()), "{:?}", three.faults);
     // One sensor: the load explains any course of b; of a alone the spring's torque is unknown.
     for sensor in ["at_a", "at_b"] {

@@ -139,9 +139,9 @@ fn what_is_not_reached_must_die_away() {
 fn forms_are_written_exactly() {
     let matrices = json!({"A": [[0, 1, 0], [-2, -3, 0], [1, 0, "-1/3"]], "B": [0, 1, 0], "C": [1, 0, 0]});
     let found = analysis(&matrices).realisations.unwrap();
-    let written: Value = serde_json::from_str(&realisations_json(&found)).unwrap();
+    let json: Value = serde_json::from_str(&realisations_json(&found)).unwrap();
     for (name, form) in [("kalman", &found.kalman), ("minimal", &found.minimal), ("staircase", &found.staircase)] {
-        let one = &written[name];
+        let one = &json[name];
         let plain = json!({"A": one["A"], "B": one["B"], "C": one["C"], "D": one["D"]});
         let read = read_state_space(plain.to_string().as_bytes()).unwrap().system;
         assert_eq!((&read.a, &read.b, &read.c), (&form.a, &form.b, &form.c), "{name}");

@@ -14,7 +14,7 @@ fn with(count: usize, entry: impl Fn(usize) -> String) -> String {
 }
 
 /// The same, in a table or a list that is opened and closed.
-fn within(open: &str, count: usize, entry: impl Fn(usize) -> String, close: &str) -> String {
+fn table_of(open: &str, count: usize, entry: impl Fn(usize) -> String, close: &str) -> String {
     [with(0, |_| String::new()), open.into(), (0..count).map(entry).collect(), close.into()].concat()
 }
 
@@ -33,8 +33,8 @@ fn before(k: usize, first: &str) -> String {
 
 /// Entries that stand beside each other, or that many others name; `check` takes about as many times longer as there are more of them.
 pub const WIDE: &[Kind] = &[
-    ("parameters", |n| within("[parameters]\n", n, |k| format!("x{k} = \"{} kg\"\n", k + 1), "")),
-    ("parameters of one", |n| within("[parameters]\np = \"1 kg\"\n", n, |k| format!("x{k} = \"{k} * p\"\n"), "")),
+    ("parameters", |n| table_of("[parameters]\n", n, |k| format!("x{k} = \"{} kg\"\n", k + 1), "")),
+    ("parameters of one", |n| table_of("[parameters]\np = \"1 kg\"\n", n, |k| format!("x{k} = \"{k} * p\"\n"), "")),
     ("springs", |n| {
         with(n, |k| {
             format!("[spring_damper.x{k}]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"1 N m/rad\"\n\n")
@@ -70,7 +70,7 @@ pub const WIDE: &[Kind] = &[
                 (k + 1) as f64 / 100.0
             )
         };
-        within("", n, event, "")
+        table_of("", n, event, "")
     }),
     ("faults", |n| with(n, |k| format!("[fault.x{k}]\nmotor = \"m\"\nkind = \"dead\"\nat = \"{} us\"\n\n", k + 1))),
     ("requirements", |n| {
@@ -80,7 +80,7 @@ pub const WIDE: &[Kind] = &[
     ("plots", |n| with(n, |k| format!("[[plot]]\nname = \"x{k}\"\ntitle = \"x\"\nsignals = [\"a.phi\"]\n\n"))),
     ("variants", |n| {
         let open = "[parameters]\np = \"1 kg m^2\"\n\n[shaft.b]\ninertia = \"p\"\n\n";
-        within(open, n, |k| format!("[[variant]]\nname = \"x{k}\"\nset = {{ p = \"{} kg m^2\" }}\n\n", k + 1), "")
+        table_of(open, n, |k| format!("[[variant]]\nname = \"x{k}\"\nset = {{ p = \"{} kg m^2\" }}\n\n", k + 1), "")
     }),
     ("varied values of a sweep", |n| {
         let varied = |k: usize| {
@@ -89,18 +89,18 @@ pub const WIDE: &[Kind] = &[
             spring + &format!("[[sweep.vary]]\nparameter = \"p{k}\"\nfrom = \"1 N m/rad\"\nto = \"2 N m/rad\"\n\n")
         };
         let parameters: String = (0..n).map(|k| format!("p{k} = \"1 N m/rad\"\n")).collect();
-        within(&format!("[parameters]\n{parameters}\n[sweep]\nsamples = 2\n\n"), n, varied, "")
+        table_of(&format!("[parameters]\n{parameters}\n[sweep]\nsamples = 2\n\n"), n, varied, "")
     }),
 ];
 
 /// Entries each of which names the one before it.
 pub const CHAINS: &[Kind] = &[
     ("parameters in a chain", |n| {
-        within("[parameters]\nstart = \"1 kg\"\n", n, |k| format!("x{k} = \"1 * {}\"\n", before(k, "start")), "")
+        table_of("[parameters]\nstart = \"1 kg\"\n", n, |k| format!("x{k} = \"1 * {}\"\n", before(k, "start")), "")
     }),
     ("parameters in a chain from behind", |n| {
         let parameter = |k: usize| format!("x{} = \"1 * {}\"\n", n - 1 - k, before(n - 1 - k, "start"));
-        within("[parameters]\n", n, parameter, "start = \"1 kg\"\n")
+        table_of("[parameters]\n", n, parameter, "start = \"1 kg\"\n")
     }),
     ("signals of time in a chain", |n| with(n, |k| signal(&format!("x{k}"), &format!("{} + 1 s", before(k, "t"))))),
     ("signals of time in a chain from behind", |n| {
@@ -136,7 +136,7 @@ pub const CHAINS: &[Kind] = &[
 
 /// Entries that name each other in a circle, which is told.
 pub const CIRCLES: &[Kind] = &[
-    ("parameters in a circle", |n| within("[parameters]\n", n, |k| format!("x{k} = \"1 * x{}\"\n", (k + 1) % n), "")),
+    ("parameters in a circle", |n| table_of("[parameters]\n", n, |k| format!("x{k} = \"1 * x{}\"\n", (k + 1) % n), "")),
     ("signals of time in a circle", |n| with(n, |k| signal(&format!("x{k}"), &format!("x{} + 1 N m", (k + 1) % n)))),
     ("formulas in a circle", |n| with(n, |k| signal(&format!("x{k}"), &format!("a.phi + x{}", (k + 1) % n)))),
     ("blocks in a circle", |n| {

@@ -267,7 +267,7 @@ fn the_plan_is_better_than_the_grid() {
 fn a_grid_is_played_as_it_is_written() {
     let speeds =
         "speeds = { wg = [\"-60 rad/s\", \"60 rad/s\", \"90 rad/s\"], cs = [\"1 rad/s\", \"-1 rad/s\", \"2 rad/s\"] }";
-    let written = source().replace("levels = 8\npoints = 24\n", &format!("{speeds}\n"));
+    let text = source().replace("levels = 8\npoints = 24\n", &format!("{speeds}\n"));
     let points = |source: &str| {
         let plan = prepared(source, &BenchSettings::default()).plan().unwrap().clone();
         let of = |all: &[DataNumber], name: &str| all.iter().find(|one| one.name == name).unwrap().value;
@@ -277,21 +277,21 @@ fn a_grid_is_played_as_it_is_written() {
         all
     };
     // The flexspline would creep, below a twentieth of 6 rad/s, at −1/50·60 + 51/50·1 = −0.18 rad/s, its mirror image, and 0.24 rad/s.
-    assert_eq!(points(&written), [(-60.0, 1.0), (-60.0, 2.0), (60.0, -1.0), (60.0, 2.0), (90.0, -1.0), (90.0, 1.0)]);
-    let creeping = written.replace(
+    assert_eq!(points(&text), [(-60.0, 1.0), (-60.0, 2.0), (60.0, -1.0), (60.0, 2.0), (90.0, -1.0), (90.0, 1.0)]);
+    let creeping = text.replace(
         "cs = \"6 rad/s\", fs = \"6 rad/s\" }",
         "cs = \"6 rad/s\", fs = \"6 rad/s\" }\nleast_speed = { fs = \"0 rad/s\" }",
     );
     assert_eq!(points(&creeping).len(), 9);
     // The limit of the wave generator is the fastest one listed.
-    let unlimited = written.replace("wg = \"120 rad/s\", ", "");
-    assert_eq!(points(&unlimited), points(&written));
-    let slow = written.replace("wg = \"120 rad/s\"", "wg = \"80 rad/s\"");
+    let unlimited = text.replace("wg = \"120 rad/s\", ", "");
+    assert_eq!(points(&unlimited), points(&text));
+    let slow = text.replace("wg = \"120 rad/s\"", "wg = \"80 rad/s\"");
     assert!(refused(&slow, &BenchSettings::default()).iter().any(|d| d.message.contains("so few points")));
     // Fewer than the grid has: the best of them; a coordinate that is not listed has its levels.
-    let chosen = written.replace(speeds, &format!("{speeds}\npoints = 5\nleast_speed = {{ fs = \"0 rad/s\" }}"));
+    let chosen = text.replace(speeds, &format!("{speeds}\npoints = 5\nleast_speed = {{ fs = \"0 rad/s\" }}"));
     assert_eq!(points(&chosen).len(), 5);
-    let half = written.replace(", cs = [\"1 rad/s\", \"-1 rad/s\", \"2 rad/s\"]", "");
+    let half = text.replace(", cs = [\"1 rad/s\", \"-1 rad/s\", \"2 rad/s\"]", "");
     assert!(points(&half).len() > 9 && points(&half).iter().all(|(wg, _)| [-60.0, 60.0, 90.0].contains(wg)));
 }
 

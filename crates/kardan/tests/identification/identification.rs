@@ -722,31 +722,36 @@ fn written_and_read_again() {
 fn nonsense_is_refused() {
     let good = shaft_log(41, |w, _| 0.02 * w);
     let plain_settings = IdentifySettings::default();
-    let says = |source: &str, log: &str, settings: &IdentifySettings, fragments: &[&str]| {
+    let assert_refused = |source: &str, log: &str, settings: &IdentifySettings, fragments: &[&str]| {
         let text = refused(source, vec![("my.csv", log.to_string())], settings);
         fragments.iter().for_each(|word| assert!(text.contains(word), "{word}: {text}"));
     };
-    says(SHAFT, "", &plain_settings, &["my.csv", "empty"]);
-    says(SHAFT, "time,speed\n0,1\n1,2\n", &plain_settings, &["no channel", "speed", "s.w"]);
-    says(SHAFT, "x,s.w,m.tau\n0,1,1\n1,2,1\n", &plain_settings, &["time", "sample_time"]);
-    says(SHAFT, "time,m.tau\n0,1\n1,2\n", &plain_settings, &["degrees of freedom", "log"]);
-    says(SHAFT, "time,s.w\n0,1\n1,2\n", &plain_settings, &["no torque"]);
-    says(SHAFT, "time,s.w,m.tau,load.tau\ns,N m,N m,N m\n0,1,1,1\n1,2,2,2\n", &plain_settings, &["unit", "s.w"]);
-    says(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too few", "window"]);
+    assert_refused(SHAFT, "", &plain_settings, &["my.csv", "empty"]);
+    assert_refused(SHAFT, "time,speed\n0,1\n1,2\n", &plain_settings, &["no channel", "speed", "s.w"]);
+    assert_refused(SHAFT, "x,s.w,m.tau\n0,1,1\n1,2,1\n", &plain_settings, &["time", "sample_time"]);
+    assert_refused(SHAFT, "time,m.tau\n0,1\n1,2\n", &plain_settings, &["degrees of freedom", "log"]);
+    assert_refused(SHAFT, "time,s.w\n0,1\n1,2\n", &plain_settings, &["no torque"]);
+    assert_refused(
+        SHAFT,
+        "time,s.w,m.tau,load.tau\ns,N m,N m,N m\n0,1,1,1\n1,2,2,2\n",
+        &plain_settings,
+        &["unit", "s.w"],
+    );
+    assert_refused(SHAFT, "time,s.w,m.tau,load.tau\n0,1,1,1\n0.1,2,1,1\n", &plain_settings, &["too few", "window"]);
     let options = |names: &[&str]| IdentifySettings {
         parameters: names.iter().map(|name| name.to_string()).collect(),
         ..IdentifySettings::default()
     };
-    says(SHAFT, &good, &options(&["s.dampin"]), &["s.dampin", "did you mean `s.damping`"]);
-    says(SHAFT, &good, &options(&["m.tau"]), &["m.tau"]);
-    says(SHAFT, &good, &options(&["s.damping", "s.damping"]), &["same coefficient"]);
-    says(GEARS, "time,a.w,m.tau\n0,1,1\n", &options(&["g.ratio"]), &["g.ratio"]);
+    assert_refused(SHAFT, &good, &options(&["s.dampin"]), &["s.dampin", "did you mean `s.damping`"]);
+    assert_refused(SHAFT, &good, &options(&["m.tau"]), &["m.tau"]);
+    assert_refused(SHAFT, &good, &options(&["s.damping", "s.damping"]), &["same coefficient"]);
+    assert_refused(GEARS, "time,a.w,m.tau\n0,1,1\n", &options(&["g.ratio"]), &["g.ratio"]);
     let ratio = GEARS.replace("ratio = 3", "ratio = \"r\"") + "[parameters]\nr = 3\n";
-    says(&ratio, "time,a.w,m.tau\n0,1,1\n", &options(&["r"]), &["linearly"]);
+    assert_refused(&ratio, "time,a.w,m.tau\n0,1,1\n", &options(&["r"]), &["linearly"]);
     let no_variant = IdentifySettings { variant: Some("x".into()), ..IdentifySettings::default() };
-    says(SHAFT, &good, &no_variant, &["no variant `x`"]);
+    assert_refused(SHAFT, &good, &no_variant, &["no variant `x`"]);
     let width = IdentifySettings { window: Some(f64::NAN), ..IdentifySettings::default() };
-    says(SHAFT, &good, &width, &["window"]);
+    assert_refused(SHAFT, &good, &width, &["window"]);
     let two = format!("{SHAFT}[log.a]\nfile = \"a*\"\n[log.b]\nfile = \"b*\"\n");
     let unpaired = refused(
         &two,
@@ -767,11 +772,16 @@ fn nonsense_is_refused() {
     let none = refused(SHAFT, vec![], &plain_settings);
     assert!(none.contains("no log"), "{none}");
     let channel = |keys: &str| format!("{SHAFT}[log.a]\n[[log.a.channel]]\nsignal = \"s.w\"\n{keys}\n");
-    says(&channel("column = \"spead\""), &good, &plain_settings, &["no column", "spead"]);
-    says(&channel("number = 99"), &good, &plain_settings, &["no column number 99"]);
-    says(&channel(""), &good, &plain_settings, &["neither `column` nor `number`"]);
-    says(&channel("column = \"s.w\"\nunit = \"furlong\""), &good, &plain_settings, &["furlong"]);
-    says(&channel("column = \"s.w\"\nscale = \"2 N m\""), &good, &plain_settings, &["expected an angular velocity"]);
+    assert_refused(&channel("column = \"spead\""), &good, &plain_settings, &["no column", "spead"]);
+    assert_refused(&channel("number = 99"), &good, &plain_settings, &["no column number 99"]);
+    assert_refused(&channel(""), &good, &plain_settings, &["neither `column` nor `number`"]);
+    assert_refused(&channel("column = \"s.w\"\nunit = \"furlong\""), &good, &plain_settings, &["furlong"]);
+    assert_refused(
+        &channel("column = \"s.w\"\nscale = \"2 N m\""),
+        &good,
+        &plain_settings,
+        &["expected an angular velocity"],
+    );
     // A log that breaks off: what is before counts, and it is said.
     let broken = good[..good.len() - 10].to_string();
     let found = found(SHAFT, vec![broken], &options(&["s.damping"]));

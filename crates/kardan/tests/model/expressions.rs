@@ -308,9 +308,9 @@ fn kinks_are_named() {
     let least = graph.min(size, y);
     let bent = graph.table(table(), y);
     let all = graph.add(least, bent);
-    let written = |graph: &Graph, expr| printed(graph, expr, Style::Text, &str::to_owned);
+    let formula = |graph: &Graph, expr| printed(graph, expr, Style::Text, &str::to_owned);
     let kinks = graph.kinks(all);
-    let texts: Vec<String> = kinks.iter().map(|kink| written(&graph, *kink)).collect();
+    let texts: Vec<String> = kinks.iter().map(|kink| formula(&graph, *kink)).collect();
     for expected in ["x", "abs(x) - y", "y", "2 + y", "-1 + y", "-4 + y"] {
         let reordered = if expected == "abs(x) - y" { "-y + abs(x)" } else { expected };
         assert!(texts.iter().any(|word| word == expected || word == reordered), "{expected} is not in {texts:?}");

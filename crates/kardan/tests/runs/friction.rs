@@ -508,9 +508,9 @@ fn an_event_is_detected_where_it_happens() {
         let mut machine = Machine::new(setup);
         let mut state = vec![0.0; machine.size()];
         machine.enter_segment(0.0);
-        machine.settle(0.0, &mut state, &[], true);
+        machine.select_modes(0.0, &mut state, &[], true);
         let detected = machine.breaks_away(time, &state);
-        (detected, !machine.settle(time, &mut state, &[], false).is_empty())
+        (detected, !machine.select_modes(time, &mut state, &[], false).is_empty())
     };
     // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
     let (mut low, mut high) = (0, 100_000);
@@ -1004,10 +1004,10 @@ fn a_dependent_friction_direction_sticks_too() {
         machine.enter_segment(0.0);
         // The wave generator turns and with it the flexspline; the circular spline rests.
         state[coordinates.len() + wg] = 1.0;
-        machine.settle(0.0, &mut state, &[], true);
+        machine.select_modes(0.0, &mut state, &[], true);
         assert!(machine.shared_friction().is_empty());
         state[coordinates.len() + wg] = 0.0;
-        machine.settle(0.01, &mut state, &[moves(stopping)], false);
+        machine.select_modes(0.01, &mut state, &[moves(stopping)], false);
         assert_eq!(machine.shared_friction(), [0, 1, 2], "{stopping} has come to rest");
         assert!(!machine.breaks_away(0.02, &state));
     }

@@ -255,7 +255,7 @@ impl Shape {
     const ALL: [Self; 8] =
         [Self::Bump, Self::Switch, Self::Burst, Self::Gompertz, Self::Tanh, Self::Window, Self::Peak, Self::Ramp];
 
-    fn written(self, u: &str) -> String {
+    fn formula(self, u: &str) -> String {
         match self {
             Self::Bump => format!("exp(-({u})^2)"),
             Self::Switch => format!("1/(1 + exp(-({u})))"),
@@ -331,7 +331,7 @@ impl Law {
     fn source(&self) -> String {
         let (of, unit) = [("t", "s"), ("a.phi", "rad"), ("a.w", "rad/s")][self.of];
         let u = format!("({of} - {} {unit})/({} {unit})", self.at, self.width);
-        let product: String = self.shapes.iter().flatten().map(|shape| format!(" * {}", shape.written(&u))).collect();
+        let product: String = self.shapes.iter().flatten().map(|shape| format!(" * {}", shape.formula(&u))).collect();
         let control = match self.gain {
             0.0 => String::new(),
             gain => format!(
@@ -439,18 +439,18 @@ fn limits_that_dip_let_go() {
             if waves { size * (1.0 + deep * (rate * t).sin()) } else { size * (1.0 - deep * (-u * u).exp()) }
         };
         let load = move |t: f64| pull + swing * (3.0 * t).sin();
-        let written = match waves {
+        let formula = match waves {
             true => format!("max(0 N m, {size} N m * (1 + {deep} * sin({rate} * t/(1 s))))"),
             false => format!("max(0 N m, {size} N m * (1 - {deep} * exp(-((t - {at} s)/({width} s))^2)))"),
         };
-        let source = brake(&written, &format!("{pull} N m + {swing} N m * sin(3 * t/(1 s))"), "", "1");
+        let source = brake(&formula, &format!("{pull} N m + {swing} N m * sin(3 * t/(1 s))"), "", "1");
         let [angle, speed] = slips(0.005, &limit, &load, 1.0, 400_000);
         for method in METHODS {
             let run = run_of(&source, method);
             let apart = [last(&run, "a.phi") - angle, last(&run, "a.w") - speed];
             let allowed = 10.0 * RELATIVE * (1.0 + angle.abs().max(speed.abs()));
             if run.outcome != Outcome::Completed || apart.iter().any(|apart| !(apart.abs() <= allowed)) {
-                wrong.push(format!("{model} {method:?}: {apart:?} of {angle} {speed}: {written}, {pull} {swing}"));
+                wrong.push(format!("{model} {method:?}: {apart:?} of {angle} {speed}: {formula}, {pull} {swing}"));
             }
         }
     }

@@ -199,9 +199,9 @@ fn equations_have_the_multipliers_of_their_constraints() {
                   [constraint.yoke]\nexpression = \"slide.s - 0.5 m * sin(crank.phi)\"\n\
                   [shaft.p]\ninertia = \"1 kg m^2\"\n[prescribed_motion.drive]\nshaft = \"p\"\nspeed = \"1 rad/s * sin(3 rad/s * t)\"\n\
                   [spring_damper.s]\nshaft_1 = \"p\"\nshaft_2 = \"crank\"\nstiffness = \"3 N m/rad\"\n[scenario]\nduration = \"1 s\"\n";
-    let written =
+    let rendered =
         |form: EquationsForm| Project::open(source).equations(form).unwrap_or_else(|reported| panic!("{reported:?}")).0;
-    let text = written(EquationsForm::Text);
+    let text = rendered(EquationsForm::Text);
     for line in [
         "  0.02 crank'' + 3 crank - 3 p = -1/2*cos(crank) yoke.f\n",
         "  p'' - 3 crank + 3 p = drive.tau\n",
@@ -211,10 +211,10 @@ fn equations_have_the_multipliers_of_their_constraints() {
     ] {
         assert!(text.contains(line), "{line}{text}");
     }
-    let latex = written(EquationsForm::Latex);
+    let latex = rendered(EquationsForm::Latex);
     assert!(latex.contains(r"&= -\frac{1}{2}\cos(\varphi_{\mathrm{crank}}) f_{\mathrm{yoke}} \\"), "{latex}");
     // Half of sin φ, times the square of the speed, is what the row of accelerations has besides.
-    let plan = kardan::plan::parse(&written(EquationsForm::Plan)).expect("a plan");
+    let plan = kardan::plan::parse(&rendered(EquationsForm::Plan)).expect("a plan");
     let mut workspace = plan.memory();
     let values = [("crank.phi", 0.7), ("crank.w", 3.0)];
     for (k, name) in plan.inputs.iter().enumerate() {

@@ -52,8 +52,8 @@ fn a_circle_in_square_metres_has_a_multiplier_in_newtons_per_metre() {
     let (text, _) = project.equations(EquationsForm::Text).unwrap();
     assert!(text.contains("ring.lambda"), "{text}");
     let symbols = project.symbolic_equations().unwrap().0;
-    let written = format!("{symbols:?}");
-    assert!(written.contains("ring.lambda") && written.contains(r"\lambda_{"), "{written}");
+    let text = format!("{symbols:?}");
+    assert!(text.contains("ring.lambda") && text.contains(r"\lambda_{"), "{text}");
 }
 
 const SKATE: &str = "[mass.x]\nmass = \"3 kg\"\n[mass.y]\nmass = \"3 kg\"\n[shaft.heading]\ninertia = \"2 kg m^2\"\n\

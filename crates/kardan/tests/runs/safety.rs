@@ -231,6 +231,16 @@ fn values_that_a_variant_sets() {
         assert!(found.message.contains("the variant `strong` sets it") && !found.labels.is_empty(), "{found:?}");
         assert!(found.help.as_ref().is_some_and(|help| help.contains("variants")), "{found:?}");
     }
+    // A limit that differs between the variants, by itself or within an expression, is refused.
+    for limit in ["rate", "2 * rate"] {
+        let varied = of("", "push = [\"4 N m\"]")
+            .replace("[parameters]\n", "[parameters]\nrate = \"0.1 rad/s\"\n")
+            .replace("below = \"0.1 rad/s\"", &format!("below = \"{limit}\""))
+            + "[[variant]]\nname = \"fast\"\nset = { rate = \"1 rad/s\" }\n";
+        let reported = study::prepare(&varied).1;
+        let found = reported.iter().find(|one| one.code == "requirement::set-by-variant");
+        assert!(found.is_some_and(|one| one.message.contains("`rate` differs")), "{limit}: {reported:?}");
+    }
 }
 
 /// A grid of more rows than anybody reads is refused before it is written out, however many they would be.

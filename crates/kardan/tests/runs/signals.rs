@@ -48,8 +48,8 @@ fn a_sine_drives_a_body_on_a_spring_as_in_closed_form() {
         forced
             * ((omega * t + phase).sin() - phase.sin() * (own * t).cos() - omega / own * phase.cos() * (own * t).sin())
     };
-    let written = "3 N m * sin(2 pi t / 2 s + 30 deg)";
-    for (signals, load) in [(WAVE, "wave"), ("", written)] {
+    let formula = "3 N m * sin(2 pi t / 2 s + 30 deg)";
+    for (signals, load) in [(WAVE, "wave"), ("", formula)] {
         for method in METHODS {
             let run = by(&oscillator(false, signals, load, "5 s"), method, 1e-12);
             for (t, angle) in run.series.time.iter().zip(signal(&run, "a.phi")) {

@@ -74,7 +74,7 @@ fn jacobian_error(variant: &PreparedVariant, seed: u64) -> Option<f64> {
     // Some stand still.
     (0..r).filter(|k| (k + seed as usize).is_multiple_of(3)).for_each(|k| state[r + k] = 0.0);
     machine.enter_segment(0.0);
-    machine.settle(0.0, &mut state, &[], true);
+    machine.select_modes(0.0, &mut state, &[], true);
     let mut jacobian = vec![0.0; states * states];
     machine.find_jacobian(0.0, &state, &mut jacobian);
     let mut rates = |state: &[f64]| {

@@ -235,15 +235,15 @@ fn a_block_that_is_begun_is_finished() {
     }
     let project = Project::open(MODEL);
     let plan = project.sweep_plan(&of(200)).unwrap();
-    let (mut written, whole) = (Vec::new(), swept(&project, &of(200)).0);
+    let (mut computed, whole) = (Vec::new(), swept(&project, &of(200)).0);
     let mut write = |_: u64, rows: &[SweepRow]| {
-        written.extend(rows.to_vec());
+        computed.extend(rows.to_vec());
         Ok(())
     };
     let ends = Ends(AtomicUsize::new(0));
     let found = project.sweep(&plan, &Default::default(), &mut SweepRows::default(), &ends, &mut write).unwrap();
     assert_eq!((found.rows, found.missing), (plan.block(), 200 - plan.block()));
-    assert!(written == whole[..plan.block() as usize] && found.failures.is_empty());
+    assert!(computed == whole[..plan.block() as usize] && found.failures.is_empty());
     assert!(found.warnings.iter().any(|reported| reported.starts_with("somebody asked")), "{:?}", found.warnings);
 }
 

@@ -128,10 +128,10 @@ fn an_identification_is_drawn() {
     let json = |text: &str| [("found.json".to_string(), Ok(Arc::from(text.as_bytes())))];
     let text = PLAIN.replace("\"1 kg m^2\"", "\"1.9 kg m^2 ± 20 %\"\ndamping = \"0.4 N m s/rad ± 50 %\"")
         + "[[sweep.correlated]]\nfile = \"found.json\"\nparameters = [\"s.inertia\", \"s.damping\"]\n";
-    let written = identification_json(&found);
+    let json_text = identification_json(&found);
     let open = |text: &str, file: &str| Project::open(text).with_files(json(file));
     assert_eq!(Project::open(text.as_str()).files(), ["found.json"]);
-    let project = open(&text, &written);
+    let project = open(&text, &json_text);
     assert!(project.diagnostics().is_empty(), "{:?}", project.diagnostics());
     let plan = project.sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
     assert_eq!(plan.head.varied.len(), 2);
@@ -142,7 +142,7 @@ fn an_identification_is_drawn() {
     assert!((correlation + 0.7).abs() < 4.0 * 0.51 / 4000f64.sqrt());
     // Another file is another sweep.
     let other =
-        open(&text, &written.replace("-0.7", "-0.6")).sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
+        open(&text, &json_text.replace("-0.7", "-0.6")).sweep_plan(&sweep_settings(4000, SweepGoal::Samples)).unwrap();
     assert_ne!(other.head.identity, plan.head.identity);
     let refused = |text: &str, file: &str| {
         let diagnostics = open(text, file).diagnostics().to_vec();
@@ -150,7 +150,7 @@ fn an_identification_is_drawn() {
     };
     let all = text.replace("parameters = [\"s.inertia\", \"s.damping\"]\n", "");
     for (text, file, reported) in [
-        (&all, written.as_str(), "`lost.damping` has no standard deviation"),
+        (&all, json_text.as_str(), "`lost.damping` has no standard deviation"),
         (&text, "{\"names\": [\"s.inertia\"], \"covariance\": [[1]]}", "it has no `s.damping`"),
         (&text, "nothing", "it is not valid JSON"),
         (&text, "{}", "it has no list `names`"),

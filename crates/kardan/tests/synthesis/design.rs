@@ -740,7 +740,7 @@ fn json_of_every_built_in_model_and_of_requested_controllers() {
     check_json(&designed(source("sia-steering"), &DesignSettings { simulate: true, ..none() }), true);
     // A circuit has no motor to decouple with.
     let diagnostics = refused(source("rlc-ladder"), &none());
-    says(&diagnostics, "control::no-motor", &["no motor"]);
+    assert_reported(&diagnostics, "control::no-motor", &["no motor"]);
 }
 
 // ---- cross coupling -------------------------------------------------------------------------------------------------
@@ -927,7 +927,7 @@ fn refused(source: &str, settings: &DesignSettings) -> Vec<Diagnostic> {
 }
 
 #[track_caller]
-fn says(found: &[Diagnostic], code: &str, fragments: &[&str]) {
+fn assert_reported(found: &[Diagnostic], code: &str, fragments: &[&str]) {
     let text = |diagnostic: &Diagnostic| format!("{} help: {:?}", diagnostic.message, diagnostic.help);
     let hit = |diagnostic: &&Diagnostic| {
         diagnostic.code == code && fragments.iter().all(|word| text(diagnostic).contains(word))
@@ -1012,7 +1012,7 @@ fn settings_that_cannot_be_designed() {
         (law("noninteracting", for_channels(&both, &["fs.w", "rk.phi"])), "name::unknown", &["`fs.w`", "angle"]),
     ];
     for (settings, code, fragments) in cases {
-        says(&refused(source("sia-steering"), &settings), code, fragments);
+        assert_reported(&refused(source("sia-steering"), &settings), code, fragments);
     }
 }
 
@@ -1049,7 +1049,7 @@ fn keys_that_cannot_be_designed() {
     ];
     for ((from, to), code, fragments) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);
-        says(&refused(&text, &DesignSettings::default()), code, fragments);
+        assert_reported(&refused(&text, &DesignSettings::default()), code, fragments);
     }
 }
 
@@ -1088,14 +1088,18 @@ fn observers_that_cannot_be_designed() {
     ];
     for ((from, to), code, fragments) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);
-        says(&refused(&text, &of_variant("position-observer")), code, fragments);
+        assert_reported(&refused(&text, &of_variant("position-observer")), code, fragments);
     }
     let kalman = (poles, "method = \"kalman\"\n");
     let blind = changed("harmonic-drive-spring", &[kalman, (sensors, "sensors = [\"wg.phi\"]\n")]);
-    says(&refused(&blind, &of_variant("position-observer")), "control::design", &["no sensor shows", "do not decay"]);
+    assert_reported(
+        &refused(&blind, &of_variant("position-observer")),
+        "control::design",
+        &["no sensor shows", "do not decay"],
+    );
     let force = changed("harmonic-drive", &[("[\"wg.phi\", \"cs.phi\"]\ndist", "[\"wg.phi\", \"fs_torque\"]\ndist")]);
     let found = refused(&force, &of_variant("position-observer"));
-    says(&found, "control::design", &["`fs_torque.tau`", "an observer cannot measure it"]);
+    assert_reported(&found, "control::design", &["`fs_torque.tau`", "an observer cannot measure it"]);
 }
 
 /// Two ways of opposite sign from the motor to the output: with `2 k1 < k2` a passive drive has a zero in the right half
@@ -1166,7 +1170,7 @@ fn unstable_zero_dynamics_are_refused() {
         [for_channels(&["far"], &["cs.phi"]), by("dynamic", &["far"], &["cs.phi"]), by("block", &["far"], &["cs.phi"])]
     {
         let found = refused(TWO_WAYS, &settings);
-        says(
+        assert_reported(
             &found,
             "control::design",
             &["zero dynamics are unstable", &root, "s^2 + s - 800 = 0", "choose other outputs"],
@@ -1175,8 +1179,12 @@ fn unstable_zero_dynamics_are_refused() {
     let behind = format!("{TWO_WAYS}{DRIVE_BEHIND}");
     let outputs = ["cs.phi", "fs.phi"];
     let found = refused(&behind, &by("dynamic", &["far", "near"], &outputs));
-    says(&found, "control::design", &["zero dynamics are unstable", &root, "s^2 + s - 800 = 0"]);
-    says(&refused(&behind, &for_channels(&["far", "near"], &outputs)), "control::design", &["rank 1 instead of 2"]);
+    assert_reported(&found, "control::design", &["zero dynamics are unstable", &root, "s^2 + s - 800 = 0"]);
+    assert_reported(
+        &refused(&behind, &for_channels(&["far", "near"], &outputs)),
+        "control::design",
+        &["rank 1 instead of 2"],
+    );
     // With the ways turned round the same drive passes.
     let mild = TWO_WAYS.replace("\"10 N m/rad\"", "\"1000 N m/rad\"");
     assert!(designed(&mild, &for_channels(&["far"], &["cs.phi"])).zero_dynamics.is_stable());
@@ -1184,7 +1192,7 @@ fn unstable_zero_dynamics_are_refused() {
     let active = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\ndamping = \"-0.5 N m s/rad\"\n\
                   [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad\"\n\
                   [motor.m]\nshaft = \"a\"\n";
-    says(&refused(active, &for_channels(&["m"], &["a.phi"])), "damping::not-passive", &["`b`"]);
+    assert_reported(&refused(active, &for_channels(&["m"], &["a.phi"])), "damping::not-passive", &["`b`"]);
 }
 
 // ---- any controller at all -------------------------------------------------------------------------------------------
@@ -1446,7 +1454,7 @@ fn gains_exceeding_single_precision_are_refused() {
     let from = "natural_frequency = \"20 rad/s\"";
     for name in ["harmonic-drive-spring", "sia-steering"] {
         let text = changed(name, &[(from, "natural_frequency = \"1e25 rad/s\"")]);
-        says(&refused(&text, &DesignSettings::default()), "number::range", &["too large"]);
+        assert_reported(&refused(&text, &DesignSettings::default()), "number::range", &["too large"]);
     }
 }
 
@@ -1454,7 +1462,7 @@ fn gains_exceeding_single_precision_are_refused() {
 fn unstable_zeros_of_blocks_are_refused() {
     let behind = format!("{TWO_WAYS}{DRIVE_BEHIND}");
     let found = refused(&behind, &by("block", &["far", "near"], &["cs.phi", "fs.phi"]));
-    says(&found, "control::design", &["zero dynamics are unstable", "s^2 + s - 800 = 0"]);
+    assert_reported(&found, "control::design", &["zero dynamics are unstable", "s^2 + s - 800 = 0"]);
 }
 
 #[test]
@@ -1485,7 +1493,7 @@ fn only_laws_that_invert_the_plant_are_judged_by_its_zeros() {
 #[test]
 fn unknown_feedback_is_refused() {
     let settings = by("sometimes", &["wg_motor", "rk_motor"], &["fs.phi", "rk.phi"]);
-    says(&refused(source("sia-steering"), &settings), "choice::unknown", &["`sometimes`", "dynamic"]);
+    assert_reported(&refused(source("sia-steering"), &settings), "choice::unknown", &["`sometimes`", "dynamic"]);
 }
 
 #[test]
@@ -1498,7 +1506,7 @@ fn a_controller_of_another_variant_is_found() {
 #[test]
 fn angle_and_speed_of_one_shaft_depend_on_each_other() {
     let found = refused(source("sia-steering"), &for_channels(&["wg_motor", "rk_motor"], &["rk.phi", "rk.w"]));
-    says(&found, "control::design", &["no feedback at all"]);
+    assert_reported(&found, "control::design", &["no feedback at all"]);
     assert!(found.iter().all(|one| !one.message.contains("ref_rk")), "{found:#?}");
 }
 
@@ -1610,7 +1618,7 @@ fn friction_is_cancelled_once() {
     // A linear one takes it for a torque from outside, which would be cancelled once more.
     let none = "sensors = [\"wg.phi\", \"cs.phi\"]\n";
     let text = text.replace(none, &format!("{none}plant = \"linear\"\n"));
-    says(&refused(&text, &settings), "control::design", &["cancel"]);
+    assert_reported(&refused(&text, &settings), "control::design", &["cancel"]);
     let text = text.replace(none, &format!("{none}compensation = 0\n"));
     assert!(designed(&text, &settings).observer.is_some());
 }

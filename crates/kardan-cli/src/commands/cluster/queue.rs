@@ -110,7 +110,7 @@ impl Queue {
         let mut command: Vec<&str> = self.submit.to_vec();
         let file = file.to_string_lossy();
         command.push(&file);
-        let reply = answer(&command).map_err(refused)?;
+        let reply = output_of(&command).map_err(refused)?;
         // `41;cluster` of Slurm.
         let number = reply.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().trim();
         match number.is_empty() || number.contains(char::is_whitespace) {
@@ -124,15 +124,15 @@ impl Queue {
         match self.name {
             // Among the jobs of the user, since a query by the number of an ended job would fail.
             "slurm" => {
-                Ok(answer(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
+                Ok(output_of(&["squeue", "--me", "--noheader", "--format=%F"])?.lines().any(|line| line.trim() == job))
             }
-            "hyperqueue" => Ok(answer(&["hq", "--output-mode", "quiet", "job", "list"])?.lines().any(|line| {
+            "hyperqueue" => Ok(output_of(&["hq", "--output-mode", "quiet", "job", "list"])?.lines().any(|line| {
                 let mut fields = line.split_whitespace();
                 fields.next() == Some(job) && matches!(fields.next(), Some("WAITING" | "RUNNING"))
             })),
             _ => {
                 let path = "-o=jsonpath={.metadata.name} {.status.conditions[?(@.status==\"True\")].type}";
-                let reply = answer(&["kubectl", "get", job, "--ignore-not-found", path])?;
+                let reply = output_of(&["kubectl", "get", job, "--ignore-not-found", path])?;
                 let mut fields = reply.split_whitespace();
                 Ok(fields.next().is_some() && !fields.any(|word| word == "Complete" || word == "Failed"))
             }
@@ -141,7 +141,7 @@ impl Queue {
 }
 
 /// The output of a program, or its error message if it fails.
-fn answer(command: &[&str]) -> Result<String, String> {
+fn output_of(command: &[&str]) -> Result<String, String> {
     let output =
         Command::new(command[0]).args(&command[1..]).stdin(Stdio::null()).output().map_err(|error| reason(&error))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();

@@ -1,7 +1,7 @@
 //! Branches of a circuit, between two nodes.
 
 use super::kind::KeyError;
-use super::shafts::named_twice;
+use super::shafts::shared_name;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_schema::schema::{Field, Kind, Values};
@@ -32,5 +32,5 @@ pub(in crate::element) fn check_winding(values: &Values, [from, to]: [&'static s
         let message = format!("both ends are the node `{node}`, so it has no part in the circuit");
         KeyError::new(to, message, "name two different nodes")
     };
-    named_twice(values, [from, to]).map(error).into_iter().collect()
+    shared_name(values, [from, to]).map(error).into_iter().collect()
 }

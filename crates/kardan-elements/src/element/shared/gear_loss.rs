@@ -50,7 +50,7 @@ pub(in crate::element) fn gear_loss(direction: Direction, values: &Values) -> Op
 }
 
 /// A negative friction, which would drive.
-pub(in crate::element) fn check_rubs(values: &Values, key: &'static str) -> Option<KeyError> {
+pub(in crate::element) fn check_loss(values: &Values, key: &'static str) -> Option<KeyError> {
     let number = values.formula(key)?.number()?;
     let message = "it is negative, so friction would drive";
     (number < Rational::ZERO).then(|| KeyError::new(key, message, "give zero or more"))
@@ -58,7 +58,7 @@ pub(in crate::element) fn check_rubs(values: &Values, key: &'static str) -> Opti
 
 /// Errors of these keys.
 pub(in crate::element) fn check_gear_loss(values: &Values) -> Vec<KeyError> {
-    let mut out: Vec<KeyError> = check_rubs(values, "loss").into_iter().collect();
+    let mut out: Vec<KeyError> = check_loss(values, "loss").into_iter().collect();
     for key in ["efficiency", "efficiency_back"] {
         let Some(efficiency) = values.number(key) else { continue };
         if efficiency > 1.0 {

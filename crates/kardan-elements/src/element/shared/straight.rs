@@ -2,7 +2,7 @@
 
 use super::contact::{Side, backlash_of, backlash_terms};
 use super::kind::KeyError;
-use super::shafts::named_twice;
+use super::shafts::shared_name;
 use kardan_math::units::Exact;
 use kardan_mechanics::equations::{Direction, Domain, Term};
 use kardan_schema::schema::Values;
@@ -20,7 +20,7 @@ pub(in crate::element) fn straight([shaft, mass]: [&str; 2], lead: &Exact, value
 
 /// A torque on the body of `shaft` must not react on that body.
 pub(in crate::element) fn check_reaction(values: &Values) -> Option<KeyError> {
-    let shaft = named_twice(values, ["shaft", "reaction"])?;
+    let shaft = shared_name(values, ["shaft", "reaction"])?;
     let message = format!("it reacts on `{shaft}` itself, so it has no effect");
     Some(KeyError::new("reaction", message, "name another shaft, or remove `reaction` for the housing"))
 }

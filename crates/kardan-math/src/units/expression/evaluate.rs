@@ -161,7 +161,7 @@ impl Node {
 
     fn different(&self, text: impl Fn(&Kind) -> Option<&str>) -> Vec<&str> {
         let mut out = Vec::new();
-        for found in self.walk(true).filter_map(|part| text(&part.kind)) {
+        for found in self.nodes(true).filter_map(|part| text(&part.kind)) {
             if !out.contains(&found) {
                 out.push(found);
             }
@@ -203,7 +203,7 @@ impl Node {
     }
 
     /// Itself and all its parts, each before its own ones; `into_if`: also those of `if(...)`.
-    pub(super) fn walk(&self, into_if: bool) -> impl Iterator<Item = &Self> {
+    pub(super) fn nodes(&self, into_if: bool) -> impl Iterator<Item = &Self> {
         let mut open = vec![self];
         std::iter::from_fn(move || {
             let next = open.pop()?;
@@ -216,7 +216,7 @@ impl Node {
 
     /// Parts with a domain condition of a function; not those within `if(...)`.
     pub(super) fn restricted(&self) -> impl Iterator<Item = (&Self, Restriction)> {
-        self.walk(false).filter_map(|part| {
+        self.nodes(false).filter_map(|part| {
             let Kind::Call(function, parts) = &part.kind else { return None };
             let restriction = match function {
                 Called::Sqrt => Restriction::NotNegative,
@@ -230,7 +230,7 @@ impl Node {
 
     /// The parts that something is divided by; not those within `if(...)`.
     pub(super) fn divisors(&self) -> impl Iterator<Item = &Self> {
-        self.walk(false).filter_map(|part| {
+        self.nodes(false).filter_map(|part| {
             let Kind::Binary(operator, parts) = &part.kind else { return None };
             let negative = || parts[1].value(&|_| None).is_ok_and(|power| power.number.signum() < 0);
             match operator {

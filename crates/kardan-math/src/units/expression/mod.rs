@@ -106,7 +106,7 @@ impl Expression {
     /// The first place of a name.
     pub fn place_of(&self, name: &str) -> Option<Range<usize>> {
         let named = |node: &&Node| matches!(&node.kind, Kind::Name(other) if other == name);
-        self.root.walk(true).find(named).map(|node| node.span.clone())
+        self.root.nodes(true).find(named).map(|node| node.span.clone())
     }
 
     /// Whether it gives turns where radians are expected, or the reverse: a frequency for an angular velocity or an angular velocity for a
@@ -124,7 +124,7 @@ impl Expression {
             Kind::Name(name) => of(name) == Some(found),
             _ => false,
         };
-        !has_pi && self.root.walk(true).any(leaf)
+        !has_pi && self.root.nodes(true).any(leaf)
     }
 
     /// The parts that something is divided by; not those within `if(...)`, which may guard against zero.
@@ -182,7 +182,7 @@ impl Expression {
     pub fn jumps(&self) -> bool {
         let jumps =
             |node: &Node| matches!(node.kind, Kind::If(..) | Kind::Call(Called::Sign | Called::Atan2 | Called::Tan, _));
-        self.root.walk(true).any(jumps)
+        self.root.nodes(true).any(jumps)
     }
 
     /// The value, with names looked up; exact as long as it is a fraction times a power of π, else rounded once.

@@ -137,10 +137,10 @@ pub(in crate::study) fn pulse(terms: &[(usize, f64)], order: usize, time: f64, s
         signal[0] = *factor;
         for section in 0..order {
             let [now, last] = if section < *derivative { [1.0, -1.0].map(|x| x * 2.0 / sample_time) } else { [1.0; 2] };
-            let (mut before, mut answer) = (0.0, 0.0);
+            let (mut before, mut filtered) = (0.0, 0.0);
             for x in &mut signal {
-                answer = ((turns - 1.0) * answer + now * *x + last * before) / (turns + 1.0);
-                before = std::mem::replace(x, answer);
+                filtered = ((turns - 1.0) * filtered + now * *x + last * before) / (turns + 1.0);
+                before = std::mem::replace(x, filtered);
             }
         }
         out.iter_mut().zip(signal).for_each(|(sum, x)| *sum += x);

@@ -133,7 +133,7 @@ fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, 
 }
 
 /// Whether it is the loss of a gear.
-fn rubs(unilateral: &DirectionalTerm<UnilateralConstraint>) -> bool {
+fn is_loss(unilateral: &DirectionalTerm<UnilateralConstraint>) -> bool {
     matches!(unilateral.value, UnilateralConstraint::GearLoss(_))
 }
 
@@ -172,12 +172,12 @@ fn lines(
             let unilaterals = equations.unilaterals.iter().enumerate().filter_map(|(k, unilateral)| {
                 // Both sides of a stop are one torque; the loss of its gear is another.
                 let same = |candidate: &DirectionalTerm<UnilateralConstraint>| {
-                    candidate.element == unilateral.element && rubs(candidate) == rubs(unilateral)
+                    candidate.element == unilateral.element && is_loss(candidate) == is_loss(unilateral)
                 };
                 let again = equations.unilaterals[..k].iter().any(same);
                 let own = share(&unilateral.row);
                 let signed = if unilateral.value.is_upper() { Rational::ZERO.minus(&own) } else { own };
-                let kind = if rubs(unilateral) { 8 } else { effort(equations.domain_of(unilateral)) };
+                let kind = if is_loss(unilateral) { 8 } else { effort(equations.domain_of(unilateral)) };
                 let counts = !again && !Scalar::is_zero(&signed);
                 counts.then(|| (signed, mark(&unilateral.element, kind)))
             });
@@ -233,7 +233,7 @@ fn notes(variant: &PreparedVariant, out: &mut String) {
     }
     let unilaterals = &variant.reduced.equations.unilaterals;
     let named = |gears: bool| {
-        let own = unilaterals.iter().filter(|unilateral| rubs(unilateral) == gears);
+        let own = unilaterals.iter().filter(|unilateral| is_loss(unilateral) == gears);
         let names: BTreeSet<&str> = own.map(|unilateral| unilateral.element.as_str()).collect();
         names.into_iter().collect::<Vec<_>>().join(", ")
     };

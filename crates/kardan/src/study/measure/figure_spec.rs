@@ -4,7 +4,7 @@
 use crate::study::Requirement;
 use crate::study::measure::computed_signals::{kind_of, lowered};
 use crate::study::measure::figure::{Figure, FigureOf};
-use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
+use crate::study::read::read_values::{has_key, key_error, quantity, read_word};
 use crate::study::read::signal_table::SignalContext;
 use kardan_expr::expr::Graph;
 use kardan_math::names::NamedList;
@@ -64,7 +64,7 @@ fn figure(
     }
     let variants = selected_variants(table, reading.variants, reading.context, &what, out);
     let own = MeasureTable { measuring: reading, table, what: &what };
-    if !is_given(table, "value") {
+    if !has_key(table, "value") {
         let (measure, dimension) = own.measure(&variants, out)?;
         let display = read_display_unit(&own, dimension, out);
         let unit = measure.unit.clone();

@@ -74,7 +74,7 @@ pub(in crate::study) fn plots(
         let place = table.place_of("name");
         if let Some(first) = places.get(&id.to_ascii_lowercase()).filter(|_| !id.is_empty()) {
             let message = format!("there are two plots named `{id}`");
-            let diagnostic = Diagnostic::twice("name::duplicate", message, place, *first);
+            let diagnostic = Diagnostic::duplicate("name::duplicate", message, place, *first);
             out.push(diagnostic.help("give each plot a name of its own; it becomes a file name"));
         }
         let variants = selected_variants(table, variants, context, &what, out);

@@ -6,7 +6,7 @@ use crate::study::measure::figure::Figure;
 use crate::study::measure::measures::Band;
 use crate::study::measure::requirement_verdict::motor_of;
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
+use crate::study::read::read_values::{has_key, key_error, quantity, read_word, varied_name};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::names::NamedList;
 use kardan_math::units::{Dimension, split_unit};
@@ -15,7 +15,7 @@ use kardan_model::{Document, TableReader};
 use kardan_results::{DisplayUnit, Physical};
 use kardan_schema::diagnostics::{Diagnostic, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
+use kardan_schema::schema::{Placed, Sign, Table};
 
 use super::selected_variants::{selected_variants, selects};
 
@@ -47,7 +47,7 @@ impl MeasureTable<'_, '_> {
         let (context, table) = (self.measuring.context, self.table);
         let variants = selected_variants(table, self.measuring.variants, context, REQUIREMENT, out);
         check_bounds(table, out);
-        let judged = match is_given(table, "figure") {
+        let judged = match has_key(table, "figure") {
             true => self.figure(figures, out),
             false => self.measure(&variants, out),
         };
@@ -216,12 +216,7 @@ impl MeasureTable<'_, '_> {
     fn check_varied(&self, keys: &[&str], out: &mut Vec<Diagnostic>) {
         for key in keys {
             let Some(Placed { value, place }) = self.table.scalar_or_default(key, &self.table.place) else { continue };
-            let names: Vec<String> = match value {
-                SchemaScalar::Parameter(name) => vec![name],
-                SchemaScalar::Expression(read) => read.names().into_iter().map(str::to_string).collect(),
-                _ => Vec::new(),
-            };
-            if let Some(name) = names.into_iter().find(|name| self.measuring.context.document.is_varied(name)) {
+            if let Some(name) = varied_name(self.measuring.context.document, &value) {
                 let message = format!("`{key}` of {}: `{name}` differs between the variants", self.what);
                 let help = "write a number, and one requirement for each variant: `variants = [...]`";
                 let varied = Diagnostic::error("requirement::set-by-variant", message).at(place, "a varied parameter");
@@ -299,7 +294,7 @@ const KEYS: [(&str, &[Measure], Option<&str>); 5] = {
 fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: &mut Vec<Diagnostic>) {
     let Some(measure) = measure else { return };
     let word = measure.word();
-    for (key, _, help) in KEYS.iter().filter(|(key, of, _)| of.contains(&measure) && !is_given(table, key)) {
+    for (key, _, help) in KEYS.iter().filter(|(key, of, _)| of.contains(&measure) && !has_key(table, key)) {
         let Some(help) = help else { continue };
         let message = format!("{what}: `{word}` needs the key `{key}`");
         let label = format!("`{key}` is missing");
@@ -309,13 +304,13 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
         let message = format!("{what}: `{key}` has no meaning for the measure `{word}`");
         out.push(key_error("requirement::key", message, (table, key, "not used"), help));
     };
-    for (key, of, _) in KEYS.iter().filter(|(key, of, _)| is_given(table, key) && !of.contains(&measure)) {
+    for (key, of, _) in KEYS.iter().filter(|(key, of, _)| has_key(table, key) && !of.contains(&measure)) {
         let words: Vec<String> = of.iter().map(|measure| format!("`{}`", measure.word())).collect();
         let [earlier @ .., last] = &words[..] else { continue };
         let others = if earlier.is_empty() { String::new() } else { format!("{} or ", earlier.join(", ")) };
         refuse(key, format!("remove it, or measure {others}{last}"));
     }
-    for key in ["from", "until"].into_iter().filter(|key| is_given(table, key) && measure == Measure::At) {
+    for key in ["from", "until"].into_iter().filter(|key| has_key(table, key) && measure == Measure::At) {
         refuse(key, "remove it: the value at a time has no window".into());
     }
 }
@@ -324,7 +319,7 @@ fn check_measure_keys(table: &Table, measure: Option<Measure>, what: &str, out: 
 fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     let alternative = if what == REQUIREMENT { "figure" } else { "value" };
     let keys = [("signal", "rk.phi"), ("measure", "max_abs")];
-    for (key, example) in keys.into_iter().filter(|(key, _)| !is_given(table, key)) {
+    for (key, example) in keys.into_iter().filter(|(key, _)| !has_key(table, key)) {
         let message = format!("{what} needs the key `{key}`");
         let help = format!("add `{key} = \"{example}\"`, or `{alternative}` in place of `signal` and `measure`");
         out.push(Diagnostic::error("key::missing", message).at(&table.place, format!("`{key}` is missing")).help(help));
@@ -333,7 +328,7 @@ fn check_named(table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
 
 /// Reports a requirement without a bound.
 fn check_bounds(table: &Table, out: &mut Vec<Diagnostic>) {
-    if !is_given(table, "below") && !is_given(table, "above") {
+    if !has_key(table, "below") && !has_key(table, "above") {
         let message = format!("{REQUIREMENT}: a bound is missing");
         let help = "add `below = \"...\"`, `above = \"...\"` or both";
         out.push(Diagnostic::error("key::missing", message).at(&table.place, "neither `below` nor `above`").help(help));
@@ -357,7 +352,7 @@ fn check_limited(signal: &str, place: &Place, document: &Document, what: &str, o
             "name the torque of a motor, `signal = \"MOTOR.tau\"`, or the voltage of a source, `signal = \"SOURCE.v\"`"
                 .to_string(),
         ),
-        Some((motor, limit)) if !is_given(&motor.table, limit) => {
+        Some((motor, limit)) if !has_key(&motor.table, limit) => {
             let (kind, name) = (motor.kind.keyword, &motor.name);
             (
                 format!(

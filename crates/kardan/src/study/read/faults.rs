@@ -2,7 +2,7 @@
 
 use super::events::check_late;
 use super::locations::unknown_name_or;
-use super::read_values::{is_given, key_error, quantity, quantity_like, read_word};
+use super::read_values::{has_key, key_error, quantity, quantity_like, read_word};
 use super::state_names::motors;
 use kardan_math::units::{Dimension, Exact, shown_quantity};
 use kardan_mechanics::assemble::Equations;
@@ -128,7 +128,7 @@ impl<'a> Reader<'a, '_> {
     /// The failing part and its name.
     fn part(&self, out: &mut Vec<Diagnostic>) -> Option<(&'static str, &'a str)> {
         let parts = PARTS.iter().map(|(part, _)| *part);
-        let named: Vec<&'static str> = parts.filter(|part| is_given(self.table, part)).collect();
+        let named: Vec<&'static str> = parts.filter(|part| has_key(self.table, part)).collect();
         match named[..] {
             [part] => Some((part, read_word(self.table, part)?)),
             [] => {
@@ -189,7 +189,7 @@ impl<'a> Reader<'a, '_> {
 
     /// The amount: present if and only if the kind needs it.
     fn amount(&self, kind: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
-        if !is_given(self.table, "value") {
+        if !has_key(self.table, "value") {
             let message = format!("{}: `{kind}` needs the key `value`", self.what);
             let help = format!("write how much: `value = {}`", expected.0.example());
             out.push(key_error("key::missing", message, (self.table, "kind", "`value` is missing"), help));
@@ -211,7 +211,7 @@ impl<'a> Reader<'a, '_> {
     /// The quantity that a sensor of a signal measures.
     fn of_signal(&self, sensor: &str) -> Option<Dimension> {
         let mut outputs = self.model.programs.sensors.iter().flat_map(|task| &task.outputs);
-        outputs.find(|answer| answer.name == sensor).map(|answer| answer.dimension)
+        outputs.find(|output| output.name == sensor).map(|output| output.dimension)
     }
 
     /// A kind of fault without an amount; one that is given is reported.

@@ -1,7 +1,7 @@
 //! Reading quantities and names from the tables of a study.
 
 use kardan_math::units::{Dimension, Exact};
-use kardan_model::TableReader;
+use kardan_model::{Document, TableReader};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table};
 
@@ -14,8 +14,18 @@ pub(in crate::study) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a
 pub(in crate::study) type Entry = (Placed<String>, Placed<SchemaScalar>);
 
 /// Whether the file has a key, even if its value is unreadable.
-pub(in crate::study) fn is_given(table: &Table, key: &str) -> bool {
+pub(in crate::study) fn has_key(table: &Table, key: &str) -> bool {
     table.values.contains_key(key) || table.unread.contains(&key)
+}
+
+/// A parameter of a value that differs between the variants, if there is one.
+pub(in crate::study) fn varied_name<'a>(document: &Document, value: &'a SchemaScalar) -> Option<&'a str> {
+    let names = match value {
+        SchemaScalar::Parameter(name) => vec![name.as_str()],
+        SchemaScalar::Expression(read) => read.names(),
+        _ => Vec::new(),
+    };
+    names.into_iter().find(|name| document.is_varied(name))
 }
 
 /// An error at the value of a key of a table.

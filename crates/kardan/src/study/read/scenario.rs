@@ -104,7 +104,7 @@ pub(in crate::study) fn whole(
 fn check_readings(reader: &TableReader<'_>, (document, model): (&Document, &Model), out: &mut Vec<Diagnostic>) {
     let of_signals = model.programs.sensors.iter().flat_map(|task| &task.outputs);
     let of_signals: HashMap<&str, Dimension> =
-        of_signals.map(|answer| (answer.name.as_str(), answer.dimension)).collect();
+        of_signals.map(|output| (output.name.as_str(), output.dimension)).collect();
     for sensor in document.elements.iter().filter(|element| element.kind.keyword == "sensor") {
         let in_domain =
             |dimension: Dimension| if sensor.table.translational { dimension.translational() } else { dimension };

@@ -421,7 +421,7 @@ fn places(
             Some(other) => {
                 let shown = if site.signal.is_empty() { &site.shaft } else { &site.signal };
                 let message = format!("`{key}` of `[analysis]`: the place `{shown}` is listed twice");
-                let diagnostic = Diagnostic::twice("name::duplicate", message, &site.place, &other.place);
+                let diagnostic = Diagnostic::duplicate("name::duplicate", message, &site.place, &other.place);
                 out.push(diagnostic.help("remove one of the two"));
             }
             None => found.push(site),
@@ -442,9 +442,9 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
     for word in context.document.analysis.names("stuck").unwrap_or_default() {
         let name = word.value.as_str();
         let element = context.document.elements.get(name);
-        let rubs = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));
+        let has_friction = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "friction"));
         let has_restitution = element.is_some_and(|e| e.kind.fields.iter().any(|field| field.name == "restitution"));
-        if !(rubs || has_restitution)
+        if !(has_friction || has_restitution)
             || with.contains(name)
             || context.doubtful.contains(name)
             || context.document.suppressed.has(name)
@@ -455,7 +455,7 @@ fn check_stuck(spec: &mut AnalysisSpec, context: &SignalContext<'_>, equations: 
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let what = if rubs { "no Coulomb friction" } else { "neither a rigid stop nor backlash" };
+        let what = if has_friction { "no Coulomb friction" } else { "neither a rigid stop nor backlash" };
         let message = format!("`stuck` of `[analysis]`: `{}` has {what} that could lock it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(&word.place, "no friction").help(help));
     }

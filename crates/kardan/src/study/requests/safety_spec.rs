@@ -5,15 +5,14 @@ use crate::study::measure::computed_signals::resolve_signal;
 use crate::study::measure::requirement_spec::{MeasureTable, Measuring};
 use crate::study::measure::selected_variants::{selected_variants, selects};
 use crate::study::read::locations::unknown_name_or;
-use crate::study::read::read_values::{is_given, key_error, quantity, read_word};
+use crate::study::read::read_values::{has_key, key_error, quantity, read_word, varied_name};
 use crate::study::read::signal_table::SignalContext;
 use kardan_math::units::Dimension;
 use kardan_model::tables::Measure;
 use kardan_model::{Document, TableReader, VariantSettings, no_such_fault};
 use kardan_results::SafetyEffect;
 use kardan_schema::diagnostics::{Diagnostic, shortened};
-use kardan_schema::entries::Place;
-use kardan_schema::schema::{Placed, Scalar as SchemaScalar, Sign, Table, Value};
+use kardan_schema::schema::{Placed, Sign, Table, Value};
 
 /// The table in messages.
 pub(in crate::study) const SAFETY: &str = "`[safety]`";
@@ -223,7 +222,7 @@ fn reaction(document: &Document, out: &mut Vec<Diagnostic>) -> Option<(String, V
 /// Reports keys without effect because another one is missing.
 fn check_missing_keys(document: &Document, spec: &SafetySpec, out: &mut Vec<Diagnostic>) {
     let table = &document.safety;
-    if spec.detection_time_limit.is_some() && !is_given(table, "detected") {
+    if spec.detection_time_limit.is_some() && !has_key(table, "detected") {
         let message = format!("{SAFETY}: `detection_time_limit` has no effect without `detected`");
         let help = "add the detection condition: `detected = \"MONITOR\"`";
         out.push(key_error("key::missing", message, (table, "detection_time_limit", "no `detected`"), help));
@@ -268,12 +267,8 @@ fn effect<'a>(
 
 /// Reports a bound that differs between the variants.
 fn check_varied(document: &Document, table: &Table, (key, what): (&str, &str), out: &mut Vec<Diagnostic>) {
-    let varied = |name: &str| document.is_varied(name);
-    let found: Option<(String, Place)> = match table.scalar_or_default(key, &table.place) {
-        Some(Placed { value: SchemaScalar::Parameter(name), place }) if varied(&name) => Some((name, place)),
-        _ => None,
-    };
-    if let Some((name, place)) = found {
+    let Some(Placed { value, place }) = table.scalar_or_default(key, &table.place) else { return };
+    if let Some(name) = varied_name(document, &value) {
         let message = format!("`{key}` of {what}: `{name}` differs between the variants");
         let help = "write a number";
         out.push(Diagnostic::error("requirement::set-by-variant", message).at(place, "a varied parameter").help(help));

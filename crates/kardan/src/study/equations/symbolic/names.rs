@@ -157,7 +157,7 @@ impl<'a> Names<'a> {
             Symbol::Time => "t".into(),
             Symbol::OfTime(element, order) => self.of_time(element, *order, form),
             Symbol::Multiplier(k) => self.multiplier(*k, form),
-            Symbol::Unilateral(element, rubs) => self.unilateral(element, *rubs, form),
+            Symbol::Unilateral(element, is_loss) => self.unilateral(element, *is_loss, form),
             Symbol::Value(name) | Symbol::Of(_, name) | Symbol::Sliding(name, _) => name.clone(),
         }
     }
@@ -195,8 +195,8 @@ impl<'a> Names<'a> {
     }
 
     /// The torque of a unilateral or switched constraint, or the gear loss of an element.
-    pub(super) fn unilateral(&self, element: &str, rubs: bool, form: Style) -> String {
-        match (rubs, form) {
+    pub(super) fn unilateral(&self, element: &str, is_loss: bool, form: Style) -> String {
+        match (is_loss, form) {
             (true, Style::Text) => Quantity::Friction.of(&word(element)),
             (true, Style::Latex) => format!(r"\tau_{{{},\mathrm{{loss}}}}", index(element)),
             (false, _) => {

@@ -64,14 +64,14 @@ pub(super) fn multiplier_constraints(
 /// The conditions of the torques of clutches, stops, locks and gears.
 pub(super) fn modes(names: &Names<'_>, reduced: &Reduced, motion: &SymbolicMotion) -> Vec<SymbolicMode> {
     let unilaterals = &reduced.equations.unilaterals;
-    let mode = |(element, rubs, by_symbol): &(String, bool, [Laurent; 2])| {
+    let mode = |(element, is_loss, by_symbol): &(String, bool, [Laurent; 2])| {
         let [angle, speed] = by_symbol.each_ref().map(|by_symbol| names.formula(by_symbol).text);
         let own = unilaterals.iter().filter(|unilateral| unilateral.element == *element);
-        let own = own.filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == *rubs);
+        let own = own.filter(|unilateral| matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) == *is_loss);
         let texts: Vec<String> =
             own.map(|unilateral| describe_force_law(&unilateral.value, element, &angle, &speed)).collect();
         SymbolicMode {
-            symbol: both(|form| names.unilateral(element, *rubs, form)),
+            symbol: both(|form| names.unilateral(element, *is_loss, form)),
             element: element.clone(),
             description: texts.join("; "),
         }

@@ -24,8 +24,8 @@ impl RunLoop {
         let Some(mut found) = self.machine.invalid_bound(LEAST) else { return Ok(()) };
         let from = self.solver.previous_time();
         let (low, high) = halved(from, self.time.min(self.solver.time()), 0.0, |middle| {
-            self.solver.interpolate(middle, &mut self.looked);
-            self.machine.evaluate(middle, &self.looked);
+            self.solver.interpolate(middle, &mut self.trial_state);
+            self.machine.evaluate(middle, &self.trial_state);
             let invalid_bound = self.machine.invalid_bound(0.0);
             found = invalid_bound.unwrap_or(found);
             invalid_bound.is_some()

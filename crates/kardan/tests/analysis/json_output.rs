@@ -11,7 +11,7 @@ const KEYS: &str = "schema name description mechanism model_class coordinates el
                     relative_degrees zeros kind min_inputs min_outputs factors invariant_factors construction placements \
                     placement_search sensitivity properties opposite_side discrete descriptor matrix_distance parity bases constraint_forces certificate notes complete incomplete_reason";
 
-fn written(analysis: &Analysis) -> Value {
+fn as_json(analysis: &Analysis) -> Value {
     let text = analysis_json(analysis);
     assert!(!text.contains('\n'));
     let all: Value = serde_json::from_str(&text).unwrap();
@@ -29,7 +29,7 @@ fn two_bodies() -> Analysis {
 
 #[test]
 fn two_bodies_are_typed_as_promised() {
-    let all = written(&two_bodies());
+    let all = as_json(&two_bodies());
     assert_eq!([&all["states"], &all["controllable_rank"], &all["observable_rank"]], [4, 3, 3]);
     assert_eq!([&all["min_inputs"], &all["min_outputs"]], [2, 2]);
     assert_eq!([&all["controllable"], &all["observable"], &all["minimal"]], [false, false, false]);
@@ -54,13 +54,13 @@ fn two_bodies_are_typed_as_promised() {
 
 #[test]
 fn what_never_arrives_and_what_is_not_finite_is_null() {
-    assert_eq!(written(&Analysis::default())["model_class"], Value::Null);
+    assert_eq!(as_json(&Analysis::default())["model_class"], Value::Null);
     let mut found = two_bodies();
     found.structure.relative_degrees = vec![vec![Some(2), Some(4)], vec![Some(1), None], vec![None; 2]];
     found.modes[1].eigenvalue = Pole::new(f64::NAN, f64::INFINITY);
     found.structure.certificate.failure_probability = f64::NAN;
     found.structure.undecided.observability = true;
-    let all = written(&found);
+    let all = as_json(&found);
     assert_eq!(all["relative_degrees"]["table"], json!([[2, 4], [1, null], [null, null]]));
     assert_eq!(all["relative_degrees"]["per_output"], json!([2, 1, null]));
     assert_eq!(all["modes"][1]["eigenvalue_per_s"], json!([null, null]));

@@ -19,7 +19,7 @@ fn steering() -> Design {
     design(builtin("sia-steering").unwrap().source, &settings, &Silent).unwrap()
 }
 
-fn written(design: &Design) -> Value {
+fn as_json(design: &Design) -> Value {
     let text = design_json(design);
     assert!(!text.contains('\n') && !text.contains("NaN") && !text.contains("inf,"), "{text}");
     let all: Value = serde_json::from_str(&text).unwrap();
@@ -37,7 +37,7 @@ fn every_key_is_documented() {
 
 #[test]
 fn fractions_are_exact_and_poles_come_in_pairs() {
-    let all = written(&steering());
+    let all = as_json(&steering());
     assert_eq!(all["law"], "noninteracting");
     assert_eq!(all["relative_degrees"], json!([2, 2]));
     assert_eq!(all["decoupling_matrix"]["exact"], json!([["20", "0"], ["0", "-22000/26087"]]));
@@ -57,7 +57,7 @@ fn fractions_are_exact_and_poles_come_in_pairs() {
 
 #[test]
 fn what_does_not_apply_is_null_and_names_are_distinguished() {
-    let empty = written(&Design::default());
+    let empty = as_json(&Design::default());
     for key in ["canonical", "observer", "decoupled", "flatness"] {
         assert_eq!(empty[key], Value::Null, "{key}");
     }
@@ -67,7 +67,7 @@ fn what_does_not_apply_is_null_and_names_are_distinguished() {
         ExactMatrix { name: name.into(), values, ..ExactMatrix::default() }
     };
     let modes = [0.0, 420.0].map(|re| ZeroMode { pole: Complex::new(re, 0.0), ..ZeroMode::default() });
-    let odd = written(&Design {
+    let odd = as_json(&Design {
         relative_degrees: vec![Some(2), None],
         gains: vec![gain("x"), gain("x"), gain("")],
         closed_loop_poles: vec![Complex::new(f64::NAN, f64::NEG_INFINITY)],
