@@ -111,8 +111,9 @@ fn reduced<T: Clone>(term: &DirectionalTerm<T>, basis: &[SparseRow]) -> Directio
 }
 
 fn reduced_load(load: &DirectionalTerm<LoadSlopes>, basis: &[SparseRow]) -> DirectionalTerm<LoadSlopes> {
-    let LoadSlopes { on_positions, on_rates } = &load.value;
-    let value = LoadSlopes { on_positions: project(on_positions, basis), on_rates: project(on_rates, basis) };
+    let LoadSlopes { on_positions, on_rates, rounded } = &load.value;
+    let [on_positions, on_rates] = [on_positions, on_rates].map(|row| project(row, basis));
+    let value = LoadSlopes { on_positions, on_rates, rounded: *rounded };
     DirectionalTerm { element: load.element.clone(), row: project(&load.row, basis), value }
 }
 

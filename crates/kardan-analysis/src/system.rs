@@ -43,6 +43,8 @@ pub struct LoadSlopes {
     pub on_positions: SparseRow,
     /// h
     pub on_rates: SparseRow,
+    /// Whether an entry is not known to be a fraction, and was rounded.
+    pub rounded: bool,
 }
 
 impl ConstrainedSystem {
@@ -143,7 +145,8 @@ impl ConstrainedSystem {
         let values = [&self.inertias, &self.dampers, &self.springs].into_iter().flatten().map(|term| &term.value);
         let constraints = self.constraints.iter().flat_map(|directional| &directional.row);
         let loads = self.loads.iter().flat_map(|load| load.value.on_positions.iter().chain(&load.value.on_rates));
-        values.chain(constraints.chain(loads).map(|(_, x)| x)).any(LastDigits::is_rounded)
+        self.loads.iter().any(|load| load.value.rounded)
+            || values.chain(constraints.chain(loads).map(|(_, x)| x)).any(LastDigits::is_rounded)
     }
 
     /// The inertia of a shaft itself, without what moves with it, kg m².
@@ -240,8 +243,8 @@ fn sum(terms: &[DirectionalTerm<Rational>], shafts: usize) -> Matrix<Rational> {
 
 /// The effect of laws on small motions.
 fn loads(slopes: Vec<LawSlopes>) -> Vec<DirectionalTerm<LoadSlopes>> {
-    let load = |LawSlopes { element, row, on_positions, on_rates, .. }: LawSlopes| {
-        let value = LoadSlopes { on_positions, on_rates };
+    let load = |LawSlopes { element, row, on_positions, on_rates, rounded, .. }: LawSlopes| {
+        let value = LoadSlopes { on_positions, on_rates, rounded };
         DirectionalTerm { element, row, value }
     };
     slopes.into_iter().map(load).collect()

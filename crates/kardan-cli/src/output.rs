@@ -91,7 +91,7 @@ pub fn prepare_folder_in(folder: &Path, name: &str) -> Result<PathBuf, Diagnosti
     Ok(path)
 }
 
-/// Rejects a path in a folder that is a symbolic link out of it: the user did not name its target.
+/// Rejects a path in a folder that is a symbolic link out of it, or neither a plain file nor a folder: the user did not name its target.
 pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
     let mut target = path.to_owned();
     for _ in 0..LINKS {
@@ -101,6 +101,12 @@ pub fn stays(folder: &Path, path: &Path) -> Result<(), Diagnostic> {
     let real = |path: &Path| fs::canonicalize(path).ok();
     let inside =
         target == path || real(folder).zip(real(folder_of(&target))).is_some_and(|(own, at)| at.starts_with(own));
+    if inside && fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let message = format!("`{}` is not written: it is a pipe, a socket or a device", path.display());
+        return Err(
+            Diagnostic::error("file::not-regular", message).help("remove it, or name another folder with --out DIR")
+        );
+    }
     if inside {
         return Ok(());
     }

@@ -79,19 +79,25 @@ impl Design {
             Some(_) => ("at its sample time", "at its sample times"),
             None => ("in continuous time", "in continuous time"),
         };
-        // Then it is not decided whether they are exactly zero.
-        let rounded = if margins.stability.word == Stability::Undecided { ", to rounding," } else { "" };
-        let free = match margins.uncontrolled_poles {
-            0 => String::new(),
-            1 => format!(" except for a pole at zero{rounded} of an uncontrolled motion"),
-            poles => format!(" except for {poles} poles at zero{rounded} of uncontrolled motions"),
+        let low = if margins.low_margins { ", with low margins" } else { "" };
+        let (free, undecided) = match margins.uncontrolled_poles {
+            0 => (String::new(), "a pole is at the border to rounding".into()),
+            1 => {
+                (" except for a pole at zero of an uncontrolled motion".into(), "a pole is at zero to rounding".into())
+            }
+            poles => {
+                let free = format!(" except for {poles} poles at zero of uncontrolled motions");
+                (free, format!("{poles} poles are at zero to rounding"))
+            }
         };
         match (margins.stable, margins.stability.word) {
             (_, Stability::Unstable) => format!("; {at} the loop is unstable"),
             (Some(false), _) => format!("; {at} the loop is marginal"),
             (None, _) => format!("; whether it is stable {all} is not known"),
-            (Some(true), _) if margins.low_margins => format!("; stable {at}{free}, with low margins"),
-            (Some(true), _) => format!("; stable {at}{free}"),
+            (Some(true), Stability::Undecided) => {
+                format!("; whether it is stable {at} is not decided: {undecided}, all others decay{low}")
+            }
+            (Some(true), _) => format!("; stable {at}{free}{low}"),
         }
     }
 

@@ -68,9 +68,7 @@ pub trait Law: Send + Sync {
     /// The linear part at a sample time, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within
     /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
     /// there, or the law is for another sample time.
-    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
-        self.linear().sampled(clock.period)
-    }
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw>;
     /// The linear part at every instant before its numbers are rounded, where that is known.
     fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
         None

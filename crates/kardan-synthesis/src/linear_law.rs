@@ -296,6 +296,10 @@ impl Law for Linear {
         })
     }
 
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.linear().sampled(clock.period)
+    }
+
     fn linear(&self) -> LinearLaw {
         let (r, n) = (self.coordinates.len(), self.shafts);
         let over_shafts =

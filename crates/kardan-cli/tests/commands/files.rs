@@ -273,6 +273,32 @@ mod unix {
         assert!(at.join("o/inside").is_file() && at.join("o/report.html").is_symlink());
     }
 
+    /// Nobody reads at the other end of a pipe: a file of a name that kardan chose is not written to one.
+    #[test]
+    fn pipes_in_an_output_folder_are_refused() {
+        let swept = MODEL.replace("0.01 kg m^2", "0.01 kg m^2 ± 10 %")
+            + "[[requirement]]\nsignal = \"axle.w\"\nmeasure = \"max\"\nbelow = \"1e3 rad/s\"\n";
+        let local = ["--on", "local", "--shards", "2", "--retries", "0"];
+        let run = ["run", "axle.toml", "--out", "o"];
+        let sweep = ["sweep", "swept.toml", "--samples", "70", "--out", "o", "--resume"];
+        for (name, arguments) in [
+            ("report.html", run.to_vec()),
+            ("axle.csv", run.to_vec()),
+            ("rows-000000.parquet", sweep.to_vec()),
+            ("jobs.txt", [&sweep[..], &local].concat()),
+        ] {
+            let at = folder("pipes");
+            fs::write(at.join("swept.toml"), &swept).unwrap();
+            fs::create_dir(at.join("o")).unwrap();
+            if !Command::new("mkfifo").arg(at.join("o").join(name)).status().is_ok_and(|made| made.success()) {
+                return;
+            }
+            let got = kardan(&at, &arguments);
+            let stderr = plain_text(&got.stderr);
+            assert!(got.status.code() == Some(2) && stderr.contains("pipe"), "{name}: {:?} {stderr}", got.status);
+        }
+    }
+
     #[test]
     fn files_that_cannot_be_replaced_as_they_are_stay() {
         let at = folder("kept");

@@ -2,13 +2,18 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::ops::AddAssign;
 
+use dashu_int::ops::BitTest;
 use kardan_math::num::Rational;
 use kardan_math::units::Dimension;
 
 use super::nodes::{Expr, Function, Node, Symbol};
 use super::piecewise_polynomial::PiecewisePolynomial;
+
+/// Largest power of a factor, and most binary digits of a number, that a product takes from its factors: beyond them it leaves the factor as it is, so that
+/// repeated squares neither fill the memory nor leave the range of doubles where their values do not.
+const MOST_POWER: i32 = 1 << 20;
+const MOST_BITS: usize = 1000;
 
 /// Expressions that share what they have in common.
 ///
@@ -150,7 +155,7 @@ impl Graph {
                 _ => flat.push((*term, factor.clone())),
             }
         }
-        let mut terms = merged(flat);
+        let mut terms = merged(flat, |a, b| Some(a + b));
         terms.retain(|(_, factor)| !factor.is_zero());
         match (all.is_zero(), terms.as_slice()) {
             (_, []) => self.number(all),
@@ -207,21 +212,24 @@ impl Graph {
                 continue;
             }
             let (own, rest) = self.split(*factor);
-            if own.is_zero() && *power < 0 {
+            let raised_bits = bits(&own).saturating_mul(power.unsigned_abs() as usize);
+            if own.is_zero() && *power < 0 || raised_bits > 0 && bits(&number) + raised_bits > MOST_BITS {
                 flat.push((*factor, *power));
                 continue;
             }
             number *= raised(&own, *power);
             match rest.map(|rest| (rest, self.node(rest))) {
                 None => {}
-                Some((_, Node::Product(inner))) => flat.extend(inner.iter().map(|(f, p)| (*f, p * power))),
+                Some((_, Node::Product(inner))) if inner.iter().all(|(_, p)| fits(*p, *power)) => {
+                    flat.extend(inner.iter().map(|(f, p)| (*f, p * power)));
+                }
                 Some((rest, _)) => flat.push((rest, *power)),
             }
         }
         if number.is_zero() {
             return self.integer(0);
         }
-        let mut factors = merged(flat);
+        let mut factors = merged(flat, |a, b| a.checked_add(*b));
         factors.retain(|(_, power)| *power != 0);
         let rest = match factors.as_slice() {
             [] => return self.number(number),
@@ -315,17 +323,30 @@ impl Graph {
     }
 }
 
-/// Parts in order, each once: the numbers of equal ones are added.
-fn merged<N: AddAssign>(mut parts: Vec<(Expr, N)>) -> Vec<(Expr, N)> {
+/// Parts in order, each once: the numbers of equal ones are added, if `add` can do so.
+fn merged<N>(mut parts: Vec<(Expr, N)>, add: impl Fn(&N, &N) -> Option<N>) -> Vec<(Expr, N)> {
     parts.sort_by_key(|(part, _)| *part);
     let mut out: Vec<(Expr, N)> = Vec::with_capacity(parts.len());
     for (part, number) in parts {
-        match out.last_mut() {
-            Some((last, sum)) if *last == part => *sum += number,
+        match out.last_mut().filter(|(last, _)| *last == part).map(|(_, own)| (add(own, &number), own)) {
+            Some((Some(sum), own)) => *own = sum,
             _ => out.push((part, number)),
         }
     }
     out
+}
+
+/// Whether the power of a power is one that a product takes apart.
+fn fits(inner: i32, outer: i32) -> bool {
+    inner.checked_mul(outer).is_some_and(|power| power.abs() <= MOST_POWER)
+}
+
+/// Binary digits of a fraction that is not 0, 1 or −1.
+fn bits(value: &Rational) -> usize {
+    match value.numerator().bit_len().max(value.denominator().bit_len()) {
+        0 | 1 => 0,
+        bits => bits,
+    }
 }
 
 /// A power of a number that is not zero if the power is negative.

@@ -13,7 +13,7 @@ mod text;
 
 pub use compile::compile;
 pub use operators::word;
-pub use resolution::Resolution;
+pub use resolution::{Over, Resolution};
 pub use series::{PiecedSeries, Series};
 pub use text::{PlanTextError, parse};
 

@@ -99,6 +99,17 @@ pub struct Resolution {
     /// The range of each value, and the range of the unresolved operations' contribution to it, where they reach it.
     ranges: Vec<Interval>,
     effects: Vec<Option<Interval>>,
+    /// Which operations a span does not resolve: the last one, and the step that it is part of.
+    unresolved: [Vec<bool>; 2],
+}
+
+/// The span whose unresolved operations are meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// The one for which ranges were last computed.
+    Span,
+    /// The step that was marked before.
+    Step,
 }
 
 impl Resolution {
@@ -109,7 +120,9 @@ impl Resolution {
         let varies = |operation: &Operation| {
             operation.has_scale() && operation.arguments().iter().any(|place| !is_steady[*place])
         };
+        let unresolved = [(); 2].map(|()| vec![false; operations.len()]);
         Self {
+            unresolved,
             scaled: (0..operations.len()).filter(|k| varies(&operations[*k])).collect(),
             operations,
             tables: plan.tables.clone(),
@@ -137,34 +150,44 @@ impl Resolution {
         all.fold(0.0, |most: f64, moved| if moved <= most { most } else { moved })
     }
 
-    /// Computes the ranges of all values while the inputs move within theirs. Unresolved operations may take any value
-    /// of their range, all others take the value in `values` of the plan. True where all are resolved.
+    /// Computes the ranges of all values while the inputs move within theirs. True where all operations are resolved.
     pub fn find(&mut self, inputs: &[Interval], values: &[f64]) -> bool {
-        let Self { operations, tables, numbers, ranges, effects, .. } = self;
-        effects.fill(None);
+        let Self { operations, tables, numbers, ranges, unresolved: [unresolved, _], .. } = self;
         let (input_ranges, rest) = ranges.split_at_mut(inputs.len());
         input_ranges.copy_from_slice(inputs);
         rest.iter_mut().zip(&values[inputs.len()..]).for_each(|(range, value)| *range = Interval::point(*value));
-        let mut resolved = true;
-        for operation in operations.iter() {
+        for (operation, is_far) in operations.iter().zip(&mut *unresolved) {
+            *is_far = operation.is_far(|place| ranges[place]);
             let found = operation.range(tables, numbers, |place| ranges[place]);
-            let far = operation.is_far(|place| ranges[place]);
+            operation.out.into_iter().zip(found).for_each(|(place, range)| ranges[place] = range);
+        }
+        !unresolved.contains(&true)
+    }
+
+    /// Marks the span of the last ranges as the step that later ones are part of.
+    pub fn mark_step(&mut self) {
+        let [span, step] = &mut self.unresolved;
+        step.copy_from_slice(span);
+    }
+
+    /// Computes what operations that are not resolved over a span can do in the last one: they may take any value of their range there, all others take
+    /// the value in `values` of the plan.
+    pub fn find_effects(&mut self, values: &[f64], over: Over) {
+        let Self { operations, tables, numbers, ranges, effects, unresolved: [span, step], .. } = self;
+        effects.fill(None);
+        let unresolved = if over == Over::Span { span } else { step };
+        for (operation, unresolved) in operations.iter().zip(unresolved) {
             let reached = || operation.values().iter().any(|place| effects[*place].is_some());
-            let effect = match far {
-                true => found.map(Some),
+            let effect = match *unresolved {
+                true => operation.out.map(|place| Some(ranges[place])),
                 false if reached() => {
                     let of = |place: usize| effects[place].unwrap_or(Interval::point(values[place]));
                     operation.range(tables, numbers, of).map(Some)
                 }
                 false => [None; 2],
             };
-            resolved &= !far;
-            for (k, place) in operation.out.into_iter().enumerate() {
-                ranges[place] = found[k];
-                effects[place] = effect[k];
-            }
+            operation.out.into_iter().zip(effect).for_each(|(place, effect)| effects[place] = effect);
         }
-        resolved
     }
 
     /// The largest difference between the value at an index and its given value that unresolved operations can cause.

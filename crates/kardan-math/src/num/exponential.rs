@@ -27,10 +27,13 @@ const PADE: [f64; 14] = [
 /// Up to this norm the approximant is exact to the rounding unit, in the sense of a backward error.
 const LARGEST_NORM: f64 = 5.371_920_351_148_152;
 
+/// Squarings up to which `e^A` itself is squared, beyond `e^A − 1`.
+const FEW: f64 = 4.0;
+
 /// The matrix exponential `e^A` of a square matrix.
 ///
 /// Method: balanced coordinates, the diagonal Padé approximant of degree 13 of `A/2ˢ`, s squarings (Higham, SIAM J. Matrix
-/// Anal. Appl. 26, 2005, algorithm 2.3 at its last degree). Errors are of the size of the rounding unit times `‖A‖` relative
+/// Anal. Appl. 26, 2005, algorithm 2.3 at its last degree), with many of them of `e^A − 1`. Errors are of the size of the rounding unit times `‖A‖` relative
 /// to the largest entry of the balanced result; more if the squarings cancel (strongly non-normal A). Cost about
 /// (8 + s) · 2n³ flops.
 ///
@@ -140,10 +143,20 @@ fn pade(a: &Matrix<f64>, rows: usize) -> Option<Matrix<f64>> {
     let odd = product([&sixth, &sum([0.0, p[9], p[11], p[13]])], n).plus(&sum([p[1], p[3], p[5], p[7]]));
     let odd = product([&a, &odd], n);
     let even = product([&sixth, &sum([0.0, p[8], p[10], p[12]])], n).plus(&sum([p[0], p[2], p[4], p[6]]));
-    let mut out = even.minus(&odd).solve(&even.plus(&odd))?;
-    for _ in 0..squarings as usize {
-        out = product([&out, &out], n);
-        (rows..n).for_each(|k| out[(k, k)] = 1.0);
+    let left = even.minus(&odd);
+    if squarings <= FEW {
+        let mut out = left.solve(&even.plus(&odd))?;
+        for _ in 0..squarings as usize {
+            out = product([&out, &out], n);
+            (rows..n).for_each(|k| out[(k, k)] = 1.0);
+        }
+        return finite(out);
     }
+    // Each squaring doubles the rounding of 1 in entries next to 1, which those of slow motions are beside fast ones: e^A − 1 has none.
+    let mut out = left.solve(&odd.scale(&2.0))?;
+    for _ in 0..squarings as usize {
+        out = out.scale(&2.0).plus(&product([&out, &out], rows));
+    }
+    (0..n).for_each(|k| out[(k, k)] += 1.0);
     finite(out)
 }

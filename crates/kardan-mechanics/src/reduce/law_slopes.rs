@@ -309,7 +309,8 @@ fn slopes_of(
         }
         rounded |= number.exact.is_none();
         let slope = number.exact.clone().or_else(|| rational_from_f64(number.value)).unwrap_or(Rational::ZERO);
-        if slope.is_zero() {
+        // Rounding may have left nothing of a slope.
+        if slope.is_zero() && number.rounding() == 0.0 {
             continue;
         }
         let behind = place.checked_sub(coordinates);

@@ -27,6 +27,8 @@ pub struct LinearModel {
     pub input: Matrix<Rational>,
     /// `K = ∂q/∂q_r`, one row per shaft (4.34).
     pub basis: Matrix<Rational>,
+    /// Whether a slope of a law is not known to be a fraction, and was rounded.
+    pub rounded: bool,
 }
 
 impl LinearModel {
@@ -38,7 +40,7 @@ impl LinearModel {
     /// Whether a number of it is rounded.
     pub fn is_rounded(&self) -> bool {
         let all = [&self.inertia, &self.damping, &self.stiffness, &self.input, &self.basis];
-        all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
+        self.rounded || all.into_iter().flat_map(Matrix::<Rational>::as_slice).any(LastDigits::is_rounded)
     }
 
     /// As equations of first order, with the states `[q_r; q̇_r]` without rates of coordinates that have no inertia;
@@ -122,7 +124,8 @@ fn linear_model(
     pressed: &[Contact],
     digits: Option<&mut LastDigits>,
 ) -> LinearModel {
-    let SparseModel { inertia, damping, stiffness, input, basis } = sparse_model_near(reduced, point, pressed, digits);
+    let found = sparse_model_near(reduced, point, pressed, digits);
+    let SparseModel { inertia, damping, stiffness, input, basis, rounded } = found;
     let (r, inputs) = (reduced.degrees_of_freedom(), &reduced.equations.inputs);
     LinearModel {
         coordinates: reduced.coordinate_names(),
@@ -132,6 +135,7 @@ fn linear_model(
         stiffness: dense_rows(&stiffness, r),
         input: dense_rows(&input, r).transpose(),
         basis: dense_rows(&basis, r),
+        rounded,
     }
 }
 
@@ -148,6 +152,8 @@ pub struct SparseModel {
     pub input: Vec<SparseRow>,
     /// K, one row per shaft.
     pub basis: Vec<SparseRow>,
+    /// Whether a slope of a law is not known to be a fraction, and was rounded.
+    pub rounded: bool,
 }
 
 /// [`linearise`] without the zeros.
@@ -220,5 +226,6 @@ fn sparse_model_near(
         stiffness,
         input: equations.inputs.iter().map(|input| reduced_row(&input.row)).collect(),
         basis,
+        rounded: slopes.iter().any(|one| one.rounded),
     }
 }

@@ -9,7 +9,7 @@ use crate::text::{DIGITS, number, quantity};
 use kardan_results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
     Flatness, HiddenMotion, Integrators, LoopAlongPath, Motion, NO_RESPONSES, ObserverResult, Pole, Stability,
-    ZeroDynamics, ZeroMode,
+    ZeroMode,
 };
 
 /// More poles are counted where space is limited.
@@ -247,18 +247,40 @@ fn zero_dynamics(design: &Design) -> Body {
     let headers =
         ["#pole [1/s]", "#frequency [rad/s]", "#damping", "largest motions", "stored in", "lost in", "verdict"];
     let warnings = found.modes.iter().filter_map(|mode| Some((mode, mode.warning.as_ref()?)));
-    let body = Body::default().list(hidden_motions(found)).table(&headers, found.modes.iter().map(row));
+    let no_output = "of the plant; no output shows it";
+    let unobservable = |pole: &Pole| {
+        let decays = Cell::judged(pole.re < 0.0, ["decays", "does not decay"]);
+        row![phrases::pair(*pole), pole.abs(), "", no_output, "", "", decays]
+    };
+    let hidden = hidden_poles(design);
+    let rows = found.modes.iter().map(row).chain(hidden.iter().filter(|pole| pole.im >= 0.0).map(unobservable));
+    let body = Body::default().list(hidden_motions(design)).table(&headers, rows);
     warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", phrases::pair(mode.pole))))
 }
 
+/// Poles of the plant that no output shows, without those of integrators without effect.
+fn hidden_poles(design: &Design) -> Vec<Pole> {
+    let mut hidden = design.hidden.clone();
+    for _ in &design.integrals_without_effect {
+        let counter = hidden.iter().position(|pole| *pole == Pole::default());
+        counter.map(|place| hidden.remove(place));
+    }
+    hidden
+}
+
 /// Motions that remain while the outputs are constant: one sentence each. Empty if not requested.
-fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
+fn hidden_motions(design: &Design) -> Vec<String> {
+    let found = &design.zero_dynamics;
     match found.kind() {
         HiddenMotion::Unknown => vec![],
         HiddenMotion::None => vec!["There is none: no motion remains with constant outputs.".into()],
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
+            let of = match list(&pairs(&hidden_poles(design)), NAMES).as_str() {
+                "" => of,
+                poles => format!("{of}, and motions of the plant that no output shows, at {poles} 1/s"),
+            };
             let verdict = match found.stability.word {
                 Stability::Stable => "They are stable, decided exactly: excited motions decay.".to_string(),
                 Stability::Undecided => format!("Whether they are stable is {}.", found.stability),

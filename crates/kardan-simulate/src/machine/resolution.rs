@@ -6,7 +6,7 @@ use super::expressions::Places;
 use super::kinks::line_range;
 use super::resolved::Resolved;
 use kardan_expr::expr::Interval;
-use kardan_expr::plan::Resolution;
+use kardan_expr::plan::{Over, Resolution};
 use kardan_mechanics::reduce::MotionPlan;
 
 /// Part of a tolerance by which unresolved operations may change a value in a step.
@@ -14,13 +14,13 @@ const PART: f64 = 0.1;
 /// Most halvings of a step to find the point that it must not pass.
 const HALVINGS: u32 = 20;
 
-/// What a span of time may hide between its evaluations.
+/// What a span of time, part of a step, may hide between its evaluations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Hidden {
-    /// Nothing: all operations are resolved.
-    Resolved,
-    /// Unresolved operations change every value by at most a part of the tolerances.
-    Negligible,
+    /// Nothing: operations that the whole step does not resolve change every value by at most a part of the tolerances.
+    Nothing,
+    /// Nothing if it is a step of its own: the operations that it does not resolve itself change every value by no more than that.
+    NothingAlone,
     /// Possibly something.
     Unknown,
 }
@@ -120,28 +120,41 @@ impl Machine {
                 state(time, out);
             }
             let [begin, centre, end] = &*between;
-            match self.hidden((low, high), [begin, centre, end], tolerances) {
-                Hidden::Negligible => resolved = high,
-                Hidden::Resolved if resolved == from && high == to => return to,
+            match self.hidden((low, high), [begin, centre, end], (halvings == 0, tolerances)) {
+                Hidden::Nothing => resolved = high,
                 Hidden::Unknown if halvings < HALVINGS => {
                     open.extend([(middle, high, halvings + 1), (low, middle, halvings + 1)]);
                 }
-                Hidden::Resolved | Hidden::Unknown => return if resolved > from { resolved } else { high },
+                Hidden::NothingAlone | Hidden::Unknown => return if resolved > from { resolved } else { high },
             }
         }
         to
     }
 
-    /// What a span of time may hide while the state moves within `states`, at its begin, in its middle and at its end.
-    fn hidden(&mut self, (from, to): (f64, f64), states: [&[f64]; 3], (relative, absolute): (f64, &[f64])) -> Hidden {
-        let Some(mut resolved) = self.resolved.take() else { return Hidden::Resolved };
+    /// What a span of time may hide while the state moves within `states`, at its begin, in its middle and at its end; the `whole` step comes first.
+    fn hidden(
+        &mut self,
+        (from, to): (f64, f64),
+        states: [&[f64]; 3],
+        (whole, tolerances): (bool, (f64, &[f64])),
+    ) -> Hidden {
+        let Some(mut resolved) = self.resolved.take() else { return Hidden::Nothing };
         self.evaluate(0.5 * (from + to), states[1]);
         self.find_spans(Interval { low: from, high: to }, states, &mut resolved.inputs);
-        let all = resolved.resolution.find(&resolved.inputs, self.work.values());
-        let hidden = match all {
-            true => Hidden::Resolved,
-            false if self.is_negligible(&mut resolved, (to - from, states), (relative, absolute)) => Hidden::Negligible,
-            false => Hidden::Unknown,
+        let alone = resolved.resolution.find(&resolved.inputs, self.work.values());
+        if whole {
+            resolved.resolution.mark_step();
+        }
+        let mut is_negligible = |over: Over| {
+            resolved.resolution.find_effects(self.work.values(), over);
+            self.is_negligible(&mut resolved, (to - from, states), tolerances)
+        };
+        let hidden = if (whole && alone) || is_negligible(Over::Step) {
+            Hidden::Nothing
+        } else if alone || (!whole && is_negligible(Over::Span)) {
+            Hidden::NothingAlone
+        } else {
+            Hidden::Unknown
         };
         self.resolved = Some(resolved);
         hidden

@@ -153,7 +153,7 @@ pub struct NoninteractingDesign {
 /// let one = |x: i64| Matrix::from_fn(1, 1, |_, _| Rational::from(x));
 /// let model = LinearModel {
 ///     coordinates: vec!["body".into()], inputs: vec!["motor".into()],
-///     inertia: one(2), damping: one(3), stiffness: one(0), input: one(1), basis: one(1),
+///     inertia: one(2), damping: one(3), stiffness: one(0), input: one(1), basis: one(1), rounded: false,
 /// };
 /// let channel = ChannelDesign { shaft: 0, input: 0 };
 /// let design = design_noninteracting(&model, &[channel], &|_| ("body.phi".into(), "motor".into())).unwrap();
@@ -516,6 +516,11 @@ impl Law for Designed {
 
     fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
         Some(if is_single(clock) { Box::new(self.block_of::<f32>()) } else { Box::new(self.block_of::<f64>()) })
+    }
+
+    /// Gains without states.
+    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
     }
 
     fn linear(&self) -> LinearLaw {

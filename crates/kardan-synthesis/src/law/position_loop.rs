@@ -178,6 +178,11 @@ impl Law for Designed {
         Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
     }
 
+    /// Gains without states.
+    fn linear_sampled(&self, _: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
+    }
+
     fn linear(&self) -> LinearLaw {
         let omega = self.block.position_loop.natural_frequency;
         let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.block.shaft { gain } else { 0.0 });

@@ -50,6 +50,12 @@ impl Jump<Rational> {
 }
 
 impl Jump<f64> {
+    /// The sizes of all its entries.
+    pub fn sizes(&self) -> Self {
+        let of = |(place, row): &(usize, Vec<(usize, f64)>)| (*place, row.iter().map(|(j, x)| (*j, x.abs())).collect());
+        Self { rows: self.rows.iter().map(of).collect() }
+    }
+
     /// `z ← J z`
     pub fn change(&self, z: &mut [f64], memory: &mut Vec<f64>) {
         memory.clear();

@@ -19,6 +19,8 @@ const DOUBLINGS: usize = 12;
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
+/// Size of cancelled terms of an entry from which on their rounding may move eigenvalues farther than that.
+const CANCELS: f64 = 1e6;
 /// Size of the eigenvalues of a change `Φ − 1` below which they may be at zero: a chain of two is spread by rounding to less.
 const NEAR_ZERO: f64 = 1e-6;
 /// The accuracy of the largest entries of a loop, in roundings times its size.
@@ -58,6 +60,8 @@ pub struct SampledLoop {
     pub(super) constants: usize,
     jumps: Vec<Jump<f64>>,
     event_sequence: Vec<LoopEvent>,
+    /// The number of events at the first instant.
+    at_first: usize,
 }
 
 /// The motion of a loop that grows most, or decays least.
@@ -116,6 +120,10 @@ struct NonzeroSpectrum {
     isolated: Vec<f64>,
     /// The matrix on the others, without the motions at zero.
     rest: Matrix<f64>,
+    /// By how much the terms of its entries are larger than these, if they cancel; and to its coordinates and from them.
+    cancelled: Option<Matrix<f64>>,
+    sides: [Matrix<f64>; 2],
+    coupled: Vec<usize>,
     /// Below which size numbers counted as zero.
     rounding: f64,
 }
@@ -150,7 +158,22 @@ impl NonzeroSpectrum {
         let zeros = zero.len() + split.motions.columns();
         let more = excluded.saturating_sub(zeros).min(nonzero.len());
         let dropped = nonzero.drain(..more).collect();
-        Some(Self { zeros, nonzero, dropped, isolated, rest: split.rest, rounding: split.rounding.max(least) })
+        let (sides, rounding) = ([split.left, split.right], split.rounding.max(least));
+        Some(Self { zeros, nonzero, dropped, isolated, rest: split.rest, cancelled: None, sides, coupled, rounding })
+    }
+
+    /// With how much larger than the entries of the whole matrix their terms are.
+    fn with_cancelled(self, cancelled: &Matrix<f64>) -> Self {
+        let [left, right] = self.sides.each_ref().map(crate::sizes);
+        let own = left.multiply(&selected(cancelled, &self.coupled, &self.coupled)).multiply(&right);
+        Self { cancelled: Some(own), ..self }
+    }
+
+    /// The distance from the border up to which the error of an eigenvalue decides: far where terms cancel.
+    fn reach(&self) -> f64 {
+        let largest = |of: &Matrix<f64>| of.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let cancels = self.cancelled.as_ref().is_some_and(|cancelled| largest(cancelled) > CANCELS);
+        if cancels { f64::INFINITY } else { CLOSE * largest(&self.rest).max(1.0) }
     }
 
     fn excluded(&self) -> usize {
@@ -159,8 +182,8 @@ impl NonzeroSpectrum {
 
     /// Whether all controlled motions are inside the border, by the distance of each eigenvalue from it.
     fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
-        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        let near = |value: &&(f64, f64)| beyond(**value) > -CLOSE * size.max(1.0);
+        let reach = self.reach();
+        let near = |value: &&(f64, f64)| beyond(**value) > -reach;
         let signs = self.nonzero.iter().filter(near).map(|value| {
             let (beyond, error) = (beyond(*value), self.error(*value, added));
             if beyond.abs() <= error { Stability::Undecided } else { outside(beyond > 0.0) }
@@ -178,7 +201,7 @@ impl NonzeroSpectrum {
         }
         let n = self.rest.rows();
         let shifted = Matrix::from_fn(n, n, |i, j| self.rest[(i, j)] + if i == j { added } else { 0.0 });
-        error(&shifted, (value.0 + added, value.1))
+        error(&shifted, self.cancelled.as_ref(), (value.0 + added, value.1))
     }
 }
 
@@ -186,8 +209,9 @@ fn outside(is_outside: bool) -> Stability {
     if is_outside { Stability::Unstable } else { Stability::Stable }
 }
 
-/// How far the rounding of a matrix may move an eigenvalue, to first order: its condition times that of the largest entries.
-fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
+/// How far the rounding of a matrix may move an eigenvalue, to first order: its condition times that of the largest entries, and what that of terms does
+/// which are larger than their entries by so much.
+fn error(matrix: &Matrix<f64>, cancelled: Option<&Matrix<f64>>, value: (f64, f64)) -> f64 {
     let n = matrix.rows();
     let scales = balance(&faer::Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
     let balanced = Matrix::from_fn(n, n, |i, j| matrix[(i, j)] * scales[j] / scales[i]);
@@ -214,16 +238,23 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
         is_finite(&x).then_some(x)
     };
     let (right, left) = (vector(&balanced, near.1), vector(&balanced.transpose(), -near.1));
-    let condition = match (right, left) {
+    let (condition, moved) = match (right, left) {
         (Some(x), Some(y)) => {
             let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
             let inner_product = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
             let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
-            (length(&x) * length(&y) / inner_product).max(1.0)
+            let size = |vector: &Matrix<f64>, k: usize| hypot(vector[(k, 0)], vector[(n + k, 0)]) / inner_product;
+            let entry = |of: &Matrix<f64>, i: usize, j: usize| of[(i, j)] * scales[j] / scales[i];
+            let row = |of: &Matrix<f64>, i: usize| {
+                let of_columns = |j: usize| entry(of, i, j) * size(&x, j) * inner_product;
+                size(&y, i) * (0..n).map(of_columns).sum::<f64>()
+            };
+            let moved = cancelled.map_or(0.0, |of| (0..n).map(|i| row(of, i)).sum::<f64>());
+            ((length(&x) * length(&y) / inner_product).max(1.0), moved)
         }
-        _ => 1.0,
+        _ => (1.0, 0.0),
     };
-    ROUNDINGS * n as f64 * f64::EPSILON * own * condition
+    ROUNDINGS * f64::EPSILON * (n as f64 * own * condition + moved)
 }
 
 impl SampledLoop {
@@ -266,7 +297,7 @@ impl SampledLoop {
         let moving = Moving::of(&flow);
         let found = EventSequence::over(parts, &periods, &places, |time| moving.exponential(&flow, time))?;
         let map = found.map(places.size);
-        let EventSequence { jumps, events: event_sequence, applied, .. } = found;
+        let EventSequence { jumps, events: event_sequence, applied, at_first, .. } = found;
         if !is_finite(&map) {
             return Err(SampledLoopError::NotFinite);
         }
@@ -293,6 +324,7 @@ impl SampledLoop {
             constants,
             jumps,
             event_sequence,
+            at_first,
         })
     }
 
@@ -395,7 +427,8 @@ impl SampledLoop {
 
     /// The same; the name of the motion takes time and is computed on request only.
     pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
-        let found = NonzeroSpectrum::of(&self.change(), Rounding::OfOne, excluded)?;
+        let change = self.change_after_commands();
+        let found = NonzeroSpectrum::of(&change, Rounding::OfOne, excluded)?.with_cancelled(&self.cancelled(&change));
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(growth(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
         let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
@@ -407,7 +440,7 @@ impl SampledLoop {
         let beyond = 0.5 * growth(change);
         let stable = match beyond {
             beyond if beyond < 0.0 => true,
-            beyond if beyond > CLOSE => false,
+            beyond if beyond > found.reach() => false,
             beyond => beyond <= found.error(change, 1.0),
         };
         let frequency = self.turn(own).abs() / self.period;
@@ -419,7 +452,7 @@ impl SampledLoop {
     /// The growth of [`Slowest`] without so many motions, those that change least, from the eigenvalues of the whole map, in half the time: it is the same where
     /// all that may be at zero are left out anyway. `None` where more of them are near zero, or it is as near to one as rounding may be off.
     pub(super) fn clear_growth(&self, excluded: usize) -> Option<f64> {
-        let found = eigenvalues(&self.change())?;
+        let found = eigenvalues(&self.change_after_commands())?;
         let near_zero = found.iter().take_while(|change| size(**change) <= NEAR_ZERO).count();
         let most = found.get(excluded..)?.iter().map(|change| growth(*change)).max_by(f64::total_cmp)?;
         let clear = near_zero <= excluded && !(0.0..=2.0 * CLOSE).contains(&most);
@@ -434,14 +467,34 @@ impl SampledLoop {
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
     /// than once in a period.
     pub(super) fn between_commands(&self, law: usize) -> Option<Matrix<f64>> {
-        let first = self.applied[law]?;
+        Some(self.map_from(self.applied[law]?, &self.jumps))
+    }
+
+    /// The map over a period that begins with this event.
+    fn map_from(&self, first: usize, jumps: &[Jump<f64>]) -> Matrix<f64> {
         let mut map = Matrix::identity(self.map.rows());
         for event in self.event_sequence[first..].iter().chain(&self.event_sequence[..first]) {
             if let LoopEvent::Jump(jump) = event {
-                self.jumps[*jump].change_rows(&mut map);
+                jumps[*jump].change_rows(&mut map);
             }
         }
-        Some(map)
+        map
+    }
+
+    /// The change over a period that begins just after all that happens at the first instant, on all but constants. It has the eigenvalues of
+    /// [`Self::change`]. Commands that are a small part of their terms, as those of blocks with fast poles, are computed within it.
+    fn change_after_commands(&self) -> Matrix<f64> {
+        let map = self.map_from(self.at_first, &self.jumps);
+        Matrix::from_fn(self.constants, self.constants, |i, j| map[(i, j)] - f64::from(u8::from(i == j)))
+    }
+
+    /// By how much the terms of each entry of that change are larger than the entry.
+    fn cancelled(&self, change: &Matrix<f64>) -> Matrix<f64> {
+        let jumps: Vec<Jump<f64>> = self.jumps.iter().map(Jump::sizes).collect();
+        let sizes = self.map_from(self.at_first, &jumps);
+        Matrix::from_fn(self.constants, self.constants, |i, j| {
+            (sizes[(i, j)] - (change[(i, j)] + f64::from(u8::from(i == j))).abs()).max(0.0)
+        })
     }
 
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted

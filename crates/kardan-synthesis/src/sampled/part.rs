@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{LoopPlant, SlowSensor};
 use crate::{Clock, ExportedSignal, Law, LinearLaw};
 use kardan_analysis::OutputSignal;
-use kardan_math::num::{LastDigits, Rational};
+use kardan_math::num::{LastDigits, Matrix, Rational};
 use kardan_results::signal_name::SignalName;
 
 /// An additional delay of the commands of a sampled law to one of its motors.
@@ -120,6 +120,19 @@ impl SampledPart {
     #[must_use]
     pub fn near(&self, digits: &mut LastDigits) -> Self {
         Self { exact: Some(Arc::new(self.exactly().near(digits))), ..self.clone() }
+    }
+
+    /// The same law in continuous time, with the same motions along which nothing changes that it reads, commands or stores.
+    #[must_use]
+    pub fn without_clock(&self) -> Self {
+        let all_readings = Self { slow: Vec::new(), wire: None, ..self.clone() };
+        let (mut linear, mut exact) = (all_readings.linear.clone(), all_readings.exactly());
+        if self.clock.is_some() && !linear.flowing {
+            // A state that stays from sample to sample has no rate.
+            linear.states = linear.states.minus(&Matrix::identity(linear.states.rows()));
+            exact.states = exact.states.minus(&Matrix::identity(exact.states.rows()));
+        }
+        Self { linear, exact: Some(Arc::new(exact)), clock: None, ..all_readings }
     }
 
     /// Whether it is a task of blocks.

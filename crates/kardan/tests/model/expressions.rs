@@ -11,6 +11,27 @@ use kardan_native::Value;
 use kardan_rt::Lanes;
 use proptest::prelude::*;
 
+/// Squares of squares have powers and numbers of any size: at a half and at one, and of twice that.
+#[test]
+fn repeated_squares_have_their_values() {
+    for (factor, at, expected) in [(1, 0.5, 0.0), (1, 1.0, 1.0), (2, 0.5, 1.0), (2, 0.25, 0.0), (3, 1.0, f64::INFINITY)]
+    {
+        let mut graph = Graph::default();
+        let x = graph.symbol("x", Dimension::NONE);
+        let mut squared = graph.scale(factor.into(), x);
+        for _ in 0..70 {
+            squared = graph.multiply(squared, squared);
+        }
+        assert_eq!(lower(&graph, &[squared], &mut Floating::<f64>::default(), |_| at), [expected], "{factor} {at}");
+        let inverse = graph.power(squared, -1);
+        assert_eq!(
+            lower(&graph, &[inverse], &mut Floating::<f64>::default(), |_| at),
+            [1.0 / expected],
+            "{factor} {at}"
+        );
+    }
+}
+
 /// A number of a sequence that follows from its seed.
 struct Draw(u64);
 

@@ -44,9 +44,6 @@ fn a_run_ends_at_a_singular_place() {
         let run = Project::open(slider_crank(50)).run(&settings, &study::Silent).expect("a run").runs.remove(0);
         let Outcome::Failed { time, cause } = &run.outcome else { panic!("{method:?}: {:?}", run.outcome) };
         assert!((time - expected).abs() < 1e-5, "{method:?}: {time} {expected}");
-        // The last row is the state at that time.
-        let phi = *crate::common::signal(&run, "crank.phi").last().expect("rows");
-        assert!((phi - right).abs() < 5e-4, "{method:?}: {phi}");
         assert!(cause.contains("`rod` constrains no motion in this position"), "{cause}");
     }
     let run = run(&slider_crank(150));

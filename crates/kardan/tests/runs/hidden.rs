@@ -282,14 +282,45 @@ impl Shape {
     }
 }
 
-/// A shaft of 1 kg m² under a law of `(x − at)/width` for x the time, the angle or the speed, with what moves it there, a damper, and a controller
-/// with a clock.
-struct Law {
+/// A product of shapes of `(x − at)/width` for x the time, the angle or the speed.
+struct Term {
     shapes: [Option<Shape>; 2],
     of: usize,
     at: f64,
     width: f64,
     size: f64,
+}
+
+impl Term {
+    fn drawn(dice: &mut Dice) -> Self {
+        let pick = |dice: &mut Dice, list: &[f64]| list[dice.below(list.len())];
+        let of = dice.below(3);
+        let second = (dice.below(3) == 0).then(|| Shape::ALL[dice.below(Shape::ALL.len())]);
+        Self {
+            shapes: [Some(Shape::ALL[dice.below(Shape::ALL.len())]), second],
+            of,
+            at: pick(dice, &[4.0, 5.0, 6.25, 7.9]) * if of == 1 { 3.0 } else { 1.0 },
+            width: pick(dice, &[0.06, 0.1, 0.31, 0.5]),
+            size: pick(dice, &[0.3, 1.0, -0.7]),
+        }
+    }
+
+    fn value(&self, x: [f64; 3]) -> f64 {
+        let u = (x[self.of] - self.at) / self.width;
+        self.shapes.iter().flatten().fold(self.size, |product, shape| product * shape.value(u))
+    }
+
+    fn formula(&self) -> String {
+        let (of, unit) = [("t", "s"), ("a.phi", "rad"), ("a.w", "rad/s")][self.of];
+        let u = format!("({of} - {} {unit})/({} {unit})", self.at, self.width);
+        let product: String = self.shapes.iter().flatten().map(|shape| format!(" * {}", shape.formula(&u))).collect();
+        format!("{} N m{product}", self.size)
+    }
+}
+
+/// A shaft of 1 kg m² under the sum of one to three such laws, with what moves it there, a damper, and a controller with a clock.
+struct Law {
+    terms: Vec<Term>,
     start: f64,
     base: f64,
     damping: f64,
@@ -300,49 +331,44 @@ const END: f64 = 10.0;
 const SAMPLE: f64 = 0.1;
 
 impl Law {
-    fn drawn(dice: &mut Dice) -> Self {
-        let pick = |dice: &mut Dice, list: &[f64]| list[dice.below(list.len())];
-        let of = dice.below(3);
-        let second = (dice.below(3) == 0).then(|| Shape::ALL[dice.below(Shape::ALL.len())]);
-        let shapes = [Some(Shape::ALL[dice.below(Shape::ALL.len())]), second];
+    fn drawn(model: u64) -> Self {
+        let (mut dice, mut more) = (Dice(model), Dice(5000 + model));
+        let first = Term::drawn(&mut dice);
+        let terms: Vec<Term> = [first].into_iter().chain((0..model % 3).map(|_| Term::drawn(&mut more))).collect();
+        let is_of = |of: usize| terms.iter().any(|term| term.of == of);
+        let ramps = terms.iter().flat_map(|term| term.shapes).any(|shape| matches!(shape, Some(Shape::Ramp)));
+        let mut pick = |list: &[f64]| list[dice.below(list.len())];
         Self {
-            shapes,
-            of,
-            at: pick(dice, &[4.0, 5.0, 6.25, 7.9]) * if of == 1 { 3.0 } else { 1.0 },
-            width: pick(dice, &[0.06, 0.1, 0.31, 0.5]),
-            size: pick(dice, &[0.3, 1.0, -0.7]),
-            start: if of == 1 { 5.0 } else { 0.0 },
-            base: if of == 2 { 1.0 } else { 0.0 },
-            damping: pick(dice, &[0.0, 0.0, 0.1]),
+            start: if is_of(1) { 5.0 } else { 0.0 },
+            base: if is_of(2) { 1.0 } else { 0.0 },
+            damping: pick(&[0.0, 0.0, 0.1]),
             // Beside a ramp a sampled loop is unstable by as little as that is not flat.
-            gain: if shapes.iter().flatten().any(|shape| matches!(shape, Shape::Ramp)) {
-                0.0
-            } else {
-                pick(dice, &[0.0, 0.0, 0.2])
-            },
+            gain: if ramps { 0.0 } else { pick(&[0.0, 0.0, 0.2]) },
+            terms,
         }
     }
 
     fn value(&self, x: [f64; 3]) -> f64 {
-        let u = (x[self.of] - self.at) / self.width;
-        self.shapes.iter().flatten().fold(self.size, |product, shape| product * shape.value(u))
+        self.terms.iter().map(|term| term.value(x)).sum()
     }
 
     fn source(&self) -> String {
-        let (of, unit) = [("t", "s"), ("a.phi", "rad"), ("a.w", "rad/s")][self.of];
-        let u = format!("({of} - {} {unit})/({} {unit})", self.at, self.width);
-        let product: String = self.shapes.iter().flatten().map(|shape| format!(" * {}", shape.formula(&u))).collect();
         let control = match self.gain {
             0.0 => String::new(),
             gain => format!(
                 "[motor.m]\nshaft = \"a\"\n[control.c]\nlaw = \"program\"\ncommands = {{ m = \"-{gain} N m s/rad * a.w\" }}\nsample_time = \"{SAMPLE} s\"\n"
             ),
         };
+        let laws = self.terms.iter().enumerate();
+        let laws = laws.map(|(k, term)| format!("[torque.l{k}]\nshaft = \"a\"\nlaw = \"{}\"\n", term.formula()));
         format!(
-            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"{} N m s/rad\"\n[torque.l]\nshaft = \"a\"\nlaw = \"{} N m{product}\"\n\
+            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"{} N m s/rad\"\n{}\
              [torque.base]\nshaft = \"a\"\nlaw = \"{} N m\"\n{control}[scenario]\nduration = \"{END} s\"\noutput_step = \"0.1 s\"\n\
              initial = {{ \"a.w\" = \"{} rad/s\" }}\n",
-            self.damping, self.size, self.base, self.start
+            self.damping,
+            laws.collect::<String>(),
+            self.base,
+            self.start
         )
     }
 
@@ -382,12 +408,12 @@ fn models(first: usize) -> std::ops::Range<u64> {
 
 const RELATIVE: f64 = 1e-8;
 
-/// Random smooth laws of the time, the angle and the speed that are flat where the run begins, alone and beside a sampled controller, by all methods.
+/// Random smooth laws of the time, the angle and the speed, one or several beside each other, that are flat where the run begins, alone and beside a sampled controller, by all methods.
 #[test]
 fn flat_laws_are_felt() {
     let mut wrong = Vec::new();
     for model in models(12) {
-        let law = Law::drawn(&mut Dice(model));
+        let law = Law::drawn(model);
         let (source, [angle, speed]) = (law.source(), law.reference());
         for method in METHODS {
             let run = run_of(&source, method);
@@ -405,7 +431,7 @@ fn flat_laws_are_felt() {
 #[test]
 fn lanes_feel_flat_laws() {
     for model in models(8) {
-        let law = Law { gain: 0.0, ..Law::drawn(&mut Dice(model)) };
+        let law = Law { gain: 0.0, ..Law::drawn(model) };
         let source = law.source().replace("inertia = \"1 kg m^2\"", "inertia = \"1 kg m^2 ± 1e-9 %\"");
         let figure = "[[figure]]\nname = \"w\"\nsignal = \"a.w\"\nmeasure = \"final\"\n";
         let project = Project::open(format!("{source}{figure}"));
@@ -434,14 +460,20 @@ fn limits_that_dip_let_go() {
         let (at, width, rate) = (pick(&[0.3, 0.52, 0.81]), pick(&[0.003, 0.01, 0.04]), pick(&[7.0, 30.0, 110.0]));
         let (pull, swing) = (pick(&[0.02, 0.1, 0.5, -0.3]), pick(&[0.0, 0.0, 0.05]));
         let waves = pick(&[0.0, 1.0]) == 0.0;
+        // Before it, or none.
+        let before = pick(&[0.0, 0.12, 0.21]);
         let limit = move |t: f64| {
-            let u = (t - at) / width;
-            if waves { size * (1.0 + deep * (rate * t).sin()) } else { size * (1.0 - deep * (-u * u).exp()) }
+            let dip = |at: f64| if at > 0.0 { deep * (-((t - at) / width).powi(2)).exp() } else { 0.0 };
+            size * if waves { 1.0 + deep * (rate * t).sin() } else { 1.0 - dip(at) - dip(before) }
         };
         let load = move |t: f64| pull + swing * (3.0 * t).sin();
         let formula = match waves {
             true => format!("max(0 N m, {size} N m * (1 + {deep} * sin({rate} * t/(1 s))))"),
-            false => format!("max(0 N m, {size} N m * (1 - {deep} * exp(-((t - {at} s)/({width} s))^2)))"),
+            false => {
+                let dip = |at: f64| format!(" - {deep} * exp(-((t - {at} s)/({width} s))^2)");
+                let dips: String = [at, before].into_iter().filter(|at| *at > 0.0).map(dip).collect();
+                format!("max(0 N m, {size} N m * (1{dips}))")
+            }
         };
         let source = brake(&formula, &format!("{pull} N m + {swing} N m * sin(3 * t/(1 s))"), "", "1");
         let [angle, speed] = slips(0.005, &limit, &load, 1.0, 400_000);

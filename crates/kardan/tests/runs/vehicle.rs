@@ -312,7 +312,8 @@ fn a_car_drives_off_from_standstill() {
 fn a_car_that_drives_backwards_is_reported() {
     let notes = |speed: &str| {
         let keys = format!("{}\nrelaxation_length = \"0.5 m\"", plain(speed));
-        by(&car("0.01 rad * t / 1 s", &keys, "[scenario]\nduration = \"2.5 s\"\noutput_step = \"10 ms\"\n"), 1e-9).notes
+        by(&car("0.01 rad * t / 1 s", &keys, "[scenario]\nduration = \"2.5 s\"\noutput_step = \"10 ms\"\n"), 1e-9)
+            .warnings
     };
     let reported = notes("2 m/s - 1 m/s^2 * t");
     let note = reported.iter().find(|note| note.contains("drives backwards")).unwrap_or_else(|| panic!("{reported:?}"));
@@ -329,7 +330,7 @@ fn a_car_that_slides_sideways_is_reported() {
         by(&car("0.05 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8)
     };
     let spins = ran(0.05);
-    let note = spins.notes.iter().find(|note| note.contains("slides sideways")).expect("it spins");
+    let note = spins.warnings.iter().find(|note| note.contains("slides sideways")).expect("it spins");
     let [direction, across] = ["car.v_x", "car.v_y"].map(|name| signal(&spins, name));
     let way: Vec<f64> = direction.iter().zip(across).map(|(x, y)| (x * x + y * y).sqrt()).collect();
     let first = (0..way.len()).find(|row| way[*row] > 1.1 * 25.0).expect("it gains speed");
@@ -340,7 +341,7 @@ fn a_car_that_slides_sideways_is_reported() {
         "{note}"
     );
     let stable = ran(0.8);
-    assert!(stable.notes.iter().all(|note| !note.contains("sideways")), "{:?}", stable.notes);
+    assert!(stable.warnings.is_empty(), "{:?}", stable.warnings);
 }
 
 /// A formula that divides by what is zero where a run begins ends the run there, and says by what; a car whose speed begins there is refused, if its tyres follow at once.
@@ -366,7 +367,7 @@ fn what_divides_by_zero_where_a_run_begins_is_reported() {
 fn zero_road_friction_is_reported() {
     let of = |mu: &str| {
         let keys = format!("{}\nrelaxation_length = \"0.5 m\"\ntyre = \"tmeasy\"\nmu = \"{mu}\"", plain("20 m/s"));
-        by(&car("0.02 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8).notes
+        by(&car("0.02 rad", &keys, "[scenario]\nduration = \"3 s\"\noutput_step = \"10 ms\"\n"), 1e-8).warnings
     };
     let reported = of("0.5 - t / (4 s)");
     assert!(
@@ -430,7 +431,7 @@ fn a_car_whose_inner_wheels_lift_is_reported_as_rolling_over() {
             let first = signal(&run, "car.yaw_rate").iter().position(|rate| rate.abs() >= limit);
             assert_eq!(first.is_some(), tips);
             let place = if side > 0.0 { "left" } else { "right" };
-            let reported: Vec<&String> = run.notes.iter().filter(|note| note.contains("rolls over")).collect();
+            let reported: Vec<&String> = run.warnings.iter().filter(|note| note.contains("rolls over")).collect();
             assert_eq!(reported.len(), usize::from(tips), "{:?}", run.notes);
             if let (Some(row), [reported]) = (first, &reported[..]) {
                 let expected = format!(

@@ -1,6 +1,7 @@
 //! Words that promise certainty, and what stands behind each.
 //!
-//! Every text of the library, of its pages and of the command that says "exact", "exactly", "proven", "proof" or "decided" is in a list here, with the
+//! Every text of the library, of its pages and of the command that says "exact", "exactly", "proven", "proof", "decided", "certified",
+//! "guaranteed" or "bounded" is in a list here, with the
 //! evidence: keys of the certificate that another program checks, a test that decides the same in another way, or that it claims nothing. A new one
 //! fails until it has its place. Some texts are put together from pieces; then the piece with the word is listed.
 
@@ -126,6 +127,18 @@ const LISTED: &[(Evidence, &[&str])] = &[
         ],
     ),
     (
+        Test("kardan/tests/synthesis/stability.rs", "sampled_loops_with_transcendental_maps"),
+        &["(certified: poles bounded away from the stability boundary)", "by certified bounds"],
+    ),
+    (
+        Test("kardan/tests/synthesis/trials.rs", "margins_and_rates_are_right"),
+        &[
+            "(eigenvalues in floating point, their rounding bounded)",
+            "floating point, rounding bounded",
+            "guaranteed range",
+        ],
+    ),
+    (
         Test("kardan/tests/synthesis/stability.rs", "what_hangs_on_rounded_slopes_is_not_decided"),
         &[
             "exactly, and the same for other last digits of rounded numbers that were tried",
@@ -172,6 +185,9 @@ const LISTED: &[(Evidence, &[&str])] = &[
     (
         Description,
         &[
+            "bounded search: candidates added one by one",
+            "input = \\\"3 * torque_sensor.tau\\\"",
+            "not certified",
             "kardan design my.toml --control column",
             "closed_loop_poles_exact",
             "{exactly} values",
@@ -205,7 +221,7 @@ const LISTED: &[(Evidence, &[&str])] = &[
 
 /// Whether a text has one of the words.
 fn promises(text: &str) -> bool {
-    let claims = ["exact", "exactly", "proven", "proof", "decided"];
+    let claims = ["exact", "exactly", "proven", "proof", "decided", "certified", "guaranteed", "bounded"];
     text.split(|c: char| !c.is_alphabetic()).any(|word| claims.contains(&word.to_lowercase().as_str()))
 }
 

@@ -65,6 +65,8 @@ struct Loop {
     poles: Vec<Root>,
     /// Sample time, and delay in hundredths of it.
     sampled: Option<(Decimal, u32)>,
+    /// C goes on between the samples of a sampled command.
+    continuous_block: bool,
 }
 
 fn powers(random: &mut Random, low: f64, high: f64) -> f64 {
@@ -94,8 +96,9 @@ impl Loop {
             }
         };
         let sampled = random.unit() < 0.5;
+        let continuous_block = sampled && seed % 4 == 3;
         let count = (random.unit() * 3.0) as usize;
-        let poles: Vec<Root> = (0..=count).map(|_| root(random, 0.08, !sampled)).collect();
+        let poles: Vec<Root> = (0..=count).map(|_| root(random, 0.08, !sampled || continuous_block)).collect();
         let order = |of: &[Root]| of.iter().map(|(_, im)| if im.is_some() { 2 } else { 1 }).sum::<usize>();
         let mut zeros: Vec<Root> = Vec::new();
         for _ in 0..3 {
@@ -121,6 +124,7 @@ impl Loop {
             zeros,
             poles,
             sampled: clock,
+            continuous_block,
         }
     }
 
@@ -161,7 +165,7 @@ impl Loop {
              [control.u]\nlaw = \"program\"\n{}commands = {{ m = \"{} N m * c{factor}\" }}\n[scenario]\nduration = \"1 s\"\n",
             self.inertia,
             self.damping,
-            clock(false),
+            if self.continuous_block { String::new() } else { clock(false) },
             list(&self.poles),
             if self.zeros.is_empty() { String::new() } else { format!("zeros = [{}]\n", list(&self.zeros)) },
             clock(true),
@@ -170,16 +174,31 @@ impl Loop {
     }
 
     fn controller(&self, s: c64) -> c64 {
-        let factor = |(re, im): &Root| match im {
-            Some(im) => {
-                let root = c64::new(re.value(), im.value());
-                (1.0 - s / root) * (1.0 - s / root.conj())
-            }
-            None if re.0 == 0 => s,
-            None => 1.0 - s / re.value(),
-        };
-        let product = |of: &[Root]| of.iter().map(factor).product::<c64>();
-        product(&self.zeros) / product(&self.poles) * self.gain.value()
+        self.controller_without(s, None)
+    }
+
+    /// C at s, without one factor `1 − s/p` of its poles (s of one at zero).
+    fn controller_without(&self, s: c64, pole: Option<usize>) -> c64 {
+        let factor = |root: &c64| if *root == c64::new(0.0, 0.0) { s } else { 1.0 - s / root };
+        let product = |roots: &[c64]| roots.iter().map(factor).product::<c64>();
+        let mut poles = roots(&self.poles);
+        pole.map(|pole| poles.remove(pole));
+        product(&roots(&self.zeros)) / product(&poles) * self.gain.value()
+    }
+
+    /// Distinct poles of what is between two samples, with their residues: the plant, and C if it goes on there.
+    fn between_samples(&self) -> Vec<(c64, c64)> {
+        let plant = self.plant();
+        if !self.continuous_block {
+            return plant;
+        }
+        let of_plant = |s: c64| plant.iter().map(|(pole, residue)| residue / (s - pole)).sum::<c64>();
+        let zero = c64::new(0.0, 0.0);
+        let of_block = roots(&self.poles).into_iter().enumerate().map(|(k, pole)| {
+            let scale = if pole == zero { c64::new(1.0, 0.0) } else { -pole };
+            (pole, of_plant(pole) * self.controller_without(pole, Some(k)) * scale)
+        });
+        plant.iter().map(|(pole, residue)| (*pole, residue * self.controller(*pole))).chain(of_block).collect()
     }
 
     /// Distinct poles of the plant with their residues.
@@ -222,7 +241,7 @@ impl Loop {
             if y.norm_sqr() < 1e-10 { (1.0 + y * 0.5 + y * y / 6.0) * x } else { expm1(y) / pole }
         };
         let plant: c64 = self
-            .plant()
+            .between_samples()
             .into_iter()
             .map(|(pole, residue)| {
                 let (now, later) = (
@@ -233,7 +252,9 @@ impl Loop {
             })
             .sum();
         let delay = (0..whole).fold(c64::new(1.0, 0.0), |all, _| all / z);
-        plant * delay * self.controller(at / (at + 2.0) * (2.0 / time))
+        let of_samples =
+            if self.continuous_block { c64::new(1.0, 0.0) } else { self.controller(at / (at + 2.0) * (2.0 / time)) };
+        plant * delay * of_samples
     }
 
     /// The place of a frequency on the axis, or on the unit circle.
@@ -308,6 +329,15 @@ fn phase_change(f: &dyn Fn(f64) -> c64, low: f64, high: f64, depth: usize) -> Op
     }
     let middle = 0.5 * (low + high);
     Some(phase_change(f, low, middle, depth - 1)? + phase_change(f, middle, high, depth - 1)?)
+}
+
+/// Each root, pairs as both of them.
+fn roots(of: &[Root]) -> Vec<c64> {
+    let both = |(re, im): &Root| match im {
+        Some(im) => [1.0, -1.0].map(|sign| c64::new(re.value(), sign * im.value())).to_vec(),
+        None => vec![c64::new(re.value(), 0.0)],
+    };
+    of.iter().flat_map(both).collect()
 }
 
 /// e^x − 1
@@ -488,10 +518,13 @@ impl Found {
         }
         let (sweep, motor) = (swept(&of), margins.channels.iter().find(|one| !one.is_sensor).expect("a motor"));
         let mut all = differences(motor, &sweep, 1e-6);
-        let reading = margins.channels.iter().find(|one| one.is_sensor).expect("a reading");
         // One motor and one reading: the loop is the same wherever it is opened.
         let same = Swept { gain: motor.gain, phase: motor.phase, disk: motor.disk };
-        all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));
+        // Where the block goes on between samples, what it reads is not a signal of samples.
+        if !of.continuous_block {
+            let reading = margins.channels.iter().find(|one| one.is_sensor).expect("a reading");
+            all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));
+        }
         if all.is_empty() { self.agree += 1 } else { self.wrong.push(format!("{seed}: {} {of:?}", all.join("; "))) }
     }
 }

@@ -91,7 +91,7 @@ fn impacts_have_their_restitution_and_cars_tip() {
     below.iter().zip(above).for_each(|(one, other)| assert!((one - other).abs() < 0.03, "{below:?} {above:?}"));
     assert!(below[1] - below[0] > 0.5 * 0.8, "given back: {below:?}");
     let tips = run(&source("car-tips"), Method::Taylor);
-    assert!(tips.notes.iter().any(|note| note.contains("a real car rolls over there")), "{:?}", tips.notes);
+    assert!(tips.warnings.iter().any(|note| note.contains("a real car rolls over there")), "{:?}", tips.warnings);
 }
 
 #[test]
@@ -157,6 +157,15 @@ fn margins_and_rates_are_right() {
         close(found.phase, 2.497_67, 1e-5, side);
         close(channel("rigid-spring-margin", "m").disk, 1.146_92, 1e-5, "60 digits");
     }
+    // Its slow motions lose no digits beside the fast pole: maps with 60 digits.
+    close(rate("fast-pole", 0.0), 30.903_977_632_5, 1e-4, "the rate with a fast pole");
+    for (clock, radius) in [("31 ms", 0.980_864_523_232), ("10 ms\"\ndelay = \"5 ms", 0.987_068_598_958)] {
+        let sampled =
+            source("fast-pole").replace("law = \"program\"", &format!("law = \"program\"\nsample_time = \"{clock}\""));
+        let found = designed(&sampled, DesignSettings::default()).margins.expect("margins");
+        assert_eq!((found.stable, found.uncontrolled_poles), (Some(true), 0), "{clock}");
+        close(found.spectral_radius.expect("sampled"), radius, 1e-6, clock);
+    }
     let slow = source("slow-filter-fast-clock");
     let limit = designed(&slow, DesignSettings::default()).margins.and_then(|found| found.gain_margin).expect("stable");
     close(limit[1].value, 23.87, 1e-4, "the limit of the factor");
@@ -189,8 +198,33 @@ fn claims_of_certainty_are_earned() {
         at: vec![("arm.phi".into(), "90 deg".into())],
         ..DesignSettings::default()
     };
-    let zeros = designed(&source("zero-dynamics-level"), level).zero_dynamics.stability;
-    assert_eq!(zeros.word, Stability::Marginal, "{zeros}");
+    let found = designed(&source("zero-dynamics-level"), level);
+    let zeros = &found.zero_dynamics;
+    assert_eq!(zeros.stability.word, Stability::Marginal, "{}", zeros.stability);
+    // The pole at zero is one that no output shows, beside the root of the polynomial.
+    assert_eq!((zeros.modes.len(), found.hidden.len()), (1, 1));
+    // A torque that is zero everywhere; what rounding leaves of its slope is a number with few digits.
+    for size in ["1", "1e9", "1e14"] {
+        let cancelled = format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[torque.t]\nshaft = \"a\"\n\
+             law = \"{size} N m * (sin(2 * a.phi)/2 - sin(a.phi) * cos(a.phi))\"\n[control.c]\nlaw = \"program\"\nat = {{ \"a.phi\" = \"1 rad\" }}\n\
+             commands = {{ m = \"-0.5 N m s/rad * a.w\" }}\n[analysis]\nat = {{ \"a.phi\" = \"1 rad\" }}\n"
+        );
+        assert_eq!(stability(&analyzed(&cancelled)), Stability::Undecided, "{size}");
+        for clock in ["", "commands = { m = \"0 N m\" }\nsample_time = \"10 ms\""] {
+            let sampled = match clock {
+                "" => cancelled.clone(),
+                clock => cancelled.replace("commands = { m = \"-0.5 N m s/rad * a.w\" }", clock),
+            };
+            let found = designed(&sampled, DesignSettings::default()).margins.expect("margins");
+            assert_eq!(found.stability.word, Stability::Undecided, "{size} {clock}: {}", found.stability);
+        }
+    }
+    // Free motions of a sampled loop are counted exactly: one verdict for its poles.
+    let free = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
+                [control.u]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = { m = \"-3 N m s/rad * a.w - 10 N m/rad * a.phi\" }\n";
+    let found = designed(free, DesignSettings::default()).margins.expect("margins");
+    assert_eq!((found.stability.word, found.stable, found.uncontrolled_poles), (Stability::Marginal, Some(true), 2));
     let holonomic = |name: &str| {
         let class = analyzed(&source(name)).class.expect("a class");
         class.constraints.iter().find(|one| one.element == "c").and_then(|one| one.holonomic)

@@ -56,7 +56,7 @@ pub(in crate::study) fn design_diagnostic(
 
 /// Whether the matrices of a model are representable, and its inertias are not lost in rounding.
 pub(in crate::study) fn is_representable(model: &SparseModel) -> bool {
-    let SparseModel { inertia, damping, stiffness, input, basis } = model;
+    let SparseModel { inertia, damping, stiffness, input, basis, .. } = model;
     let mut entries = [inertia, damping, stiffness, input, basis].into_iter().flatten().flatten();
     let mut diagonal = inertia.iter().enumerate().flat_map(|(k, row)| row.iter().filter(move |(j, _)| *j == k));
     let lost = |x: f64| !(x.is_normal() && (1.0 / x).is_finite());

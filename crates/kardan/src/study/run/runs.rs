@@ -404,7 +404,7 @@ pub(in crate::study) fn judged(variant: &PreparedVariant, prepared: &Prepared, m
     run.notes.extend(redundancy_notes(&variant.reduced));
     run.notes.extend(extrapolation_warnings(&variant.reduced, &variant.model.programs, &run.series));
     run.notes.extend(broken_rules(&variant.model.programs, &run.series));
-    run.notes.extend(vehicle_warnings(&variant.model, &run.series));
+    run.warnings.extend(vehicle_warnings(&variant.model, &run.series));
     run.notes.extend(of_figures);
     for Judged { result, note } in judged {
         run.requirements.push(result);

@@ -91,7 +91,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         return;
     }
     let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks };
-    let decided = problem.decide(&slowest, problem.exact().as_ref());
+    let decided = problem.decide(&slowest, problem.exact(&slowest).as_ref());
     // Polynomial growth is not exponential, and growth below the resolution of floating point is slow: a run shows both.
     let is_slow = slowest.stable || decided.verdict.border.iter().any(|motion| motion.grows());
     if decided.controlled != Stability::Unstable || is_slow {
@@ -245,7 +245,7 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
         let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
         // `check_sampled` reports sampled loops; only verdicts that floating point cannot decide need more.
         let is_sure = found.excluded == 0 && found.word == Stability::Stable;
-        let decided = if is_sure { None } else { Some(problem.decide(&found, problem.exact().as_ref())) };
+        let decided = if is_sure { None } else { Some(problem.decide(&found, problem.exact(&found).as_ref())) };
         let controlled = decided.as_ref().map_or(Stability::Stable, |decided| decided.controlled);
         if controlled != Stability::Stable {
             if let (true, Some(decided)) = (continuous && number == 0, decided) {

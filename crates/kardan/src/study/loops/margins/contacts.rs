@@ -160,8 +160,7 @@ fn of_loop(variant: &PreparedVariant, number: usize) -> ContactMargins {
     let found = survey.slowest(survey.unchanged());
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
     let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
-    let exact = problem.exact();
-    let decided = found.as_ref().map(|found| problem.decide(found, exact.as_ref()));
+    let decided = found.as_ref().map(|found| problem.decide(found, problem.exact(found).as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let (channels, multiloop) =
         if stable == Some(true) { errors(variant, &reduced_survey) } else { Default::default() };

@@ -45,14 +45,20 @@ pub(in crate::study) struct StabilityProblem<'a> {
 }
 
 impl StabilityProblem<'_> {
-    /// The exact loop in continuous time; `None` if a law is designed for a sample time, and for sampled laws with blocks.
-    pub fn exact(&self) -> Option<ExactMotions> {
+    /// The exact loop in continuous time, of sampled laws one with the same uncontrolled motions; `None` for these with blocks, and where rounded gains
+    /// do not leave as many motions free as floating point finds.
+    pub fn exact(&self, found: &Slowest) -> Option<ExactMotions> {
         let laws = &self.variant.designed;
         if self.parts.iter().all(|part| part.clock.is_none()) {
             return exact_motions_of(self.plant, self.parts, laws);
         }
-        if self.has_blocks || laws.iter().any(|law| law.clock().is_some()) {
+        if self.has_blocks {
             return None;
+        }
+        if laws.iter().any(|law| law.clock().is_some()) {
+            let parts: Vec<SampledPart> = self.parts.iter().map(SampledPart::without_clock).collect();
+            let exact = exact_motions_of(self.plant, &parts, &[]);
+            return exact.filter(|exact| exact.before_rounding || exact.sampled == found.excluded);
         }
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, self.plant)).collect();
         exact_motions_of(self.plant, &parts, laws)
@@ -99,8 +105,13 @@ impl StabilityProblem<'_> {
         if verdict.word == Stability::Undecided {
             let because = verdict.why;
             let decided = rounded(found);
-            // Rounding does not change verdicts that floating point bounds.
+            // Rounding does not change verdicts that floating point bounds, but for that of slopes.
             return match decided.verdict.word {
+                _ if self.variant.linear_model().rounded => LoopStability {
+                    verdict: StabilityVerdict::undecided(because),
+                    controlled: Stability::Undecided,
+                    ..decided
+                },
                 Stability::Undecided => LoopStability { verdict: StabilityVerdict::undecided(because), ..decided },
                 _ => decided,
             };
@@ -133,7 +144,7 @@ impl StabilityProblem<'_> {
             return verdict;
         }
         // Rounding that is bounded changes nothing where floating point agrees.
-        if found.excluded == 0 && found.word == verdict.word {
+        if !model.rounded && found.excluded == 0 && found.word == verdict.word {
             return StabilityVerdict { evidence: StabilityEvidence::DespiteRounding, ..verdict };
         }
         let perturbed_verdict = |seed: u64| {
@@ -146,13 +157,19 @@ impl StabilityProblem<'_> {
     fn sampled(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
         let at_one = exact.map_or(0, |exact| exact.sampled);
         let model = self.variant.linear_model();
-        // A part of a block, or a torque that depends on blocks, is not part of the linear model.
-        let verdict = match self.has_blocks || model.inputs.len() != self.plant.inputs.len() {
+        // A torque that depends on blocks is not part of the linear model. With blocks the exact map takes long, and does not know which motions they leave
+        // free.
+        let is_clear = self.has_blocks && (found.word == Stability::Stable || found.excluded > 0);
+        let verdict = match is_clear || model.inputs.len() != self.plant.inputs.len() {
             true => None,
             false => ExactMap::stability_of(self.plant, self.parts, at_one),
         };
         let verdict = verdict.map(|verdict| self.confirm_sampled_despite_rounding(verdict, &model, at_one, found));
-        let Some(verdict) = verdict.filter(|verdict| verdict.word != Stability::Undecided) else {
+        let is_decided = |verdict: &StabilityVerdict| verdict.word != Stability::Undecided;
+        if let Some(undecided) = verdict.clone().filter(|verdict| model.rounded && !is_decided(verdict)) {
+            return LoopStability { verdict: undecided, controlled: Stability::Undecided, ..rounded(found) };
+        }
+        let Some(verdict) = verdict.filter(is_decided) else {
             let decided = rounded(found);
             let how = match exact {
                 Some(exact) if exact.sampled == found.excluded => evidence(exact),
@@ -188,7 +205,7 @@ impl StabilityProblem<'_> {
         found: &Slowest,
     ) -> StabilityVerdict {
         let is_rounded = model.is_rounded();
-        let agrees = found.excluded == at_one && found.word == verdict.excluding_free().word;
+        let agrees = !model.rounded && found.excluded == at_one && found.word == verdict.excluding_free().word;
         let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;

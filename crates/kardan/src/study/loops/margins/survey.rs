@@ -87,7 +87,7 @@ pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design:
     let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let parts = survey.parts().map_or_else(Vec::new, |(parts, _)| parts);
     let problem = StabilityProblem { variant, plant: &plant, parts: &parts, has_blocks: !blocks.is_empty() };
-    let exact = problem.exact();
+    let exact = as_it_is.as_ref().and_then(|found| problem.exact(found));
     let decided = as_it_is.as_ref().map(|found| problem.decide(found, exact.as_ref()));
     let stable = decided.as_ref().and_then(LoopStability::controlled_is_stable);
     let decided = decided.unwrap_or_default();
