@@ -50,6 +50,11 @@ impl Jump<Rational> {
 }
 
 impl Jump<f64> {
+    /// The size of its largest entry.
+    pub fn largest(&self) -> f64 {
+        self.rows.iter().flat_map(|(_, row)| row).fold(0.0, |most, (_, x)| most.max(x.abs()))
+    }
+
     /// The sizes of all its entries.
     pub fn sizes(&self) -> Self {
         let of = |(place, row): &(usize, Vec<(usize, f64)>)| (*place, row.iter().map(|(j, x)| (*j, x.abs())).collect());

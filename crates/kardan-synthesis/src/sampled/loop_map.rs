@@ -19,8 +19,8 @@ const DOUBLINGS: usize = 12;
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
-/// Size of cancelled terms of an entry from which on their rounding may move eigenvalues farther than that.
-const CANCELS: f64 = 1e6;
+/// Size of cancelled terms of an entry, also in balanced coordinates, from which on their rounding may move eigenvalues farther than that.
+const CANCELS: f64 = 1e8;
 /// Size of the eigenvalues of a change `Φ − 1` below which they may be at zero: a chain of two is spread by rounding to less.
 const NEAR_ZERO: f64 = 1e-6;
 /// The accuracy of the largest entries of a loop, in roundings times its size.
@@ -120,8 +120,9 @@ struct NonzeroSpectrum {
     isolated: Vec<f64>,
     /// The matrix on the others, without the motions at zero.
     rest: Matrix<f64>,
-    /// By how much the terms of its entries are larger than these, if they cancel; and to its coordinates and from them.
+    /// By how much the terms of its entries are larger than these, if they cancel to a small part.
     cancelled: Option<Matrix<f64>>,
+    /// To its coordinates, and from them.
     sides: [Matrix<f64>; 2],
     coupled: Vec<usize>,
     /// Below which size numbers counted as zero.
@@ -166,14 +167,17 @@ impl NonzeroSpectrum {
     fn with_cancelled(self, cancelled: &Matrix<f64>) -> Self {
         let [left, right] = self.sides.each_ref().map(crate::sizes);
         let own = left.multiply(&selected(cancelled, &self.coupled, &self.coupled)).multiply(&right);
-        Self { cancelled: Some(own), ..self }
+        let n = self.rest.rows();
+        let scales = balance(&faer::Mat::from_fn(n, n, |i, j| self.rest[(i, j)]));
+        let scaled = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| own[(i, j)] * scales[j] / scales[i]);
+        let largest = scaled.fold(0.0, f64::max);
+        Self { cancelled: (largest > CANCELS).then_some(own), ..self }
     }
 
     /// The distance from the border up to which the error of an eigenvalue decides: far where terms cancel.
     fn reach(&self) -> f64 {
-        let largest = |of: &Matrix<f64>| of.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        let cancels = self.cancelled.as_ref().is_some_and(|cancelled| largest(cancelled) > CANCELS);
-        if cancels { f64::INFINITY } else { CLOSE * largest(&self.rest).max(1.0) }
+        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        if self.cancelled.is_some() { f64::INFINITY } else { CLOSE * size.max(1.0) }
     }
 
     fn excluded(&self) -> usize {
@@ -427,8 +431,9 @@ impl SampledLoop {
 
     /// The same; the name of the motion takes time and is computed on request only.
     pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
-        let change = self.change_after_commands();
-        let found = NonzeroSpectrum::of(&change, Rounding::OfOne, excluded)?.with_cancelled(&self.cancelled(&change));
+        let (change, cancelled) = self.accurate_change();
+        let found = NonzeroSpectrum::of(&change, Rounding::OfOne, excluded)?;
+        let found = if let Some(cancelled) = &cancelled { found.with_cancelled(cancelled) } else { found };
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(growth(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
         let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
@@ -452,7 +457,7 @@ impl SampledLoop {
     /// The growth of [`Slowest`] without so many motions, those that change least, from the eigenvalues of the whole map, in half the time: it is the same where
     /// all that may be at zero are left out anyway. `None` where more of them are near zero, or it is as near to one as rounding may be off.
     pub(super) fn clear_growth(&self, excluded: usize) -> Option<f64> {
-        let found = eigenvalues(&self.change_after_commands())?;
+        let found = eigenvalues(&self.accurate_change().0)?;
         let near_zero = found.iter().take_while(|change| size(**change) <= NEAR_ZERO).count();
         let most = found.get(excluded..)?.iter().map(|change| growth(*change)).max_by(f64::total_cmp)?;
         let clear = near_zero <= excluded && !(0.0..=2.0 * CLOSE).contains(&most);
@@ -481,20 +486,19 @@ impl SampledLoop {
         map
     }
 
-    /// The change over a period that begins just after all that happens at the first instant, on all but constants. It has the eigenvalues of
-    /// [`Self::change`]. Commands that are a small part of their terms, as those of blocks with fast poles, are computed within it.
-    fn change_after_commands(&self) -> Matrix<f64> {
-        let map = self.map_from(self.at_first, &self.jumps);
-        Matrix::from_fn(self.constants, self.constants, |i, j| map[(i, j)] - f64::from(u8::from(i == j)))
-    }
-
-    /// By how much the terms of each entry of that change are larger than the entry.
-    fn cancelled(&self, change: &Matrix<f64>) -> Matrix<f64> {
-        let jumps: Vec<Jump<f64>> = self.jumps.iter().map(Jump::sizes).collect();
-        let sizes = self.map_from(self.at_first, &jumps);
-        Matrix::from_fn(self.constants, self.constants, |i, j| {
-            (sizes[(i, j)] - (change[(i, j)] + f64::from(u8::from(i == j))).abs()).max(0.0)
-        })
+    /// The change over a period, and where numbers are so large that terms may cancel to a small part by how much the terms of each entry are larger than
+    /// the entry. Then the period begins just after all that happens at the first instant, with the same eigenvalues: commands that are a small part of
+    /// their terms, as those of blocks with fast poles, are computed within it.
+    fn accurate_change(&self) -> (Matrix<f64>, Option<Matrix<f64>>) {
+        if self.jumps.iter().all(|jump| jump.largest() <= CANCELS) {
+            return (self.change(), None);
+        }
+        let sizes: Vec<Jump<f64>> = self.jumps.iter().map(Jump::sizes).collect();
+        let one = |i: usize, j: usize| f64::from(u8::from(i == j));
+        let [map, sizes] = [&self.jumps, &sizes].map(|jumps| self.map_from(self.at_first, jumps));
+        let of = |entry: &dyn Fn(usize, usize) -> f64| Matrix::from_fn(self.constants, self.constants, entry);
+        let cancelled = of(&|i, j| (sizes[(i, j)] - map[(i, j)].abs()).max(0.0));
+        (of(&|i, j| map[(i, j)] - one(i, j)), Some(cancelled))
     }
 
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
