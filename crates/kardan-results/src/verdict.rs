@@ -66,6 +66,15 @@ impl Design {
         Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{opposite}{hidden}{at_limit}{warnings}.") }
     }
 
+    /// Poles without those of integrators without effect (charges), which no output shows: as many at zero.
+    pub fn without_integrals(&self, mut poles: Vec<Pole>) -> Vec<Pole> {
+        for _ in &self.integrals_without_effect {
+            let at_zero = poles.iter().position(|pole| *pole == Pole::default());
+            at_zero.map(|place| poles.remove(place));
+        }
+        poles
+    }
+
     /// Whether the loop is stable, as a part of a sentence; `grows`: a pole is unstable.
     fn describe_stability(&self, grows: bool) -> String {
         let Some(margins) = &self.margins else {

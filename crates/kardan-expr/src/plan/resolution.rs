@@ -103,7 +103,7 @@ pub struct Resolution {
     unresolved: [Vec<bool>; 2],
 }
 
-/// The span whose unresolved operations are meant.
+/// A span that leaves operations unresolved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
     /// The one for which ranges were last computed.

@@ -252,20 +252,10 @@ fn zero_dynamics(design: &Design) -> Body {
         let decays = Cell::judged(pole.re < 0.0, ["decays", "does not decay"]);
         row![phrases::pair(*pole), pole.abs(), "", no_output, "", "", decays]
     };
-    let hidden = hidden_poles(design);
+    let hidden = design.without_integrals(design.hidden.clone());
     let rows = found.modes.iter().map(row).chain(hidden.iter().filter(|pole| pole.im >= 0.0).map(unobservable));
     let body = Body::default().list(hidden_motions(design)).table(&headers, rows);
     warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", phrases::pair(mode.pole))))
-}
-
-/// Poles of the plant that no output shows, without those of integrators without effect.
-fn hidden_poles(design: &Design) -> Vec<Pole> {
-    let mut hidden = design.hidden.clone();
-    for _ in &design.integrals_without_effect {
-        let counter = hidden.iter().position(|pole| *pole == Pole::default());
-        counter.map(|place| hidden.remove(place));
-    }
-    hidden
 }
 
 /// Motions that remain while the outputs are constant: one sentence each. Empty if not requested.
@@ -277,7 +267,7 @@ fn hidden_motions(design: &Design) -> Vec<String> {
         HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
-            let of = match list(&pairs(&hidden_poles(design)), NAMES).as_str() {
+            let of = match list(&pairs(&design.without_integrals(design.hidden.clone())), NAMES).as_str() {
                 "" => of,
                 poles => format!("{of}, and motions of the plant that no output shows, at {poles} 1/s"),
             };

@@ -99,14 +99,14 @@ pub(super) struct EventSequence<S> {
     scheduled: Vec<(Scheduled, usize)>,
     /// The events after which the torques of each law take effect.
     pub applied: Vec<Vec<usize>>,
-    /// The number of events at the first instant.
-    pub at_first: usize,
+    /// The number of events at the first instant, once it is over.
+    pub at_first: Option<usize>,
 }
 
 impl<S: Number> EventSequence<S> {
     fn new(laws: usize) -> Self {
         let (events, jumps, intervals, scheduled) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { events, jumps, intervals, scheduled, applied: vec![Vec::new(); laws], at_first: 0 }
+        Self { events, jumps, intervals, scheduled, applied: vec![Vec::new(); laws], at_first: None }
     }
 
     /// The events over the period of these parts, one after the other; `exponential` gives the map over a time without events.
@@ -161,9 +161,7 @@ impl<S: Number> EventSequence<S> {
                 self.jumps.len() - 1
             }
         };
-        if self.intervals.len() == 1 && self.at_first == 0 {
-            self.at_first = self.events.len();
-        }
+        self.at_first.get_or_insert(self.events.len());
         self.events.push(LoopEvent::Jump(jump));
         Ok(())
     }

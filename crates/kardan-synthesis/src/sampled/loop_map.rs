@@ -174,20 +174,14 @@ impl NonzeroSpectrum {
         Self { cancelled: (largest > CANCELS).then_some(own), ..self }
     }
 
-    /// The distance from the border up to which the error of an eigenvalue decides: far where terms cancel.
-    fn reach(&self) -> f64 {
-        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        if self.cancelled.is_some() { f64::INFINITY } else { CLOSE * size.max(1.0) }
-    }
-
     fn excluded(&self) -> usize {
         self.zeros + self.dropped.len()
     }
 
     /// Whether all controlled motions are inside the border, by the distance of each eigenvalue from it.
     fn word(&self, added: f64, beyond: impl Fn((f64, f64)) -> f64) -> Stability {
-        let reach = self.reach();
-        let near = |value: &&(f64, f64)| beyond(**value) > -reach;
+        let size = self.rest.as_slice().iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let near = |value: &&(f64, f64)| self.cancelled.is_some() || beyond(**value) > -CLOSE * size.max(1.0);
         let signs = self.nonzero.iter().filter(near).map(|value| {
             let (beyond, error) = (beyond(*value), self.error(*value, added));
             if beyond.abs() <= error { Stability::Undecided } else { outside(beyond > 0.0) }
@@ -247,14 +241,13 @@ fn error(matrix: &Matrix<f64>, cancelled: Option<&Matrix<f64>>, value: (f64, f64
             let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
             let inner_product = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
             let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
-            let size = |vector: &Matrix<f64>, k: usize| hypot(vector[(k, 0)], vector[(n + k, 0)]) / inner_product;
-            let entry = |of: &Matrix<f64>, i: usize, j: usize| of[(i, j)] * scales[j] / scales[i];
+            let size = |vector: &Matrix<f64>, k: usize| hypot(vector[(k, 0)], vector[(n + k, 0)]);
             let row = |of: &Matrix<f64>, i: usize| {
-                let of_columns = |j: usize| entry(of, i, j) * size(&x, j) * inner_product;
-                size(&y, i) * (0..n).map(of_columns).sum::<f64>()
+                let terms = (0..n).map(|j| of[(i, j)] * scales[j] / scales[i] * size(&x, j));
+                size(&y, i) * terms.sum::<f64>()
             };
             let moved = cancelled.map_or(0.0, |of| (0..n).map(|i| row(of, i)).sum::<f64>());
-            ((length(&x) * length(&y) / inner_product).max(1.0), moved)
+            ((length(&x) * length(&y) / inner_product).max(1.0), moved / inner_product)
         }
         _ => (1.0, 0.0),
     };
@@ -328,7 +321,7 @@ impl SampledLoop {
             constants,
             jumps,
             event_sequence,
-            at_first,
+            at_first: at_first.unwrap_or_default(),
         })
     }
 
@@ -445,7 +438,7 @@ impl SampledLoop {
         let beyond = 0.5 * growth(change);
         let stable = match beyond {
             beyond if beyond < 0.0 => true,
-            beyond if beyond > found.reach() => false,
+            beyond if beyond > CLOSE && found.cancelled.is_none() => false,
             beyond => beyond <= found.error(change, 1.0),
         };
         let frequency = self.turn(own).abs() / self.period;
@@ -455,9 +448,10 @@ impl SampledLoop {
     }
 
     /// The growth of [`Slowest`] without so many motions, those that change least, from the eigenvalues of the whole map, in half the time: it is the same where
-    /// all that may be at zero are left out anyway. `None` where more of them are near zero, or it is as near to one as rounding may be off.
+    /// all that may be at zero are left out anyway. `None` where terms cancel, where more of them are near zero, or it is as near to one as rounding may be off.
     pub(super) fn clear_growth(&self, excluded: usize) -> Option<f64> {
-        let found = eigenvalues(&self.accurate_change().0)?;
+        let (change, None) = self.accurate_change() else { return None };
+        let found = eigenvalues(&change)?;
         let near_zero = found.iter().take_while(|change| size(**change) <= NEAR_ZERO).count();
         let most = found.get(excluded..)?.iter().map(|change| growth(*change)).max_by(f64::total_cmp)?;
         let clear = near_zero <= excluded && !(0.0..=2.0 * CLOSE).contains(&most);

@@ -7,7 +7,7 @@ use crate::study::check::stop_checks::{describe_clutches, describe_contacts};
 use crate::study::design::actuator_usage::scenario_motor_loads;
 use crate::study::design::cross_coupling::cross_coupling;
 use crate::study::design::explore::explore;
-use crate::study::design::proof::{check_all_laws, check_rounding, exact_poles, judge, not_counting, prove};
+use crate::study::design::proof::{check_all_laws, check_rounding, exact_poles, judge, prove};
 use crate::study::design::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use crate::study::loops::blocks::block_remarks;
 use crate::study::loops::loop_along_path::{loop_along_path, warnings as path_warnings};
@@ -491,7 +491,7 @@ fn add_margins(
         _ => {}
     }
     if let Some(poles) = margins.poles.take().filter(|_| !design.exact_poles) {
-        design.closed_loop_poles = not_counting(poles, design);
+        design.closed_loop_poles = design.without_integrals(poles);
         design.exact_poles = true;
     }
     design.warnings.extend(margin_warnings(&margins));

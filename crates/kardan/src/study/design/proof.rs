@@ -57,7 +57,7 @@ pub(in crate::study) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Des
     if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
-    let hidden = not_counting(design.hidden.clone(), design);
+    let hidden = design.without_integrals(design.hidden.clone());
     design.zero_dynamics.stability = with_hidden(&design.zero_dynamics.stability, &hidden);
     design.cancels_zeros = exact.inverts;
     design.transfer = entries(closed, &transfer);
@@ -135,18 +135,9 @@ pub(in crate::study) fn check_rounding(floating: &[Pole], design: &mut Design) {
 /// of the observer, whose poles no gain moves; without those of integrators without effect (charges).
 pub(in crate::study) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
-    poles.extend(not_counting(design.hidden.clone(), design));
+    poles.extend(design.without_integrals(design.hidden.clone()));
     poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
     poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
-    poles
-}
-
-/// Poles without those of integrators without effect (charges), which no output shows: as many at zero.
-pub(in crate::study) fn not_counting(mut poles: Vec<Pole>, design: &Design) -> Vec<Pole> {
-    for _ in &design.integrals_without_effect {
-        let at_zero = poles.iter().position(|pole| *pole == Pole::default());
-        at_zero.map(|place| poles.remove(place));
-    }
     poles
 }
 

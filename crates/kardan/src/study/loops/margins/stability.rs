@@ -166,11 +166,12 @@ impl StabilityProblem<'_> {
         };
         let verdict = verdict.map(|verdict| self.confirm_sampled_despite_rounding(verdict, &model, at_one, found));
         let is_decided = |verdict: &StabilityVerdict| verdict.word != Stability::Undecided;
-        if let Some(undecided) = verdict.clone().filter(|verdict| model.rounded && !is_decided(verdict)) {
-            return LoopStability { verdict: undecided, controlled: Stability::Undecided, ..rounded(found) };
-        }
-        let Some(verdict) = verdict.filter(is_decided) else {
+        let Some(verdict) = verdict.clone().filter(is_decided) else {
             let decided = rounded(found);
+            // Floating point does not bound what rounding did to slopes.
+            if let Some(verdict) = verdict.filter(|_| model.rounded) {
+                return LoopStability { verdict, controlled: Stability::Undecided, ..decided };
+            }
             let how = match exact {
                 Some(exact) if exact.sampled == found.excluded => evidence(exact),
                 _ => return decided,
