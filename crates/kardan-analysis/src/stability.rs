@@ -150,7 +150,7 @@ pub fn despite_rounding(
     };
     if found.word == Stability::Undecided || perturbed.into_iter().all(|candidate| shape(&candidate) == shape(&found)) {
         let evidence = match found.evidence {
-            StabilityEvidence::Exactly => StabilityEvidence::DespiteRounding,
+            StabilityEvidence::Exactly | StabilityEvidence::Certified => StabilityEvidence::DespiteRounding,
             evidence => evidence,
         };
         return StabilityVerdict { evidence, ..found };

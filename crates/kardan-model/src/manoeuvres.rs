@@ -1,7 +1,7 @@
 //! `[manoeuvre.NAME]` and `[path.NAME]`: they become signals, tables, figures, requirements and values of variants before reading.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use super::document::Document;
 use super::examples::example_of;
@@ -439,25 +439,27 @@ pub(super) fn unfollowed_manoeuvres(
         "signal",
         "block",
     ];
+    let driven = driven(entries);
+    if driven.is_empty() {
+        return;
+    }
     let mut followed = BTreeSet::new();
     for found in entries.iter().filter(|found| !FOLLOW_NOTHING.contains(&found.key.as_str())) {
         names(&found.entry.value, &mut followed);
     }
     // Signals and blocks pass on their inputs if they are used themselves.
-    let between = || ["signal", "block"].into_iter().flat_map(|key| entries.entries_of(key));
-    loop {
-        let before = followed.len();
-        for found in between() {
-            let head = |name: &String| SignalName::new(name).element == found.key || *name == found.key;
-            if followed.iter().any(head) {
-                names(&found.entry.value, &mut followed);
-            }
-        }
-        if followed.len() == before {
-            break;
-        }
+    let mut between: HashMap<&str, Vec<&RawValue>> = HashMap::new();
+    for found in ["signal", "block"].into_iter().flat_map(|key| entries.entries_of(key)) {
+        between.entry(&found.key).or_default().push(&found.entry.value);
     }
-    for one in driven(entries).iter().filter(|one| one.is_steered() && !document.suppressed.has(one.name)) {
+    let mut open: Vec<String> = followed.iter().cloned().collect();
+    while let Some(name) = open.pop() {
+        let used = [SignalName::new(&name).element, &name].map(|key| between.remove(key).unwrap_or_default());
+        let mut own = BTreeSet::new();
+        used.iter().flatten().for_each(|value| names(value, &mut own));
+        open.extend(own.into_iter().filter(|name| followed.insert(name.clone())));
+    }
+    for one in driven.iter().filter(|one| one.is_steered() && !document.suppressed.has(one.name)) {
         let what = format!("manoeuvre `{}`", shortened(one.name));
         let unread = |(name, _): &&(String, String)| !followed.contains(name);
         for (name, _) in one.made.shared.iter().filter(unread) {

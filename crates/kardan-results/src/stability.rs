@@ -38,6 +38,9 @@ pub enum StabilityEvidence {
     /// From eigenvalues in floating point, farther from the boundary than their rounding.
     #[serde(rename = "floating point, rounding bounded")]
     Bounded,
+    /// The same, also for some other slopes within their rounding, drawn at random: a sample, no proof.
+    #[serde(rename = "floating point, and the same for other slopes within their rounding that were tried")]
+    Tried,
     /// Not decided.
     #[default]
     #[serde(rename = "not known")]
@@ -221,6 +224,9 @@ impl fmt::Display for StabilityVerdict {
             }
             StabilityEvidence::Certified => " (certified: poles bounded away from the stability boundary)",
             StabilityEvidence::Bounded => " (eigenvalues in floating point, their rounding bounded)",
+            StabilityEvidence::Tried => {
+                " (eigenvalues in floating point, equal for the other slopes within their rounding that were tried)"
+            }
             StabilityEvidence::Unknown => "",
         })?;
         if self.border.is_empty() {

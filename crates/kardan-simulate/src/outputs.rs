@@ -192,22 +192,23 @@ impl Columns<'_> {
     fn add_unilaterals(&mut self) {
         let equations = &self.reduced.equations;
         let (first, unilaterals) = (equations.frictions.len(), &equations.unilaterals);
+        let is_loss = |one: &DirectionalTerm<_>| matches!(one.value, UnilateralConstraint::GearLoss(_));
+        let mut of_elements = by_element(unilaterals);
+        of_elements.values_mut().for_each(|numbers| numbers.retain(|k| !is_loss(&unilaterals[*k])));
+        let transmissions: HashSet<&str> = equations.transmissions.iter().map(|one| one.element.as_str()).collect();
         for (k, unilateral) in unilaterals.iter().enumerate() {
-            if matches!(unilateral.value, UnilateralConstraint::GearLoss(_)) {
+            if is_loss(unilateral) {
                 let physical = equations.domain_of_unilateral(unilateral).effort().physical();
                 let description = format!("gear loss of {}", unilateral.element);
                 self.add(Quantity::Friction.of(&unilateral.element), physical, description, Read::Friction(first + k));
                 continue;
             }
-            let of_same = |other: &&DirectionalTerm<UnilateralConstraint>| {
-                other.element == unilateral.element && !matches!(other.value, UnilateralConstraint::GearLoss(_))
-            };
-            if unilaterals[..k].iter().any(|other| of_same(&other)) {
+            let numbers = &of_elements[unilateral.element.as_str()];
+            if numbers[0] != k {
                 continue;
             }
-            let own: Vec<(usize, &DirectionalTerm<UnilateralConstraint>)> =
-                unilaterals.iter().enumerate().filter(|(_, other)| of_same(other)).collect();
-            let bent = equations.transmissions.iter().any(|bent| bent.element == unilateral.element);
+            let own: Vec<_> = numbers.iter().map(|other| (*other, &unilaterals[*other])).collect();
+            let bent = transmissions.contains(unilateral.element.as_str());
             // For a nonlinear transmission the multiplier is that torque.
             if !bent {
                 let shares =

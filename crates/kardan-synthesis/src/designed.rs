@@ -73,6 +73,10 @@ pub trait Law: Send + Sync {
     fn linear_exact(&self) -> Option<Arc<LinearLaw<Rational>>> {
         None
     }
+    /// By how much rounding may have moved the numbers of its linear part where that is more than their last digits, as of slopes whose terms cancel.
+    fn linear_rounding(&self) -> Option<Arc<LinearLaw>> {
+        None
+    }
     /// Whether its linear part is another one at another position.
     fn is_nonlinear(&self) -> bool {
         false

@@ -1,7 +1,7 @@
 //! The linear part of a law.
 
 use crate::matrix_parts::{column_range, selected, side_by_side};
-use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64, rows_of};
+use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, discretise, rational_from_f64, rational_to_f64, rows_of};
 
 /// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
 /// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
@@ -120,10 +120,19 @@ impl LinearLaw<Rational> {
         self.entries().any(LastDigits::is_rounded)
     }
 
-    /// The same with other numbers in place of rounded ones, within their last digits.
+    /// The same with other numbers in place of rounded ones, within this rounding where it is not zero, else within their last digits.
     #[must_use]
-    pub fn near(&self, digits: &mut LastDigits) -> Self {
-        self.map(&mut |x| digits.near(x))
+    pub fn near(&self, rounding: Option<&LinearLaw>, digits: &mut LastDigits) -> Self {
+        let mut all = rounding.into_iter().flat_map(LinearLaw::entries);
+        self.map(&mut |x| match all.next() {
+            Some(rounding) if *rounding > 0.0 => digits.perturbed(x, *rounding),
+            _ => digits.near(x),
+        })
+    }
+
+    /// Its numbers rounded.
+    pub fn to_f64(&self) -> LinearLaw {
+        self.map(&mut rational_to_f64)
     }
 }
 
@@ -144,6 +153,16 @@ impl LinearLaw {
         let commands = [&self.on_angles, &self.on_speeds, &self.on_disturbances, &self.on_references];
         let mut all = on_plant.into_iter().chain(commands).chain([&self.states, &self.on_states]);
         all.all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
+    }
+
+    /// The part of each entry that is more than rounding its value gives; `None` if there is none.
+    pub(super) fn beyond_last_digits(&self, values: &Self) -> Option<Self> {
+        let mut values = values.entries();
+        let beyond = |rounding: &f64| {
+            let value = values.next().expect("as many numbers");
+            if *rounding > LastDigits::of(*value) { *rounding } else { 0.0 }
+        };
+        Some(self.map(&mut { beyond })).filter(|rounding| rounding.entries().any(|x| *x != 0.0))
     }
 
     /// The sizes of all its entries.

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 
 use dashu_int::ops::BitTest;
+use indexmap::IndexSet;
 use kardan_math::num::Rational;
 use kardan_math::units::Dimension;
 
@@ -14,6 +15,11 @@ use super::piecewise_polynomial::PiecewisePolynomial;
 /// repeated squares neither fill the memory nor leave the range of doubles where their values do not.
 const MOST_POWER: i32 = 1 << 20;
 const MOST_BITS: usize = 1000;
+/// The most terms of a sum that is not large.
+const MOST_TERMS: usize = 32;
+
+/// Entries each once, in their order, with their numbers.
+pub(crate) type Distinct<T> = IndexSet<T, foldhash::fast::RandomState>;
 
 /// Expressions that share what they have in common.
 ///
@@ -32,12 +38,11 @@ const MOST_BITS: usize = 1000;
 /// ```
 #[derive(Clone, Default)]
 pub struct Graph {
-    pub(super) nodes: Vec<Node>,
-    index: HashMap<Node, Expr>,
+    pub(super) nodes: Distinct<Node>,
     /// The first symbol of each name.
     names: HashMap<String, Symbol>,
     pub(super) symbols: Vec<(String, Dimension)>,
-    pub(super) tables: Vec<PiecewisePolynomial>,
+    pub(super) tables: Distinct<PiecewisePolynomial>,
 }
 
 /// Equal graphs have equal texts: the index has no order, and follows from the nodes.
@@ -58,18 +63,14 @@ impl Graph {
     }
 
     fn put(&mut self, node: Node) -> Expr {
-        if let Some(existing) = self.index.get(&node) {
-            return *existing;
-        }
-        let expr = Expr(u32::try_from(self.nodes.len()).expect("below four thousand million nodes"));
-        self.nodes.push(node.clone());
-        self.index.insert(node, expr);
-        expr
+        let (number, _) = self.nodes.insert_full(node);
+        Expr(u32::try_from(number).expect("below four thousand million nodes"))
     }
 
     /// Whether it is the same, node by node.
     pub fn has_nodes_of(&self, other: &Self) -> bool {
-        (&self.nodes, &self.symbols, &self.tables) == (&other.nodes, &other.symbols, &other.tables)
+        (self.nodes.as_slice(), &self.symbols) == (other.nodes.as_slice(), &other.symbols)
+            && self.tables.as_slice() == other.tables.as_slice()
     }
 
     /// An exact number.
@@ -119,7 +120,7 @@ impl Graph {
 
     /// The expression that a symbol is; `None` if it is of another graph.
     pub fn of_symbol(&self, symbol: Symbol) -> Option<Expr> {
-        self.index.get(&Node::Symbol(symbol)).copied()
+        self.nodes.get_index_of(&Node::Symbol(symbol)).map(|number| Expr(number as u32))
     }
 
     /// Name and dimension of a symbol.
@@ -167,9 +168,16 @@ impl Graph {
     /// A sum that stays separate inside another sum: a small difference of large numbers, taken before it is multiplied.
     pub fn group(&mut self, expr: Expr) -> Expr {
         match self.node(expr) {
-            Node::Sum { constant, terms } if !constant.is_zero() || terms.len() > 1 => self.put(Node::Group(expr)),
+            Node::Sum { constant, terms } if !constant.is_zero() || terms.len() > 1 || has_long(terms) => {
+                self.put(Node::Group(expr))
+            }
             _ => expr,
         }
+    }
+
+    /// Whether it is a sum of many terms, or of long numbers: sums of sums of these, in a chain, would have as many terms as the chain, and longer numbers.
+    pub fn is_large(&self, expr: Expr) -> bool {
+        matches!(self.node(expr), Node::Sum { terms, .. } if terms.len() > MOST_TERMS || has_long(terms))
     }
 
     /// a + b
@@ -270,6 +278,9 @@ impl Graph {
                 return self.number(exact);
             }
         }
+        if let Some(root) = (function == Sqrt).then(|| self.root_of_squares(a)).flatten() {
+            return root;
+        }
         let negative = match self.node(a) {
             Node::Number(value) => *value < Rational::ZERO,
             Node::Sum { terms, .. } => terms.first().is_some_and(|(_, factor)| *factor < Rational::ZERO),
@@ -281,6 +292,26 @@ impl Graph {
             return if function.is_odd() { self.negate(value) } else { value };
         }
         self.put(Node::Apply(function, a))
+    }
+
+    /// The root of a product of even powers, times the square of a fraction: a product of absolute values, whose kinks are known.
+    fn root_of_squares(&mut self, a: Expr) -> Option<Expr> {
+        let (product, factor) = match self.node(a) {
+            Node::Sum { constant, terms } if constant.is_zero() && terms.len() == 1 => terms[0].clone(),
+            Node::Product(_) => (a, Rational::ONE),
+            _ => return None,
+        };
+        let Node::Product(factors) = self.node(product).clone() else { return None };
+        if factors.iter().any(|(_, power)| power % 2 != 0) {
+            return None;
+        }
+        let mut out = self.number(exact_root(&factor)?);
+        for (factor, power) in factors {
+            let size = self.apply(Function::Abs, factor);
+            let part = self.power(size, power / 2);
+            out = self.multiply(out, part);
+        }
+        Some(out)
     }
 
     /// The angle of the point (x, y).
@@ -315,12 +346,14 @@ impl Graph {
         if table.pieces.iter().all(|(_, coefficients)| coefficients.iter().all(Rational::is_zero)) {
             return self.integer(0);
         }
-        let number = self.tables.iter().position(|candidate| *candidate == table).unwrap_or_else(|| {
-            self.tables.push(table);
-            self.tables.len() - 1
-        });
+        let (number, _) = self.tables.insert_full(table);
         self.put(Node::Table(number as u32, x))
     }
+}
+
+/// Whether a factor of these has more digits than numbers in products.
+fn has_long(terms: &[(Expr, Rational)]) -> bool {
+    terms.iter().any(|(_, factor)| bits(factor) > MOST_BITS)
 }
 
 /// Parts in order, each once: the numbers of equal ones are added, if `add` can do so.

@@ -28,6 +28,7 @@ mod traced;
 pub use at_once::{AtOnce, JointBound, at_once};
 pub use domains::{Domain, Floating, Rationals};
 pub use forward::{WithSlopes, forward, slopes_at};
+pub(crate) use graph::Distinct;
 pub use graph::Graph;
 pub use interval::{Interval, Intervals};
 pub use lookup::{Extrapolation, Lookup};

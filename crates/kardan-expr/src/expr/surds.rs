@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use kardan_rt::Operator;
 
 use super::{Domain, PiecewisePolynomial};
-use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
+use kardan_math::num::{LastDigits, Matrix, Rational, Scalar, rational_from_f64, rational_to_f64, shortest_decimal};
 
 /// Parts of half a turn whose sine and cosine are known.
 const PARTS: i64 = 12;
@@ -13,6 +13,8 @@ const PARTS: i64 = 12;
 const NEAR: f64 = 2.0 * f64::EPSILON;
 /// Numerators and denominators above this are not those of decimals from a file, but of rounded numbers.
 const LARGEST_DECIMAL_PART: f64 = 1e14;
+/// The numerator of a decimal that was read; one of a million doubles is so near to such a one by chance.
+const LARGEST_READ: f64 = 1e10;
 /// The squares of 1, √2, √3 and √6.
 const SQUARES: [i64; 4] = [1, 2, 3, 6];
 
@@ -46,9 +48,17 @@ impl Surd {
         Self::rational(value.clone())
     }
 
-    /// The same of a double; `None` if it is not finite.
+    /// What a double stands for: a multiple of 15°, a fraction that it is, or the decimal of few digits that it was read from; `None` for all others, which
+    /// are rounded.
     pub fn recognise_double(value: f64) -> Option<Self> {
-        Some(Self::recognise(&rational_from_f64(value)?))
+        let own = rational_from_f64(value)?;
+        let found = Self::recognise(&own);
+        if !found.pi.is_zero() || !LastDigits::is_rounded(&own) {
+            return Some(found);
+        }
+        let decimal = shortest_decimal(value)?;
+        let digits = decimal.numerator().to_f64().value().abs();
+        (digits < LARGEST_READ).then(|| Self::rational(decimal))
     }
 
     /// Itself, if it is a fraction.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use kardan_rt::{Operator, Run, Table};
 
 use super::Plan;
-use crate::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial, Symbol, lower};
+use crate::expr::{Distinct, Domain, Expr, Floating, Graph, PiecewisePolynomial, Symbol, lower};
 use kardan_math::num::{Rational, rational_to_f64};
 
 /// A value while a plan is made.
@@ -32,7 +32,7 @@ struct Builder {
     constant_index: HashMap<u64, u32>,
     operations: Vec<Operation>,
     index: HashMap<Operation, u32>,
-    tables: Vec<PiecewisePolynomial>,
+    tables: Distinct<PiecewisePolynomial>,
 }
 
 impl Builder {
@@ -98,10 +98,8 @@ impl Domain for Builder {
             let value = Floating::<f64>::default().table(table, &constant_operands[0]);
             return self.float(value);
         }
-        let number = self.tables.iter().position(|candidate| candidate == table).unwrap_or_else(|| {
-            self.tables.push(table.clone());
-            self.tables.len() - 1
-        });
+        let number =
+            self.tables.get_index_of(table).unwrap_or_else(|| self.tables.insert_full(table.clone()).0);
         let operation = Operation { operator: Operator::Table, operands: vec![*x], table: number as u32 };
         Value::Result(self.put(operation), false)
     }

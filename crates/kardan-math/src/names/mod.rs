@@ -90,6 +90,9 @@ pub fn nearest_or_similar<'a>(word: &str, candidates: impl IntoIterator<Item = &
 
 /// Which letters are in a word, in lower case and in 64 classes: one bit each.
 fn letters(word: &str) -> u64 {
+    if word.is_ascii() {
+        return word.bytes().fold(0, |set, byte| set | 1 << (byte.to_ascii_lowercase() % 64));
+    }
     word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))
 }
 

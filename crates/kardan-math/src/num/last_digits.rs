@@ -26,6 +26,11 @@ impl LastDigits {
         value.denominator().trailing_zeros().is_some_and(|zeros| zeros >= DOUBLE)
     }
 
+    /// By how much a rounded number of this value may be off, where its terms do not cancel.
+    pub fn of(value: f64) -> f64 {
+        OFF * value.abs()
+    }
+
     /// A number that is off by some units of the last digit, if it is rounded; else itself.
     pub fn near(&mut self, value: &Rational) -> Rational {
         if !Self::is_rounded(value) {

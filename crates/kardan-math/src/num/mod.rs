@@ -74,7 +74,9 @@ pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use resolvent::{Resolvent, resolvent};
 pub use root_sides::{RootSides, cayley, from_cayley, root_sides};
 pub use routh::routh_column;
-pub use scalar::{Rational, Scalar, common_denominator, rational_from_f64, rational_to_f64, whole_multiple};
+pub use scalar::{
+    Rational, Scalar, common_denominator, rational_from_f64, rational_to_f64, shortest_decimal, whole_multiple,
+};
 pub use size::{above, below, exponent, length, power_of_two, root_above};
 pub use snapshot::StateArchive;
 pub use sparse::{

@@ -94,6 +94,26 @@ pub fn rational_from_f64(value: f64) -> Option<Rational> {
     RBig::try_from(value).ok()
 }
 
+/// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
+///
+/// ```
+/// use kardan_math::num::{Rational, shortest_decimal};
+/// assert_eq!(shortest_decimal(0.1), Some(Rational::ONE / Rational::from(10)));
+/// ```
+pub fn shortest_decimal(value: f64) -> Option<Rational> {
+    if !value.is_finite() {
+        return None;
+    }
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e')?;
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    let number: i64 = format!("{whole}{part}").parse().ok()?;
+    let exponent: i32 = exponent.parse::<i32>().ok()? - i32::try_from(part.len()).ok()?;
+    let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
+    let number = Rational::from(number);
+    Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
+}
+
 /// The least common multiple of the denominators.
 pub fn common_denominator<'a>(values: impl IntoIterator<Item = &'a Rational>) -> UBig {
     values.into_iter().filter(|x| !x.is_int()).fold(UBig::ONE, |all, x| {

@@ -165,11 +165,12 @@ struct RestPoint {
 impl RestPoint {
     fn new(reduced: &Reduced, point: &OperatingPoint, motion: &Motion) -> Self {
         let numeric = Kinematics::at(reduced, &point.position, &point.rates);
+        let basis = kinematics::exact_basis(reduced, &point.position);
         Self {
             symbols: motion.symbols.clone(),
-            exact: kinematics::exact_angles(reduced, &point.position),
+            exact: [kinematics::exact_angles(reduced, &point.position), exact_speeds(&basis, &point.rates)].concat(),
             numeric,
-            basis: kinematics::exact_basis(reduced, &point.position),
+            basis,
             outputs: Vec::new(),
             fixed: Vec::new(),
         }
@@ -179,6 +180,15 @@ impl RestPoint {
     fn coordinates(&self) -> usize {
         self.basis.len()
     }
+}
+
+/// The speeds of all shafts, where they are known exactly.
+fn exact_speeds(basis: &[SparseRow], rates: &[f64]) -> Vec<Option<Surd>> {
+    let speed = |row: &SparseRow| {
+        let zero = Surd::rational(Rational::ZERO);
+        row.iter().try_fold(zero, |sum, (k, x)| Some(sum.plus(&Surd::recognise_double(rates[*k])?.scale(x))))
+    };
+    basis.iter().map(speed).collect()
 }
 
 impl Place for RestPoint {
@@ -191,8 +201,7 @@ impl Place for RestPoint {
     fn exact(&self, symbol: Symbol) -> Option<Surd> {
         match self.place(symbol) {
             Some(k) if k < self.exact.len() => self.exact[k].clone(),
-            Some(_) if self.value(symbol) != 0.0 => None,
-            _ => Some(Surd::rational(rational_from_f64(self.value(symbol))?)),
+            _ => Surd::recognise_double(self.value(symbol)),
         }
     }
 

@@ -1,12 +1,12 @@
 //! Constraints that follow from others: removed as redundant where their offsets agree, exactly.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::{Dependency, ReduceError, Reduced, Redundant};
 use crate::assemble::{DependentConstraint, DirectionalTerm, Equations, MultiplierConstraint};
 use crate::equations::{Domain, MultiplierLaw};
 use kardan_expr::expr::{Expr, Graph};
-use kardan_math::num::{Matrix, Rational, Scalar, rational_to_f64, reduced_form};
+use kardan_math::num::{Matrix, Rational, Scalar, rational_to_f64, reduced_form, sparse_echelon};
 use kardan_math::units::Exact;
 
 /// Removes the constraints that follow from those before them.
@@ -18,13 +18,13 @@ use kardan_math::units::Exact;
 /// potentials.
 pub(super) fn independent_rows(equations: &mut Equations) -> Result<Vec<Redundant>, ReduceError> {
     let rows = equations.constraints.len();
-    let matrix = equations.constraint_matrix();
-    let rank = reduced_form(&matrix).rank();
+    let columns: Vec<usize> = (0..equations.coordinates.len()).collect();
+    let rank = sparse_echelon(equations.constraints.iter().map(|constraint| &constraint.row), &columns).rank();
     if rank == rows {
         return Ok(redundant_rates(equations));
     }
     // Pivots of the transpose are the first independent rows; the other columns are their shares.
-    let e = reduced_form(&matrix.transpose());
+    let e = reduced_form(&equations.constraint_matrix().transpose());
     let elements = rows - equations.nodes.len();
     let (mut redundant, mut dependencies) = (Vec::new(), Vec::new());
     for row in e.free() {
@@ -234,28 +234,35 @@ impl Reduced {
 
     /// Elements between which the split of the constraint torques is not unique, in groups.
     pub fn redundant_groups(&self) -> Vec<BTreeSet<String>> {
-        let mut groups: Vec<BTreeSet<String>> = Vec::new();
         let linear = self.redundant.iter().map(|Redundant { constraint, shares }| {
             let independent = shares.iter().map(|(candidate, _)| &self.equations.constraints[*candidate].element);
-            independent.chain([&constraint.element]).cloned().collect()
+            independent.chain([&constraint.element]).map(String::as_str).collect()
         });
-        let rates = self
-            .equations
-            .dependent_constraints
-            .iter()
-            .map(|again| again.shares.iter().map(|(name, _)| name).chain([&again.row.element]).cloned().collect());
-        let found: Vec<BTreeSet<String>> = linear.chain(rates).collect();
-        for mut group in found {
-            groups.retain(|candidate| {
-                let apart = candidate.is_disjoint(&group);
-                if !apart {
-                    group.extend(candidate.iter().cloned());
-                }
-                apart
-            });
-            groups.push(group);
+        let rates = self.equations.dependent_constraints.iter().map(|again| {
+            again.shares.iter().map(|(name, _)| name).chain([&again.row.element]).map(String::as_str).collect()
+        });
+        let found: Vec<BTreeSet<&str>> = linear.chain(rates).collect();
+        // Each name points to another one of its group, the last one to itself.
+        let mut leads: HashMap<&str, &str> = HashMap::new();
+        for group in &found {
+            let Some(first) = group.first() else { continue };
+            let to = last_of(&mut leads, first);
+            for name in group {
+                let from = last_of(&mut leads, name);
+                leads.insert(from, to);
+                leads.entry(name).or_insert(to);
+            }
         }
-        groups
+        let mut groups: BTreeMap<&str, (usize, BTreeSet<String>)> = BTreeMap::new();
+        for (number, group) in found.iter().enumerate() {
+            let Some(first) = group.first() else { continue };
+            let (latest, names) = groups.entry(last_of(&mut leads, first)).or_default();
+            *latest = number;
+            names.extend(group.iter().map(ToString::to_string));
+        }
+        let mut groups: Vec<_> = groups.into_values().collect();
+        groups.sort();
+        groups.into_iter().map(|(_, names)| names).collect()
     }
 
     /// Whether the split of constraint torques between an element and others is not unique.
@@ -286,4 +293,15 @@ impl Reduced {
             multiplier_constraints.len(),
         )
     }
+}
+
+/// The last name that a name leads to; the way there becomes shorter.
+fn last_of<'a>(leads: &mut HashMap<&'a str, &'a str>, name: &'a str) -> &'a str {
+    let mut at = name;
+    while let Some(next) = leads.get(at).copied().filter(|next| *next != at) {
+        let behind = leads.get(next).copied().unwrap_or(next);
+        leads.insert(at, behind);
+        at = behind;
+    }
+    at
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Functions, not_of_time};
-use crate::keys::unknown_in;
+use crate::keys::{GUESSES, unknown_in};
 use kardan_elements::element::is_composite;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::circle;
@@ -68,7 +68,7 @@ impl Functions<'_, '_> {
         match self.formula_expr(&formula, &mut Graph::default()) {
             Ok((_, dimension)) => Some(Formula { dimension, ..formula }),
             Err(error) => {
-                out.push(self.formula_diagnostic(error, expression.text(), own_names, at));
+                out.push(self.formula_diagnostic(error, expression.text(), own_names, (at, out.len() < GUESSES)));
                 None
             }
         }
@@ -201,9 +201,13 @@ impl Functions<'_, '_> {
         error: UnitError,
         text: &str,
         own_names: Vec<[String; 2]>,
-        at: (&Place, &str),
+        (at, guesses): ((&Place, &str), bool),
     ) -> Diagnostic {
         unknown_in(error, text, at, |name| {
+            if !guesses {
+                let help = "a law names angles and speeds, positions and velocities, parameters, signals and the time `t`";
+                return (format!("`{}` is no angle or speed, no parameter and no signal", shortened(name)), help.into());
+            }
             let motions: Vec<[String; 2]> = own_names.into_iter().chain(self.reader.all_motions()).collect();
             let own = || motions.iter().flatten().map(String::as_str);
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::document::{Document, SignalTable};
-use super::keys::{key_diagnostic, unknown_in};
+use super::keys::{GUESSES, key_diagnostic, unknown_in};
 use super::table_reader::TableReader;
 use kardan_elements::signal::{MOST_BREAKPOINTS, Refused, SignalWriter};
 use kardan_expr::expr::{Expr, Graph, Lookup, Named, OfTime, Part};
@@ -96,7 +96,7 @@ impl<'a, 'd> Functions<'a, 'd> {
         let (value, found) = match self.graph.lowered(expression, &mut lookup) {
             Ok(lowered) => lowered,
             Err(error) => {
-                out.push(self.diagnostic(error, expression.text(), (place, what)));
+                out.push(self.diagnostic(error, expression.text(), (place, what), out.len() < GUESSES));
                 return None;
             }
         };
@@ -160,14 +160,17 @@ impl<'a, 'd> Functions<'a, 'd> {
         Some(names)
     }
 
-    /// An error in an expression, at its place.
-    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str)) -> Diagnostic {
+    /// An error in an expression, at its place, with a suggestion for an unknown name unless there are very many errors already.
+    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str), guesses: bool) -> Diagnostic {
         unknown_in(error, text, at, |name| {
             let signals = self.document.signals.iter().map(|signal| signal.name.as_str());
-            let readable_names =
-                || signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
+            let readable_names = || {
+                let all = signals.clone().chain(self.document.parameters.iter().map(|p| p.name.as_str())).chain(["t"]);
+                guesses.then_some(all).into_iter().flatten()
+            };
             let help = did_you_mean(nearest(name, readable_names()), || match name.contains('.') {
                 true => "a function of time may name the time `t`, parameters and signals, but no coordinates".into(),
+                false if !guesses => "declare it by `[signal.NAME]` or under `[parameters]`".into(),
                 false => format!(
                     "declare it by `[signal.{}]` or under `[parameters]`; there are {}",
                     shortened(name),
@@ -295,7 +298,7 @@ impl<'a, 'd> Functions<'a, 'd> {
             }
             Err(Refused::Expression(error)) => {
                 let place = table.place_of("value");
-                out.push(self.diagnostic(error, values.word_or_default("value"), (place, what)));
+                out.push(self.diagnostic(error, values.word_or_default("value"), (place, what), out.len() < GUESSES));
                 None
             }
         }

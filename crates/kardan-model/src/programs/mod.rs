@@ -408,7 +408,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
         found
     }
 
-    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str)) -> Diagnostic {
+    /// An error in an expression, at its place, with a suggestion for an unknown name unless there are very many errors already.
+    fn diagnostic(&self, error: UnitError, text: &str, at: (&Place, &str), guesses: bool) -> Diagnostic {
         unknown_in(error, text, at, |name| {
             let document = self.document;
             let readable_names = || {
@@ -418,7 +419,8 @@ impl<'a, 'd, 'f> Blocks<'a, 'd, 'f> {
                 let outputs = self.outputs.keys().map(String::as_str);
                 let outside = self.outside.iter().map(|outside| outside.name.as_str());
                 let sensors = document.signal_sensors().map(|(sensor, ..)| sensor);
-                outside.chain(sensors).chain(signals).chain(blocks).chain(outputs).chain(parameters)
+                let all = outside.chain(sensors).chain(signals).chain(blocks).chain(outputs).chain(parameters);
+                guesses.then_some(all).into_iter().flatten()
             };
             let is_whole = |candidate: &&str| candidate.contains('-') && text.contains(*candidate);
             let help = match nearest(name, readable_names()) {

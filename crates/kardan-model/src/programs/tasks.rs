@@ -176,7 +176,7 @@ impl<'a> Blocks<'a, '_, '_> {
             let value = values.of(&mut graph, &[*value])[0];
             let symbol = self.outputs.get(name).and_then(|(expr, _)| graph.symbol_of(*expr));
             if let Some(symbol) = symbol.filter(|_| !keeps_symbol(block)) {
-                values.set(symbol, value);
+                values.set(symbol, if graph.is_large(value) { graph.group(value) } else { value });
             }
             let whose = kind.replace('_', " ");
             let description = if of_block.is_none() {

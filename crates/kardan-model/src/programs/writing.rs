@@ -8,7 +8,7 @@ use super::block_outputs::{declared_outputs, warn_of_growth};
 use super::overlaps::TransitionGuard;
 use super::{BlockInputs, Blocks, FormulaExpr, Made, Outside, Source, errors, outside_name};
 use crate::document::BlockTable;
-use crate::keys::key_diagnostic;
+use crate::keys::{GUESSES, key_diagnostic};
 use kardan_elements::block::List;
 use kardan_expr::expr::{Expr, Graph, Named};
 use kardan_math::names::{circle, did_you_mean};
@@ -196,8 +196,9 @@ impl<'a> Blocks<'a, '_, '_> {
         let lowered = self.graph.borrow_mut().lowered(read, &mut lookup);
         match lowered {
             Ok(found) => {
-                let calls = self.graph.borrow_mut().calls(read, &mut lookup).unwrap_or_default();
-                for (name, at) in calls {
+                let has_calls = !read.tables().is_empty();
+                let calls = has_calls.then(|| self.graph.borrow_mut().calls(read, &mut lookup).unwrap_or_default());
+                for (name, at) in calls.into_iter().flatten() {
                     let table = match names.get(name.as_str()) {
                         Some(Named::Table(table)) => Some(Arc::clone(table)),
                         _ => None,
@@ -207,7 +208,7 @@ impl<'a> Blocks<'a, '_, '_> {
                 Ok(found)
             }
             Err(error) => {
-                out.push(self.diagnostic(error, read.text(), (place, what)));
+                out.push(self.diagnostic(error, read.text(), (place, what), out.len() < GUESSES));
                 Err(Stopped::Reported)
             }
         }

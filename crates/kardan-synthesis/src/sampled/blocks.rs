@@ -15,6 +15,8 @@ pub struct LinearTask {
     pub linear: LinearLaw,
     /// The same before rounding, where it computes at every instant and that is known.
     pub exact: Option<Arc<LinearLaw<Rational>>>,
+    /// By how much rounding may have moved its slopes where that is more than their last digits.
+    pub rounding: Option<Arc<LinearLaw>>,
     /// Kinks and jumps of each of its outputs, then of its states, there.
     pub kinks: Kinks,
     /// When it computes; `None`: at every instant.
@@ -187,7 +189,7 @@ impl LoopBlocks {
             names.iter().enumerate().filter_map(|(k, name)| Some((k, teller(name)?))).collect()
         };
         let parts = (0..tasks.len()).filter(|task| numbers[*task].is_some()).map(|task| {
-            let LinearTask { linear, exact, clock, references, sensors, .. } = &tasks[task];
+            let LinearTask { linear, exact, rounding, clock, references, sensors, .. } = &tasks[task];
             let used = |k: &usize| {
                 [&linear.errors, &linear.on_errors].iter().any(|of| (0..of.rows()).any(|i| of[(i, *k)] != 0.0))
             };
@@ -196,7 +198,8 @@ impl LoopBlocks {
             let own: [&[usize]; 3] = [&retained[task][0], &retained[task][1], &read];
             let part = SampledPart::reading(&sensors, plant, *clock, (linear.part(own), Vec::new()));
             let exact = exact.as_ref().map(|exact| Arc::new(exact.part(own)));
-            SampledPart { reads: reads(references), exact, ..part }
+            let rounding = rounding.as_ref().map(|rounding| Arc::new(rounding.part(own)));
+            SampledPart { reads: reads(references), exact, rounding, ..part }
         });
         let mut parts: Vec<SampledPart> = parts.collect();
         parts.extend(torques.iter().filter_map(|torque| acting(torque, &teller, plant)));

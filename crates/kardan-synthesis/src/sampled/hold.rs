@@ -105,6 +105,9 @@ pub(crate) fn plant_flow(
     (flow, input)
 }
 
+/// Doublings that cost a digit or two.
+const FEW: i32 = 4;
+
 /// `e^{At}` and `∫₀ᵗ e^{Aᵀτ} Q e^{Aτ} dτ`; `None` if a number overflows.
 ///
 /// Method: the exponential of `[−Aᵀ Q; 0 A]` over a short time (Van Loan 1978), then doublings, so that fast decay in A does
@@ -122,6 +125,10 @@ pub(crate) fn integrated(a: &Matrix<f64>, q: &Matrix<f64>, time: f64) -> Option<
     for _ in 0..doublings {
         integral = integral.plus(&power.transpose().multiply(&integral).multiply(&power));
         power = power.multiply(&power);
+    }
+    // Squared many times, slow motions next to fast ones lose digits.
+    if doublings > FEW {
+        power = exponential(&a.scale(&time))?;
     }
     (is_finite(&power) && is_finite(&integral)).then_some((power, integral))
 }

@@ -87,6 +87,14 @@ pub struct Slowest {
 }
 
 impl Slowest {
+    /// Of the loop of a plant without at least so many motions, those that change least; `None` if it cannot be computed.
+    pub fn of(plant: &LoopPlant, parts: &[SampledPart], excluded: usize) -> Option<Self> {
+        if parts.iter().all(|part| part.clock.is_none()) {
+            return Self::continuous(plant, parts, (excluded, true));
+        }
+        SampledLoop::new(plant, parts).ok()?.slowest_excluding(excluded)
+    }
+
     /// Of a loop in continuous time `ż = F z`; `excluded`: at least so many motions, those next to zero; `judged`: with its word, which takes time.
     pub(super) fn continuous(
         plant: &LoopPlant,

@@ -122,10 +122,8 @@ impl Survey<'_> {
     /// The motion of the changed loop that grows most, but for uncontrolled rigid-body modes; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
-        if parts.iter().all(|part| part.clock.is_none()) {
-            return Slowest::continuous(&plant, &parts, (0, true));
-        }
-        SampledLoop::new(&plant, &parts).ok()?.slowest_of((self.free_count(change), true))
+        let excluded = if parts.iter().all(|part| part.clock.is_none()) { 0 } else { self.free_count(change) };
+        Slowest::of(&plant, &parts, excluded)
     }
 
     /// The number of uncontrolled rigid-body modes in continuous time: sampling may move them a little, but they stay uncontrolled.

@@ -33,6 +33,8 @@ pub struct SampledPart {
     pub linear: LinearLaw,
     /// The same before rounding, where that is known.
     pub exact: Option<Arc<LinearLaw<Rational>>>,
+    /// By how much rounding may have moved its numbers where that is more than their last digits.
+    pub rounding: Option<Arc<LinearLaw>>,
     /// When it runs; `None`: in continuous time.
     pub clock: Option<Clock>,
     /// Numbers of the inputs that it commands, among those of the plant.
@@ -80,8 +82,11 @@ impl SampledPart {
         let number =
             |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         let inputs = law.inputs().iter().map(number).collect();
-        let linear = if is_off(&linear) { remove_states(&linear) } else { linear };
-        Self::reading(law.sensors(), plant, clock, (linear, inputs))
+        let (linear, rounding) = match law.linear_rounding() {
+            rounding if is_off(&linear) => (remove_states(&linear), rounding.map(|of| Arc::new(remove_states(&of)))),
+            rounding => (linear, rounding),
+        };
+        Self { rounding, ..Self::reading(law.sensors(), plant, clock, (linear, inputs)) }
     }
 
     /// A part that reads these sensors.
@@ -101,7 +106,8 @@ impl SampledPart {
         let slow = slow.filter(|(k, _)| *k >= linear.on_errors.columns() || read(*k));
         // In continuous time sensors are ideal.
         let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
-        Self { linear, exact: None, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow, reads: Vec::new() }
+        let (exact, rounding, gains) = (None, None, vec![1.0; inputs.len()]);
+        Self { linear, exact, rounding, clock, gains, inputs, wire: None, slow, reads: Vec::new() }
     }
 
     /// Its linear part before rounding, as far as that is known; else the fractions that its numbers are.
@@ -113,13 +119,15 @@ impl SampledPart {
 
     /// Whether a number of it is rounded.
     pub fn is_rounded(&self) -> bool {
-        self.exactly().is_rounded()
+        self.rounding.is_some() || self.exactly().is_rounded()
     }
 
-    /// The same with other numbers in place of rounded ones, within their last digits.
+    /// The same with other numbers in place of rounded ones, within their rounding.
     #[must_use]
     pub fn near(&self, digits: &mut LastDigits) -> Self {
-        Self { exact: Some(Arc::new(self.exactly().near(digits))), ..self.clone() }
+        let rounding = self.rounding.as_deref();
+        let exact = Some(Arc::new(self.exactly().near(rounding, digits)));
+        Self { linear: self.linear.exact().near(rounding, digits).to_f64(), exact, ..self.clone() }
     }
 
     /// The same law in continuous time, with the same motions along which nothing changes that it reads, commands or stores.

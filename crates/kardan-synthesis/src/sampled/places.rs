@@ -4,7 +4,7 @@ use super::jump::{Jump, nonzero};
 use super::{LoopPlant, Reads, SampledPart, Teller, on_their_way};
 use crate::matrix_parts::{side_by_side, stacked, window};
 use crate::{Clock, ExportedSignal, LinearLaw, sizes};
-use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64};
+use kardan_math::num::{Matrix, Rational, Scalar, rational_from_f64, shortest_decimal};
 use kardan_mechanics::reduce::{FirstOrder, over_states};
 
 /// Numbers over which a loop is put together.
@@ -44,21 +44,6 @@ impl Number for Rational {
 /// A time that follows from others by differences, s, without what rounding left of them; `None` if it is not finite.
 pub(super) fn exact_time(value: f64) -> Option<Rational> {
     shortest_decimal(format!("{value:.13e}").parse().ok()?)
-}
-
-/// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
-fn shortest_decimal(value: f64) -> Option<Rational> {
-    if !value.is_finite() {
-        return None;
-    }
-    let text = format!("{value:e}");
-    let (digits, exponent) = text.split_once('e')?;
-    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
-    let number: i64 = format!("{whole}{part}").parse().ok()?;
-    let exponent: i32 = exponent.parse::<i32>().ok()? - i32::try_from(part.len()).ok()?;
-    let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
-    let number = Rational::from(number);
-    Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
 }
 
 /// The plant of a loop as equations of first order.

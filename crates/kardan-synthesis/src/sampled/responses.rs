@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use super::event_sequence::Periods;
 use super::places::Number;
 use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
@@ -39,11 +40,15 @@ pub struct Readings {
 
 impl ControlLoop<'_> {
     /// The loop for errors of the motors' torques, a channel for each motor of the controller; uncontrolled rigid-body modes are
-    /// left out. `None` if the loop has several clocks, or cannot be computed.
+    /// left out. `None` if the loop has several clocks and this controller commands more than once in their common period, or if it cannot be computed.
     pub fn motors(&self) -> Option<Response> {
         let part = &self.parts[self.number];
         let m = part.inputs.len();
-        let Some(period) = self.period().ok()? else {
+        let period = match self.period() {
+            Ok(period) => period,
+            Err(SeveralTimes) => Some(self.common_period()?),
+        };
+        let Some(period) = period else {
             let [flow, b, c] = self.motors_in(&Places::new(self.plant, self.parts, true))?;
             let sizes = Places::sizes(self.plant, self.parts);
             let found = response_excluding_free(&flow, sizes.as_ref(), [&b, &c, &Matrix::zeros(m, m)], None)?;
@@ -166,6 +171,13 @@ impl ControlLoop<'_> {
         let b = window(&map, 0..n, first..first + count);
         let c = Matrix::from_fn(rows.len(), n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
         Response::state_space([&a, &b, &c, &Matrix::zeros(rows.len(), count)], period)
+    }
+
+    /// The sample time of the controller, if all others fit into it: the loop is then the same at each of its samples.
+    fn common_period(&self) -> Option<f64> {
+        let own = self.parts[self.number].clock?.period;
+        let all = Periods::of(self.parts, None).ok()?.period;
+        ((all / own - 1.0).abs() < 1e-9).then_some(own)
     }
 
     /// The sample time that all have in common; `None` in continuous time.

@@ -51,6 +51,7 @@ pub struct TaskLaw {
     /// The linear part at the design point.
     at_design_point: OnceLock<LinearLaw>,
     exact_at_design_point: OnceLock<Option<Arc<LinearLaw<Rational>>>>,
+    rounding_at_design_point: OnceLock<Option<Arc<LinearLaw>>>,
 }
 
 impl TaskLaw {
@@ -122,6 +123,7 @@ impl TaskLaw {
             sides_at_design_point: OnceLock::new(),
             at_design_point: OnceLock::new(),
             exact_at_design_point: OnceLock::new(),
+            rounding_at_design_point: OnceLock::new(),
             slopes_of_rows: None,
         }
     }
@@ -134,6 +136,7 @@ impl TaskLaw {
             sides_at_design_point: OnceLock::new(),
             at_design_point: OnceLock::new(),
             exact_at_design_point: OnceLock::new(),
+            rounding_at_design_point: OnceLock::new(),
             ..self
         }
     }
@@ -216,6 +219,15 @@ impl Law for TaskLaw {
             self.exact_slopes_of(&self.all_rows(), &inputs, self.sides())
         };
         self.exact_at_design_point.get_or_init(exact).clone()
+    }
+
+    fn linear_rounding(&self) -> Option<Arc<LinearLaw>> {
+        let rounding = || {
+            let exact = self.linear_exact();
+            let bound = || self.slope_rounding(&self.all_rows(), &self.design_point(), self.sides(), &self.linear());
+            if exact.is_none() { bound() } else { None }
+        };
+        self.rounding_at_design_point.get_or_init(rounding).clone()
     }
 
     fn kinks(&self) -> Kinks {

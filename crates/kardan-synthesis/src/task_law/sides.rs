@@ -2,7 +2,7 @@
 
 use crate::Kinks;
 use kardan_expr::expr::{Direction, Interval, Linear, Place, SidesOf, Surd, Symbol, bending, kinked, slopes_at};
-use kardan_math::num::{Rational, SparseRow, rational_from_f64};
+use kardan_math::num::{Rational, SparseRow};
 
 use super::TaskLaw;
 
@@ -31,7 +31,7 @@ impl Place for Inputs<'_> {
     }
 
     fn exact(&self, symbol: Symbol) -> Option<Surd> {
-        Some(Surd::rational(rational_from_f64(self.value(symbol))?))
+        Surd::recognise_double(self.value(symbol))
     }
 
     fn value(&self, symbol: Symbol) -> f64 {

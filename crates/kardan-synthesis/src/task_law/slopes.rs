@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::{LinearLaw, LinearTask, Observation, Plant, Reference};
-use kardan_expr::expr::{Graph, Place, SidesOf, Surd, Surds, exactly, forward};
+use kardan_expr::expr::{Graph, Intervals, Place, SidesOf, Surd, Surds, exactly, forward};
 use kardan_math::num::{Matrix, Rational, Scalar, SparseRow, rational_to_f64};
 
 use super::TaskLaw;
@@ -103,7 +103,7 @@ impl TaskLaw {
                 }
             }
         }
-        self.law_of(&slopes)
+        self.law_of(&slopes, &rational_to_f64)
     }
 
     /// The same before rounding; `None` if a slope is not known to be a fraction.
@@ -136,7 +136,7 @@ impl TaskLaw {
                 }
             }
         }
-        Some(self.law_of(&slopes))
+        Some(self.law_of(&slopes, &Rational::clone))
     }
 
     /// The same of a task that computes at every instant, with few states; `None` of others.
@@ -150,15 +150,48 @@ impl TaskLaw {
         Some(Arc::new(is_small.then(|| self.exact_slopes_among(rows, inputs, of_sides))??))
     }
 
+    /// By how much rounding may have moved these slopes, where that is more than their last digits.
+    pub(super) fn slope_rounding(
+        &self,
+        rows: &[usize],
+        inputs: &[f64],
+        of_sides: &[SidesOf],
+        linear: &LinearLaw,
+    ) -> Option<Arc<LinearLaw>> {
+        let symbols = self.task.inputs();
+        let place = Inputs { law: self, symbols: &symbols, values: inputs };
+        let count = self.outputs.len() + self.task.states.len();
+        let mut rounding = vec![vec![0.0; count]; inputs.len()];
+        let outputs = self.task.outputs();
+        let exprs: Vec<_> = rows.iter().map(|row| outputs[*row].1).collect();
+        let found =
+            forward(&self.task.graph, &exprs, Intervals, |symbol| (place.enclosure(symbol), place.place(symbol)));
+        for (row, found) in rows.iter().zip(found) {
+            for (column, slope) in &*found.slopes {
+                let width = slope.high - slope.low;
+                rounding[*column][*row] = if width.is_finite() { width } else { 0.0 };
+            }
+        }
+        for SidesOf { exprs, sides, .. } in of_sides {
+            let side = sides.iter().find(|side| side.is_on(&self.side)).or(sides.first())?;
+            for (&row, of) in exprs.iter().zip(&side.slopes) {
+                rounding.iter_mut().for_each(|column| column[row] = 0.0);
+                of.iter().for_each(|(column, slope)| rounding[*column][row] = slope.rounding());
+            }
+        }
+        let of_each = self.law_of(&rounding, &|share: &Rational| rational_to_f64(share).abs());
+        of_each.beyond_last_digits(linear).map(Arc::new)
+    }
+
     /// A law with these slopes, of each input over outputs, then over next states.
-    fn law_of<S: Scalar>(&self, slopes: &[Vec<S>]) -> LinearLaw<S> {
+    fn law_of<S: Scalar>(&self, slopes: &[Vec<S>], share_of: &dyn Fn(&Rational) -> S) -> LinearLaw<S> {
         let (outputs, states, reads) = (self.outputs.len(), self.task.states.len(), self.comes.len());
         // Rows of outputs and of states over the inputs of a kind.
         let over = |first: usize, rows: usize, columns: usize, of: &dyn Fn(usize) -> SparseRow| {
             let mut out = Matrix::<S>::zeros(rows, columns);
             for (k, slopes) in slopes[..reads].iter().enumerate() {
                 for (column, share) in of(k) {
-                    let share = S::from_rational(&share);
+                    let share = share_of(&share);
                     (0..rows).for_each(|i| out[(i, column)] = out[(i, column)].plus(&share.times(&slopes[first + i])));
                 }
             }
@@ -205,10 +238,14 @@ impl TaskLaw {
             .chain(observation.states.iter().copied())
             .collect();
         let sides = self.sides_among(rows, &inputs);
+        let linear = self.slopes_among(&inputs, &sides);
+        let exact = self.exact_slopes_of(rows, &inputs, &sides);
+        let rounding = if exact.is_none() { self.slope_rounding(rows, &inputs, &sides, &linear) } else { None };
         LinearTask {
             kinks: self.kinks_among(&inputs, &sides),
-            linear: self.slopes_among(&inputs, &sides),
-            exact: self.exact_slopes_of(rows, &inputs, &sides),
+            linear,
+            exact,
+            rounding,
             clock: self.clock,
             outputs: self.outputs.clone(),
             references: self.references.iter().map(|reference| reference.name.clone()).collect(),

@@ -67,6 +67,8 @@ struct Loop {
     sampled: Option<(Decimal, u32)>,
     /// C goes on between the samples of a sampled command.
     continuous_block: bool,
+    /// How often C computes in a sample time of the command.
+    steps: i64,
 }
 
 fn powers(random: &mut Random, low: f64, high: f64) -> f64 {
@@ -108,10 +110,12 @@ impl Loop {
                 zeros.push(next);
             }
         }
+        let steps = if sampled && seed % 4 == 1 { 2 + (seed / 4 % 3) as i64 } else { 1 };
         let clock = sampled.then(|| {
             // The longest sample time that the file may have is 1 s.
             let period = (TAU / omega / powers(random, 0.8, 3.5)).min(0.9);
-            (Decimal::new(period), [0, 0, 30, 100, 150, 250][(random.unit() * 6.0) as usize])
+            let of_block = Decimal::new(period / steps as f64);
+            (Decimal(of_block.0 * steps, of_block.1), [0, 0, 30, 100, 150, 250][(random.unit() * 6.0) as usize])
         });
         Self {
             inertia: Decimal::new(inertia),
@@ -125,6 +129,7 @@ impl Loop {
             poles,
             sampled: clock,
             continuous_block,
+            steps,
         }
     }
 
@@ -136,15 +141,12 @@ impl Loop {
             };
             of.iter().map(one).collect::<Vec<_>>().join(", ")
         };
-        let clock = |with: bool| match self.sampled {
-            Some((period, hundredths)) => {
-                let delay = if with {
-                    format!("delay = \"{:e} s\"\n", period.value() * f64::from(hundredths) / 100.0)
-                } else {
-                    String::new()
-                };
-                format!("sample_time = \"{period} s\"\n{delay}")
+        let clock = |of_command: bool| match self.sampled {
+            Some((period, hundredths)) if of_command => {
+                let delay = period.value() * f64::from(hundredths) / 100.0;
+                format!("sample_time = \"{period} s\"\ndelay = \"{delay:e} s\"\n")
             }
+            Some((period, _)) => format!("sample_time = \"{} s\"\n", Decimal(period.0 / self.steps, period.1)),
             None => String::new(),
         };
         let spring = match self.stiffness.0 {
@@ -159,10 +161,18 @@ impl Loop {
             k if k < 0 => format!(" * (1 s)^{}", -k),
             k => format!(" / (1 s)^{k}"),
         };
+        let (held, output) = match self.steps {
+            1 => (String::new(), "c"),
+            _ => {
+                let period = self.sampled.map_or(Decimal(0, 0), |(period, _)| period);
+                let held = format!("[block.held]\nkind = \"hold\"\ninput = \"c\"\nsample_time = \"{period} s\"\n");
+                (held, "held")
+            }
+        };
         format!(
             "[model]\nname = \"random\"\n[shaft.a]\ninertia = \"{} kg m^2\"\ndamping = \"{} N m s/rad\"\n{spring}[motor.m]\nshaft = \"a\"\n\
              [block.c]\nkind = \"transfer_function\"\ninput = \"{input} / (1 {unit})\"\n{}poles = [{}]\n{}\
-             [control.u]\nlaw = \"program\"\n{}commands = {{ m = \"{} N m * c{factor}\" }}\n[scenario]\nduration = \"1 s\"\n",
+             {held}[control.u]\nlaw = \"program\"\n{}commands = {{ m = \"{} N m * {output}{factor}\" }}\n[scenario]\nduration = \"1 s\"\n",
             self.inertia,
             self.damping,
             if self.continuous_block { String::new() } else { clock(false) },
@@ -221,8 +231,28 @@ impl Loop {
         vec![(poles[0], residue(poles[0], 1.0)), (poles[1], residue(poles[1], -1.0))]
     }
 
-    /// L at s, or for a sampled loop at `z = 1 + w`.
+    /// L at s, or for a sampled loop at `z = 1 + w`: of a block with n steps in each sample of the command, at every n-th of its steps, and with
+    /// commands that stay for n of them, `Σ_j F(ζ_j) (1 + ζ_j⁻¹ + … + ζ_j¹⁻ⁿ)/n` over all `ζ_jⁿ = z`, of F from step to step.
     fn open(&self, at: c64) -> c64 {
+        if self.steps == 1 {
+            return self.open_at_steps(at);
+        }
+        let n = self.steps as f64;
+        let logarithm = c64::new(0.5 * (2.0 * at.re + at.norm_sqr()).ln_1p(), at.im.atan2(1.0 + at.re));
+        let first = expm1(logarithm / n);
+        let root = |j: i64| {
+            let turned = expm1(c64::new(0.0, TAU * j as f64 / n));
+            first + turned + first * turned
+        };
+        let held = |j: i64, step: c64| match j {
+            0 => (0..self.steps).map(|k| (0..k).fold(c64::new(1.0, 0.0), |all, _| all / (1.0 + step))).sum::<c64>(),
+            _ => at / (at + 1.0) * (step + 1.0) / step,
+        };
+        (0..self.steps).map(|j| self.open_at_steps(root(j)) * held(j, root(j))).sum::<c64>() / n
+    }
+
+    /// The same of the block's own steps.
+    fn open_at_steps(&self, at: c64) -> c64 {
         let Some((period, hundredths)) = self.sampled else {
             let (j, d, k) = (self.inertia.value(), self.damping.value(), self.stiffness.value());
             let plant = if self.speed && k == 0.0 {
@@ -232,7 +262,8 @@ impl Loop {
             };
             return plant * self.controller(at);
         };
-        let (time, z) = (period.value(), at + 1.0);
+        let (time, z) = (period.value() / self.steps as f64, at + 1.0);
+        let hundredths = hundredths * self.steps as u32;
         let whole = hundredths / 100;
         let late = f64::from(hundredths % 100) / 100.0;
         // ∫₀ˣ e^{pt} dt
@@ -520,8 +551,8 @@ impl Found {
         let mut all = differences(motor, &sweep, 1e-6);
         // One motor and one reading: the loop is the same wherever it is opened.
         let same = Swept { gain: motor.gain, phase: motor.phase, disk: motor.disk };
-        // Where the block goes on between samples, what it reads is not a signal of samples.
-        if !of.continuous_block {
+        // Where the block goes on between samples, or computes more often, what it reads is another signal.
+        if !of.continuous_block && of.steps == 1 {
             let reading = margins.channels.iter().find(|one| one.is_sensor).expect("a reading");
             all.extend(differences(reading, &same, 1e-6).into_iter().map(|one| format!("reading {one}")));
         }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use kardan::project::Project;
-use kardan::results::{Analysis, ChannelMargin, Design, Margins, Outcome, Run, Stability};
+use kardan::results::{Analysis, ChannelMargin, Design, Margins, Outcome, Run, Stability, StabilityEvidence};
 use kardan::simulate::Method;
 use kardan::study::{self, AnalyzeSettings, DesignSettings, Settings, Silent, check};
 
@@ -104,7 +104,7 @@ fn names_of_variants_are_preserved() {
 #[test]
 fn all_factors_take_one_side_of_a_kink() {
     let spring = source("signed-spring");
-    for law in ["sign(a.phi) * abs(a.phi)", "if(a.phi > 0 rad, 1, -1) * abs(a.phi)", "a.phi"] {
+    for law in ["sign(a.phi) * abs(a.phi)", "sign(a.phi) * sqrt(a.phi^2)", "if(a.phi > 0 rad, 1, -1) * abs(a.phi)", "a.phi"] {
         let found = analyzed(&spring.replace("sign(a.phi) * abs(a.phi)", law));
         assert_eq!((stability(&found), found.modes.len()), (Stability::Stable, 1), "{law}");
         close(found.modes[0].eigenvalue.re, -0.5, 1e-12, law);
@@ -220,6 +220,28 @@ fn claims_of_certainty_are_earned() {
             assert_eq!(found.stability.word, Stability::Undecided, "{size} {clock}: {}", found.stability);
         }
     }
+    // The same as a command, at every instant and sampled, and through a signal.
+    let cancelled = "1e9 N m * (sin(2 * a.phi)/2 - sin(a.phi) * cos(a.phi))";
+    let signal = format!("[signal.s]\nkind = \"expression\"\nvalue = \"{cancelled}\"\n");
+    for (command, signal) in [(cancelled, ""), ("s", &*signal)] {
+        for clock in ["", "sample_time = \"10 ms\"\n"] {
+            let source = format!(
+                "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+                 [control.c]\nlaw = \"program\"\nat = {{ \"a.phi\" = \"1 rad\" }}\n\
+                 commands = {{ m = \"{command} - 0.5 N m s/rad * a.w\" }}\n{clock}{signal}"
+            );
+            let found = designed(&source, DesignSettings::default()).margins.expect("margins");
+            assert_eq!(found.stability.word, Stability::Undecided, "{command} {clock}: {}", found.stability);
+            assert_eq!(found.stable, None);
+        }
+    }
+    // Rounded slopes that do not matter are tried.
+    let bent = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n\
+                [control.c]\nlaw = \"program\"\nat = { \"a.phi\" = \"1 rad\" }\n\
+                commands = { m = \"-4 N m * exp(a.phi/(1 rad)) + 1e3 N m * (sin(2 * a.phi)/2 - sin(a.phi) * cos(a.phi))\" }\nsample_time = \"10 ms\"\n";
+    let found = designed(bent, DesignSettings::default()).margins.expect("margins");
+    assert_eq!(found.stability.word, Stability::Stable, "{}", found.stability);
+    assert!(matches!(found.stability.evidence, StabilityEvidence::DespiteRounding | StabilityEvidence::Tried));
     // Free motions of a sampled loop are counted exactly: one verdict for its poles.
     let free = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n[motor.m]\nshaft = \"a\"\n\
                 [control.u]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = { m = \"-3 N m s/rad * a.w - 10 N m/rad * a.phi\" }\n";
@@ -241,4 +263,26 @@ fn claims_of_certainty_are_earned() {
     assert!(tiny.structure.controllable());
     let distance = tiny.matrix_distance.and_then(|found| found.controllability).expect("a distance");
     assert!(distance.lower > 1e-166 && distance.upper <= 5.001e-166, "{distance:?}");
+}
+
+/// The slopes at an operating point that is written as a decimal are those at the decimal, not at the nearest double: the square of a difference
+/// that is zero there has none.
+#[test]
+fn operating_points_are_the_decimals_that_they_are_written_as() {
+    let square = |by: &str, of: &str, value: &str, law: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[torque.t]\nshaft = \"a\"\n\
+             law = \"1e9 N m * (({of} - {value})/({by}))^2{law}\"\n[control.c]\nlaw = \"program\"\ncommands = {{ m = \"0 N m\" }}\n\
+             at = {{ \"{of}\" = \"{value}\" }}\n[analysis]\nat = {{ \"{of}\" = \"{value}\" }}\n"
+        )
+    };
+    for value in ["0.1 rad", "0.3 rad", "0.7 rad", "1.234567 rad"] {
+        let found = stability(&analyzed(&square("1 rad", "a.phi", value, "")));
+        assert!(matches!(found, Stability::Marginal | Stability::Undecided), "{value}: {found:?}");
+    }
+    for value in ["0.1 rad/s", "0.3 rad/s", "20 rad/s"] {
+        let found = designed(&square("1 rad/s", "a.w", value, " - 1 N m s/rad * a.w"), DesignSettings::default());
+        let found = found.margins.expect("margins").stability;
+        assert_eq!((found.word, found.evidence), (Stability::Marginal, StabilityEvidence::Exactly), "{value}: {found}");
+    }
 }

@@ -1,11 +1,11 @@
 //! Blocks between the laws of a variant, at the operating point of its loop.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::study::PreparedVariant;
 use crate::study::prepared::Settled;
-use kardan_expr::expr::Symbol;
+use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::num::Matrix;
 use kardan_mechanics::program::{Read, Task};
 use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_torques};
@@ -112,52 +112,56 @@ fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64])
 /// For each task the outputs, then the states, through which a loop may close: they may depend on coordinates, sensors or outputs of a law, and the plant
 /// or a law may use them, by these names.
 fn in_loop(tasks: &[Arc<Task>], from_law: &dyn Fn(&str) -> bool, used: &[&str]) -> Vec<Vec<usize>> {
-    // Direct feedthrough to each row: from something that moves, and from which other rows.
-    let output = |name: &str| {
-        let of = |task: &Arc<Task>| task.outputs.iter().position(|output| output.name == name);
-        tasks.iter().enumerate().find_map(|(number, task)| Some((number, of(task)?)))
-    };
-    let mut rows = Vec::new();
+    type Row = (usize, usize);
+    let mut outputs: HashMap<&str, Row> = HashMap::new();
     for (number, task) in tasks.iter().enumerate() {
-        let remembered = |symbol: &Symbol| task.states.iter().position(|entry| entry.symbol == *symbol);
-        for (row, (_, expr)) in task.outputs().into_iter().enumerate() {
-            let (mut is_driven, mut before) = (false, Vec::new());
-            for symbol in task.graph.symbols(&[expr]) {
-                match task.reads.iter().find(|(own, _)| *own == symbol).map(|(_, read)| read) {
+        for (row, output) in task.outputs.iter().enumerate() {
+            outputs.entry(&output.name).or_insert((number, row));
+        }
+    }
+    let output = |name: &str| outputs.get(name).copied();
+    // Direct feedthrough to each row: from something that moves, and from which other rows.
+    let (mut moving, mut before, mut behind) =
+        (Vec::new(), HashMap::<Row, Vec<Row>>::new(), HashMap::<Row, Vec<Row>>::new());
+    for (number, task) in tasks.iter().enumerate() {
+        let reads: HashMap<Symbol, &Read> = task.reads.iter().map(|(symbol, read)| (*symbol, read)).collect();
+        let states: HashMap<Symbol, usize> = task.states.iter().map(|entry| entry.symbol).zip(0..).collect();
+        let exprs: Vec<Expr> = task.outputs().into_iter().map(|(_, expr)| expr).collect();
+        for (row, symbols) in task.graph.symbols_of_each(&exprs).into_iter().enumerate() {
+            let (own, mut from) = ((number, row), Vec::new());
+            let mut is_driven = false;
+            for symbol in symbols.iter() {
+                match reads.get(symbol) {
                     Some(Read::Source(name)) => {
                         is_driven |= from_law(name);
-                        before.extend(output(name));
+                        from.extend(output(name));
                     }
                     Some(Read::Sensor(name) | Read::AsRead(name)) => {
                         is_driven = true;
-                        before.extend(output(name));
+                        from.extend(output(name));
                     }
                     Some(Read::Position(_) | Read::Rate(_)) => is_driven = true,
                     Some(Read::Time) => {}
-                    None => before.extend(remembered(&symbol).map(|k| (number, task.outputs.len() + k))),
+                    None => from.extend(states.get(symbol).map(|k| (number, task.outputs.len() + k))),
                 }
             }
-            rows.push(((number, row), is_driven, before));
+            moving.extend(is_driven.then_some(own));
+            from.iter().for_each(|one| behind.entry(*one).or_default().push(own));
+            before.insert(own, from);
         }
     }
-    let mut driven: BTreeSet<(usize, usize)> = rows.iter().filter(|row| row.1).map(|row| row.0).collect();
-    loop {
-        let count = driven.len();
-        for (row, _, before) in &rows {
-            if before.iter().any(|one| driven.contains(one)) {
-                driven.insert(*row);
-            }
-        }
-        if driven.len() == count {
-            break;
+    let mut driven: HashSet<Row> = HashSet::new();
+    while let Some(row) = moving.pop() {
+        if driven.insert(row) {
+            moving.extend(behind.get(&row).into_iter().flatten());
         }
     }
-    let mut open: Vec<(usize, usize)> = used.iter().filter_map(|name| output(name)).collect();
+    let mut open: Vec<Row> = used.iter().filter_map(|name| output(name)).collect();
     let mut out = vec![Vec::new(); tasks.len()];
     while let Some(row) = open.pop() {
         if driven.remove(&row) {
             out[row.0].push(row.1);
-            open.extend(rows.iter().filter(|(own, ..)| *own == row).flat_map(|(.., before)| before));
+            open.extend(before.get(&row).into_iter().flatten());
         }
     }
     out.iter_mut().for_each(|rows| rows.sort_unstable());
@@ -170,7 +174,8 @@ const FLAT: [&str; 4] = ["saturation", "dead_zone", "table", "pid"];
 /// Rows of the outputs of these blocks.
 fn flat_rows(task: &Task) -> Vec<usize> {
     let steps = task.order.iter().filter(|step| FLAT.contains(&step.kind));
-    steps.filter_map(|step| task.outputs.iter().position(|output| output.name == step.block)).collect()
+    let places: HashMap<&str, usize> = task.outputs.iter().map(|output| output.name.as_str()).zip(0..).collect();
+    steps.filter_map(|step| places.get(step.block.as_str()).copied()).collect()
 }
 
 /// Those of them whose output has no slope over any of its inputs.

@@ -1,5 +1,7 @@
 //! Numbers of a run: measured from signals, or computed from other figures.
 
+use std::collections::HashMap;
+
 use crate::study::measure::computed_signals::{Computed, Track, lowered};
 use crate::study::measure::requirement_verdict::{Ran, Requirement, judge};
 use crate::study::measure::selected_variants::selects;
@@ -59,34 +61,36 @@ impl Figure {
     }
 }
 
-/// The value of an expression, if all figures in it have one.
-fn computed(
-    text: &str,
-    (figures, found): (&[Figure], &[FigureResult]),
-    parameters: &[(String, Exact, Dimension)],
-) -> Result<f64, &'static str> {
-    const WRONG: &str = "its expression cannot be computed";
-    let law = Expression::parse_law(text).map_err(|_| WRONG)?;
-    let constant = |name: &str| {
-        let own = parameters.iter().find(|(candidate, ..)| candidate == name);
-        own.map(|(_, value, dimension)| (value.clone(), *dimension))
-    };
-    let varying = |name: &str| figures.iter().find(|figure| figure.name == name).map(|figure| figure.dimension);
-    let mut graph = Graph::default();
-    let (expr, _) = lowered(&mut graph, &law, &varying, &constant).map_err(|_| WRONG)?;
-    let named = figures.iter().filter(|figure| law.names().contains(&figure.name.as_str()));
-    let (mut symbols, mut values) = (Vec::new(), Vec::new());
-    for figure in named {
-        let value = found.iter().find(|result| result.name == figure.name).and_then(|result| result.value);
-        values.push(value.ok_or("a figure in its expression has no value in this run")?);
-        let symbol = graph.symbol(&figure.name, figure.dimension);
-        symbols.extend(graph.symbol_of(symbol));
+/// What expressions of figures may name.
+struct Known<'a> {
+    figures: HashMap<&'a str, &'a Figure>,
+    parameters: HashMap<&'a str, &'a (String, Exact, Dimension)>,
+    /// The values of figures of a run so far, as far as they have one.
+    values: HashMap<&'a str, Option<f64>>,
+}
+
+impl Known<'_> {
+    /// The value of an expression, if all figures in it have one.
+    fn computed(&self, text: &str) -> Result<f64, &'static str> {
+        const WRONG: &str = "its expression cannot be computed";
+        let law = Expression::parse_law(text).map_err(|_| WRONG)?;
+        let constant = |name: &str| self.parameters.get(name).map(|(_, value, dimension)| (value.clone(), *dimension));
+        let varying = |name: &str| self.figures.get(name).map(|figure| figure.dimension);
+        let mut graph = Graph::default();
+        let (expr, _) = lowered(&mut graph, &law, &varying, &constant).map_err(|_| WRONG)?;
+        let (mut symbols, mut values) = (Vec::new(), Vec::new());
+        for figure in law.names().into_iter().filter_map(|name| self.figures.get(name)) {
+            let value = self.values.get(figure.name.as_str()).copied().flatten();
+            values.push(value.ok_or("a figure in its expression has no value in this run")?);
+            let symbol = graph.symbol(&figure.name, figure.dimension);
+            symbols.extend(graph.symbol_of(symbol));
+        }
+        let plan = compile(&graph, &symbols, &[(text.to_string(), expr)]).map_err(|_| WRONG)?;
+        let (block, mut memory) = (plan.block(), plan.memory());
+        memory.iter_mut().zip(&values).for_each(|(place, value)| *place = *value);
+        let _ = block.evaluate(&mut memory);
+        block.output(0, &memory).filter(|value| value.is_finite()).ok_or("its expression is no number")
     }
-    let plan = compile(&graph, &symbols, &[(text.to_string(), expr)]).map_err(|_| WRONG)?;
-    let (block, mut memory) = (plan.block(), plan.memory());
-    memory.iter_mut().zip(&values).for_each(|(place, value)| *place = *value);
-    let _ = block.evaluate(&mut memory);
-    block.output(0, &memory).filter(|value| value.is_finite()).ok_or("its expression is no number")
 }
 
 /// Why a figure of cones has no value: the run ended before the car passed them.
@@ -110,6 +114,12 @@ pub(in crate::study) fn figures_of(
     (variant, series, ran): (&str, &Series, &Ran<'_>),
 ) -> (Vec<FigureResult>, Vec<String>) {
     let (mut found, mut notes): (Vec<FigureResult>, Vec<String>) = (Vec::new(), Vec::new());
+    // The first of several of one name.
+    let mut known = Known {
+        figures: all.iter().rev().map(|figure| (figure.name.as_str(), figure)).collect(),
+        parameters: parameters.iter().rev().map(|parameter| (parameter.0.as_str(), parameter)).collect(),
+        values: HashMap::new(),
+    };
     for figure in all.iter().filter(|figure| selects(&figure.variants, variant)) {
         let Figure { name, of, unit, display, .. } = figure;
         let (text, value) = match of {
@@ -121,12 +131,13 @@ pub(in crate::study) fn figures_of(
                 (judged.result.text, value)
             }
             FigureOf::Value(text) => {
-                let value = computed(text, (all, &found), parameters);
+                let value = known.computed(text);
                 let note = |why: &str| format!("the figure `{name}` has no value: {why}");
                 notes.extend(value.err().filter(|_| ran.completed).map(note));
                 (text.clone(), value.ok())
             }
         };
+        known.values.entry(name).or_insert(value);
         let (name, unit, display) = (name.clone(), unit.clone(), display.clone());
         found.push(FigureResult { name, text, value, unit, display });
     }

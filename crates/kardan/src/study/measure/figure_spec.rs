@@ -1,6 +1,8 @@
 //! Figures as a model file writes them: measures of runs, and expressions of other figures. They are listed with the requirements,
 //! which may be on figures.
 
+use std::collections::HashMap;
+
 use crate::study::Requirement;
 use crate::study::measure::computed_signals::{kind_of, lowered};
 use crate::study::measure::figure::{Figure, FigureOf};
@@ -14,7 +16,6 @@ use kardan_model::{TableReader, VariantSettings};
 use kardan_results::DisplayUnit;
 use kardan_schema::diagnostics::{Diagnostic, nearest, shortened};
 use kardan_schema::entries::Place;
-use kardan_schema::schema::Table;
 
 use super::requirement_spec::{MeasureTable, Measuring, REQUIREMENT, TIME, unit_of};
 use super::selected_variants::selected_variants;
@@ -36,8 +37,13 @@ pub(in crate::study) fn figures_and_requirements(
     let reader = &TableReader::new(context.document, &[]);
     let reading = Measuring { context, reader, variants: &names, ends: &ends };
     let mut figures: NamedList<Figure> = NamedList::default();
+    let names = context.document.figures.iter().map(|table| read_word(table, "name"));
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    for (number, name) in names.enumerate() {
+        name.map(|name| places.entry(name).or_insert(number));
+    }
     for number in 0..context.document.figures.len() {
-        let found = figure(&reading, number, &figures, out);
+        let found = figure(&reading, (number, &places), &figures, out);
         figures.extend(found);
     }
     let table = |table| MeasureTable { measuring: &reading, table, what: REQUIREMENT };
@@ -49,12 +55,11 @@ pub(in crate::study) fn figures_and_requirements(
 /// A number of each run that a table requests; errors are reported.
 fn figure(
     reading: &Measuring<'_>,
-    number: usize,
+    (number, places): (usize, &HashMap<&str, usize>),
     before: &NamedList<Figure>,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Figure> {
-    let (earlier, rest) = reading.context.document.figures.split_at(number);
-    let table = rest.first()?;
+    let table = reading.context.document.figures.get(number)?;
     let name = read_word(table, "name")?.to_string();
     let what = format!("figure `{name}`");
     if let Some(reason) = name_conflict(&name, before, reading.context) {
@@ -72,7 +77,7 @@ fn figure(
     }
     own.reject_other_keys("value", out);
     let text = read_word(table, "value")?.to_string();
-    let dimension = dimension_of(&text, (before, earlier), reading, (&what, table.place_of("value")), out)?;
+    let dimension = dimension_of(&text, (before, places, number), reading, (&what, table.place_of("value")), out)?;
     let display = read_display_unit(&own, dimension, out);
     Some(Figure {
         name,
@@ -97,7 +102,7 @@ fn name_conflict(name: &str, before: &NamedList<Figure>, context: &SignalContext
 /// The dimension of an expression of figures and parameters; errors are reported.
 fn dimension_of(
     text: &str,
-    (before, earlier): (&NamedList<Figure>, &[Table]),
+    (before, places, number): (&NamedList<Figure>, &HashMap<&str, usize>, usize),
     &Measuring { context, reader, .. }: &Measuring<'_>,
     (what, place): (&str, &Place),
     out: &mut Vec<Diagnostic>,
@@ -106,12 +111,11 @@ fn dimension_of(
     let law = Expression::parse_law(text).map_err(|error| out.push(diagnostic(error))).ok()?;
     let is_defined = |name: &str| before.has(name) || reader.exact_value(name).is_some();
     if let Some(name) = law.names().into_iter().find(|name| !is_defined(name)) {
-        let named = |table: &Table| read_word(table, "name") == Some(name);
         // A preceding one has an error of its own.
-        if context.document.suppressed.has_key(name) || earlier.iter().any(named) {
+        if context.document.suppressed.has_key(name) || places.get(name).is_some_and(|place| *place < number) {
             return None;
         }
-        let help = match context.document.figures.iter().any(named) {
+        let help = match places.contains_key(name) {
             true => format!("write `[[figure]]` of `{name}` above it"),
             false => match nearest(name, before.iter().map(|figure| figure.name.as_str())) {
                 Some(near) => format!("did you mean `{near}`?"),

@@ -1,6 +1,6 @@
 //! Preparation of all variants of a model file: all errors at once, and the runs ready to start.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -112,18 +112,17 @@ pub(in crate::study) fn prepare_document(
 /// The part of a model that can be numbered, as if there were no constraints: enough to determine its signals. Elements that name
 /// missing parts are left out and marked as doubtful.
 fn unreduced(model: &mut Model) -> Reduced {
-    let shafts = model.all_coordinates.clone();
+    let shafts: HashSet<String> = model.all_coordinates.iter().cloned().collect();
     // Only the element that introduces a charge knows it.
-    let mut charges: Vec<(String, String)> = Vec::new();
+    let mut charges: HashMap<String, Vec<String>> = HashMap::new();
     for NamedTerm { element, term, .. } in &model.terms {
         if let Term::Coordinate { name, domain: Domain::Charge } = term {
-            charges.push((name.clone(), element.clone()));
+            charges.entry(name.clone()).or_default().push(element.clone());
         }
     }
-    let has_coordinate =
-        |name: &str| shafts.iter().any(|shaft| shaft == name) && charges.iter().all(|(charge, _)| charge != name);
+    let has_coordinate = |name: &str| shafts.contains(name) && !charges.contains_key(name);
     let knows = |named: &NamedTerm, name: &str| {
-        has_coordinate(name) || charges.iter().any(|(charge, element)| charge == name && *element == named.element)
+        has_coordinate(name) || charges.get(name).is_some_and(|elements| elements.contains(&named.element))
     };
     let of_element =
         |named: &NamedTerm, direction: &Direction| direction.entries.iter().all(|(name, _)| knows(named, name));
@@ -138,11 +137,11 @@ fn unreduced(model: &mut Model) -> Reduced {
         Term::Transmission { .. } | Term::MultiplierLaw(_) => named.term.coordinates().into_iter().all(has_coordinate),
         term => term.coordinates().into_iter().all(|name| knows(named, name)),
     });
-    let constrains = |element: &String| {
-        let is_row =
-            |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
-        good.iter().any(|named| named.element == *element && is_row(&named.term))
-    };
+    let is_row =
+        |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
+    let rows: HashSet<String> =
+        good.iter().filter(|named| is_row(&named.term)).map(|named| named.element.clone()).collect();
+    let constrains = |element: &String| rows.contains(element);
     let (sensors, lost): (Vec<_>, Vec<_>) = free_terms.into_iter().partition(|named| match &named.term {
         Term::Output(sensor) => match &sensor.measured {
             Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => has_coordinate(shaft),

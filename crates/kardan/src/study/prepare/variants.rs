@@ -241,7 +241,8 @@ fn add_faults(
 /// If the loop has a kink at its operating point and is stable on one side: the diagnostics of the opposite one.
 fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<Diagnostic>) {
     let is_unstable = |diagnostic: &Diagnostic| diagnostic.code == UNSTABLE;
-    if out[before..].iter().any(is_unstable) {
+    let is_sampled = variant.implemented.iter().any(|law| law.clock().is_some());
+    if !is_sampled || out[before..].iter().any(is_unstable) {
         return;
     }
     let LoopKinks { kinks, .. } = LoopKinks::of(variant);

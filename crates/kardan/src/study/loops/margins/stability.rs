@@ -64,6 +64,28 @@ impl StabilityProblem<'_> {
         exact_motions_of(self.plant, &parts, laws)
     }
 
+    /// Whether slopes are rounded, which floating point does not bound: their terms may cancel.
+    fn has_rounded_slopes(&self) -> bool {
+        self.variant.linear_model().rounded || self.parts.iter().any(|part| part.rounding.is_some())
+    }
+
+    /// A verdict of floating point, if it is the same within the rounding of slopes.
+    fn confirm_bounded(&self, mut decided: LoopStability, found: &Slowest) -> LoopStability {
+        let is_rounded = self.variant.linear_model().is_rounded();
+        let is_same = |seed: u64| {
+            let (plant, parts) = self.near(is_rounded, seed);
+            Slowest::of(&plant, &parts, found.excluded).is_some_and(|near| near.word == found.word)
+        };
+        if (1..=PERTURBATIONS).all(is_same) {
+            if decided.verdict.evidence == StabilityEvidence::Bounded {
+                decided.verdict.evidence = StabilityEvidence::Tried;
+            }
+            return decided;
+        }
+        let verdict = StabilityVerdict::undecided("it depends on the last digits of rounded numbers");
+        LoopStability { verdict, controlled: Stability::Undecided, ..decided }
+    }
+
     /// The loop with other numbers in place of rounded ones, within their last digits.
     fn near(&self, is_rounded: bool, seed: u64) -> (LoopPlant, Vec<SampledPart>) {
         let mut digits = LastDigits::new(seed);
@@ -83,6 +105,10 @@ impl StabilityProblem<'_> {
             true => self.continuous(found, exact),
             false => self.sampled(found, exact),
         };
+        let by_floats = matches!(decided.verdict.evidence, StabilityEvidence::Bounded | StabilityEvidence::Unknown);
+        if by_floats && decided.controlled != Stability::Undecided && self.has_rounded_slopes() {
+            decided = self.confirm_bounded(decided, found);
+        }
         // For motions that do not grow in the linear model the nonlinear one decides.
         let is_bent =
             !laws_are_linear(&self.variant.reduced) || self.variant.designed.iter().any(|law| law.is_nonlinear());
@@ -107,7 +133,7 @@ impl StabilityProblem<'_> {
             let decided = rounded(found);
             // Rounding does not change verdicts that floating point bounds, but for that of slopes.
             return match decided.verdict.word {
-                _ if self.variant.linear_model().rounded => LoopStability {
+                _ if self.has_rounded_slopes() => LoopStability {
                     verdict: StabilityVerdict::undecided(because),
                     controlled: Stability::Undecided,
                     ..decided
@@ -144,7 +170,7 @@ impl StabilityProblem<'_> {
             return verdict;
         }
         // Rounding that is bounded changes nothing where floating point agrees.
-        if !model.rounded && found.excluded == 0 && found.word == verdict.word {
+        if !self.has_rounded_slopes() && found.excluded == 0 && found.word == verdict.word {
             return StabilityVerdict { evidence: StabilityEvidence::DespiteRounding, ..verdict };
         }
         let perturbed_verdict = |seed: u64| {
@@ -169,7 +195,7 @@ impl StabilityProblem<'_> {
         let Some(verdict) = verdict.clone().filter(is_decided) else {
             let decided = rounded(found);
             // Floating point does not bound what rounding did to slopes.
-            if let Some(verdict) = verdict.filter(|_| model.rounded) {
+            if let Some(verdict) = verdict.filter(|_| self.has_rounded_slopes()) {
                 return LoopStability { verdict, controlled: Stability::Undecided, ..decided };
             }
             let how = match exact {
@@ -206,7 +232,7 @@ impl StabilityProblem<'_> {
         found: &Slowest,
     ) -> StabilityVerdict {
         let is_rounded = model.is_rounded();
-        let agrees = !model.rounded && found.excluded == at_one && found.word == verdict.excluding_free().word;
+        let agrees = !self.has_rounded_slopes() && found.excluded == at_one && found.word == verdict.excluding_free().word;
         let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;
