@@ -4,7 +4,7 @@ use super::decoupling::{CompensationError, NotDecouplable};
 use super::inversion::BlockError;
 use super::observer::ObserverError;
 use super::regulator::{PlacementError, RiccatiError};
-use kardan_math::names::backquoted;
+use kardan_math::names::quoted;
 
 /// Why a law cannot be designed, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -79,8 +79,7 @@ impl SynthesisError {
 
     /// No feedback decouples the outputs.
     pub(super) fn impossible(outputs: &[String], reasons: &[String]) -> Self {
-        let message =
-            format!("no feedback at all decouples the outputs {}: {}", backquoted(outputs), reasons.join("; "));
+        let message = format!("no feedback at all decouples the outputs {}: {}", quoted(outputs), reasons.join("; "));
         let help = "choose other outputs or inputs; no controller can do this";
         Self::of(message, outputs, "not independent", help)
     }

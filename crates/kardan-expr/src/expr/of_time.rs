@@ -140,7 +140,9 @@ pub struct OfTime {
 
 impl PartialEq for OfTime {
     fn eq(&self, other: &Self) -> bool {
-        self.graph.nodes.as_slice() == other.graph.nodes.as_slice() && self.value == other.value && self.parts == other.parts
+        self.graph.nodes.as_slice() == other.graph.nodes.as_slice()
+            && self.value == other.value
+            && self.parts == other.parts
     }
 }
 

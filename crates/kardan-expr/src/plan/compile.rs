@@ -98,8 +98,7 @@ impl Domain for Builder {
             let value = Floating::<f64>::default().table(table, &constant_operands[0]);
             return self.float(value);
         }
-        let number =
-            self.tables.get_index_of(table).unwrap_or_else(|| self.tables.insert_full(table.clone()).0);
+        let number = self.tables.get_index_of(table).unwrap_or_else(|| self.tables.insert_full(table.clone()).0);
         let operation = Operation { operator: Operator::Table, operands: vec![*x], table: number as u32 };
         Value::Result(self.put(operation), false)
     }

@@ -205,8 +205,12 @@ impl Functions<'_, '_> {
     ) -> Diagnostic {
         unknown_in(error, text, at, |name| {
             if !guesses {
-                let help = "a law names angles and speeds, positions and velocities, parameters, signals and the time `t`";
-                return (format!("`{}` is no angle or speed, no parameter and no signal", shortened(name)), help.into());
+                let help =
+                    "a law names angles and speeds, positions and velocities, parameters, signals and the time `t`";
+                return (
+                    format!("`{}` is no angle or speed, no parameter and no signal", shortened(name)),
+                    help.into(),
+                );
             }
             let motions: Vec<[String; 2]> = own_names.into_iter().chain(self.reader.all_motions()).collect();
             let own = || motions.iter().flatten().map(String::as_str);

@@ -82,6 +82,9 @@ poles = [\"-14 ± 14.3j\"]
     design,
 };
 
+/// The most outputs more than inputs whose relations are listed.
+const MOST_MORE: usize = 50;
+
 /// The specification for the part of the plant that the outputs show.
 struct Observable<'a> {
     request: &'a Request<'a>,
@@ -212,6 +215,12 @@ impl Observable<'_> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let task = Task::new(request)?;
+    // All relations of very many outputs would take long, and say no more.
+    let [outputs, inputs] = [task.outputs.len(), task.inputs.len()];
+    if outputs > inputs + MOST_MORE {
+        let plural = if inputs == 1 { "" } else { "s" };
+        return Err(SynthesisError::impossible(&task.names, &[format!("{outputs} outputs, {inputs} input{plural}")]));
+    }
     let quotient = observable_quotient(&task.system, &plant.twists());
     let [torques, direct] = &task.disturbance;
     let shown = Observable {

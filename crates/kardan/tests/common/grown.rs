@@ -40,6 +40,36 @@ pub const WIDE: &[Kind] = &[
             format!("[spring_damper.x{k}]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"1 N m/rad\"\n\n")
         })
     }),
+    ("springs with backlash", |n| {
+        with(n, |k| {
+            let ends = "shaft_1 = \"a\"\nshaft_2 = \"ground\"\nstiffness = \"1 N m/rad\"";
+            format!("[spring_damper.x{k}]\n{ends}\nbacklash = \"{} mrad\"\n\n", k + 1)
+        })
+    }),
+    ("stops", |n| with(n, |k| format!("[end_stop.x{k}]\nshaft_1 = \"a\"\nupper = \"{} rad\"\n\n", k + 1))),
+    ("brakes", |n| with(n, |k| format!("[brake.x{k}]\nshaft = \"a\"\ntorque = \"{} N m\"\n\n", k + 1))),
+    ("clutches", |n| {
+        with(n, |k| format!("[clutch.x{k}]\nshaft_1 = \"a\"\nshaft_2 = \"ground\"\ntorque = \"{} N m\"\n\n", k + 1))
+    }),
+    ("dependent constraints", |n| {
+        let row = |k: usize| format!("[constraint.x{k}]\ncoefficients = {{ a = {}, b = -{} }}\n\n", k + 1, 2 * (k + 1));
+        table_of("[shaft.b]\ninertia = \"1 kg m^2\"\n\n", n, row, "")
+    }),
+    ("torques of tables", |n| {
+        let table = |k: usize| {
+            let points = format!("points = {{ x = [\"0 rad\", \"1 rad\"], value = [\"0 N m\", \"{} N m\"] }}", k + 1);
+            format!("[table.x{k}]\n{points}\n\n[torque.t{k}]\nshaft = \"a\"\nlaw = \"-x{k}(a.phi)\"\n\n")
+        };
+        with(n, table)
+    }),
+    ("machines", |n| {
+        let machine = |k: usize| {
+            let states = "states = [\"p\", \"q\"]\nsample_time = \"1 ms\"";
+            let way = format!("{{ from = \"p\", to = \"q\", when = \"a.phi > {} rad\" }}", k + 1);
+            format!("[block.x{k}]\nkind = \"state_machine\"\n{states}\ntransitions = [{way}]\n\n")
+        };
+        with(n, machine)
+    }),
     ("motors", |n| with(n, |k| format!("[motor.x{k}]\nshaft = \"a\"\n\n"))),
     ("disturbances", |n| with(n, |k| format!("[disturbance.x{k}]\nshaft = \"a\"\n\n"))),
     ("torques", |n| with(n, |k| format!("[torque.x{k}]\nshaft = \"a\"\nlaw = \"-{} N m * sin(a.phi)\"\n\n", k + 1))),
@@ -121,6 +151,37 @@ pub const CHAINS: &[Kind] = &[
         with(n, |k| block(&format!("x{}", n - 1 - k), "gain", &before(n - 1 - k, "a.phi"), "gain = 1.5"))
     }),
     ("delays in a chain", |n| with(n, |k| block(&format!("x{k}"), "delay", &before(k, "a.phi"), "time = \"1 ms\""))),
+    ("filters in a chain", |n| {
+        with(n, |k| block(&format!("x{k}"), "low_pass", &before(k, "a.phi"), "time_constant = \"10 ms\""))
+    }),
+    ("leads in a chain", |n| {
+        with(n, |k| block(&format!("x{k}"), "lead_lag", &before(k, "a.phi"), "lead = \"4 ms\"\nlag = \"2 ms\""))
+    }),
+    ("formulas in a chain to a torque", |n| {
+        let torque = format!("[torque.t]\nshaft = \"a\"\nlaw = \"-1 N m/rad * x{}\"\n", n - 1);
+        let angle = |k: usize| format!("1 rad * sin({})", before(k, "a.phi"));
+        table_of("", n, |k| signal(&format!("x{k}"), &angle(k)), &torque)
+    }),
+    ("formulas in a chain to a law", |n| {
+        let law = format!("[control.c]\nlaw = \"program\"\ncommands = {{ m = \"-1 N m/rad * x{}\" }}\n", n - 1);
+        let angle = |k: usize| format!("1 rad * sin({})", before(k, "a.phi"));
+        table_of("", n, |k| signal(&format!("x{k}"), &angle(k)), &law)
+    }),
+    ("formulas of products of the two before", |n| {
+        let two = |k: usize| {
+            let both = [before(k, "a.phi"), before(k.saturating_sub(1), "a.phi")];
+            format!("1 rad * sin({} * {} / (1 rad^2))", both[0], both[1])
+        };
+        with(n, |k| signal(&format!("x{k}"), &two(k)))
+    }),
+    ("formulas of the ten before", |n| {
+        let ten = |k: usize| (k.saturating_sub(10)..k).fold("a.phi".to_string(), |sum, k| sum + &format!(" + x{k}"));
+        with(n, |k| signal(&format!("x{k}"), &ten(k)))
+    }),
+    ("figures in a chain", |n| {
+        let figure = |k: usize| format!("[[figure]]\nname = \"x{k}\"\nvalue = \"{} + 1 rad\"\n\n", before(k, "start"));
+        table_of("[[figure]]\nname = \"start\"\nsignal = \"a.phi\"\nmeasure = \"max\"\n\n", n, figure, "")
+    }),
     ("holds of formulas in a chain", |n| {
         let pair = |k: usize| {
             let own = signal(&format!("f{k}"), &format!("{} + 1 rad", before(k, "a.phi")));
@@ -152,11 +213,15 @@ pub const REFUSED: &[Kind] = &[
     ("signals that are not there", |n| {
         with(n, |k| format!("[[requirement]]\nsignal = \"b{k}.phi\"\nmeasure = \"max\"\nbelow = \"1 rad\"\n\n"))
     }),
+    ("figures in a circle", |n| with(n, |k| format!("[[figure]]\nname = \"x{k}\"\nvalue = \"x{}\"\n\n", (k + 1) % n))),
+    ("names that are not there", |n| with(n, |k| signal(&format!("x{k}"), &format!("nothing{k} + a.phi")))),
     ("parameters that are not there", |n| with(n, |k| format!("[disturbance.x{k}]\nshaft = \"b{k}\"\n\n"))),
 ];
 
 /// Coupled bodies: the linear algebra of their equations takes longer than a number of times as many.
 pub const COUPLED: &[Kind] = &[
+    ("masses", |n| with(n, |k| format!("[mass.x{k}]\nmass = \"1 kg\"\n\n"))),
+    ("states", |n| with(n, |k| format!("[state.x{k}]\nrate = \"1 Hz * sin(a.phi)\"\n\n"))),
     ("shafts", |n| with(n, |k| format!("[shaft.x{k}]\ninertia = \"1 kg m^2\"\n\n"))),
     ("gears in a chain", |n| {
         let gear = |k: usize| {

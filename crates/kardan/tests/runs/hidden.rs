@@ -517,7 +517,8 @@ impl Contact {
         let (pull, swing) = (pick(&[0.02, 0.1, 0.5, -0.3]), pick(&[0.0, 0.0, 0.05]));
         let waves = pick(&[0.0, 1.0]) == 0.0;
         let before = pick(&[0.0, 0.12, 0.21]);
-        let holder = [Holder::Friction, Holder::Lock, Holder::Friction, Holder::Stop, Holder::OneWay][model as usize % 5];
+        let holder =
+            [Holder::Friction, Holder::Lock, Holder::Friction, Holder::Stop, Holder::OneWay][model as usize % 5];
         let (clutch, sampled) = (model % 5 == 2, model % 2 == 1);
         Self { holder, size, deep, at: [at, before], width, rate, pull, swing, waves, clutch, sampled }
     }

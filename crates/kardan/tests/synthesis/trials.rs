@@ -104,7 +104,9 @@ fn names_of_variants_are_preserved() {
 #[test]
 fn all_factors_take_one_side_of_a_kink() {
     let spring = source("signed-spring");
-    for law in ["sign(a.phi) * abs(a.phi)", "sign(a.phi) * sqrt(a.phi^2)", "if(a.phi > 0 rad, 1, -1) * abs(a.phi)", "a.phi"] {
+    for law in
+        ["sign(a.phi) * abs(a.phi)", "sign(a.phi) * sqrt(a.phi^2)", "if(a.phi > 0 rad, 1, -1) * abs(a.phi)", "a.phi"]
+    {
         let found = analyzed(&spring.replace("sign(a.phi) * abs(a.phi)", law));
         assert_eq!((stability(&found), found.modes.len()), (Stability::Stable, 1), "{law}");
         close(found.modes[0].eigenvalue.re, -0.5, 1e-12, law);

@@ -232,7 +232,8 @@ impl StabilityProblem<'_> {
         found: &Slowest,
     ) -> StabilityVerdict {
         let is_rounded = model.is_rounded();
-        let agrees = !self.has_rounded_slopes() && found.excluded == at_one && found.word == verdict.excluding_free().word;
+        let agrees =
+            !self.has_rounded_slopes() && found.excluded == at_one && found.word == verdict.excluding_free().word;
         let all_exact = !is_rounded && self.parts.iter().all(|part| !part.is_rounded());
         if agrees || all_exact || verdict.word == Stability::Undecided {
             return verdict;
