@@ -181,13 +181,14 @@ fn check_size(document: &Document, out: &mut Vec<Diagnostic>) {
 
 /// Warns of unused parameters: a change of them has no effect.
 fn unused_parameters((entries, source_entries): (&Entries, &Entries), document: &Document, out: &mut Vec<Diagnostic>) {
+    let Some(own) = source_entries.table("parameters") else { return };
     let mut named = BTreeSet::new();
-    let is_own = |name: &str| source_entries.table("parameters").is_some_and(|table| table.get(name).is_some());
     let used_entries = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
     used_entries.for_each(|found| texts(&found.entry.value, &mut named));
     let following = document.parameters.iter().filter_map(|parameter| parameter.expression.as_ref());
     named.extend(following.flat_map(Expression::names).map(str::to_string));
-    let unused = |parameter: &&Parameter| !named.contains(parameter.name.as_str()) && is_own(&parameter.name);
+    let unused =
+        |parameter: &&Parameter| !named.contains(parameter.name.as_str()) && own.get(&parameter.name).is_some();
     for parameter in document.parameters.iter().filter(unused) {
         let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
@@ -218,6 +219,10 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
             out.push(warning(message, &spring.place, "no law", help));
         }
     }
+    let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
+    if !has_events || !document.bench.values.is_empty() {
+        return;
+    }
     let mut named = BTreeSet::new();
     let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement", "figure"];
     let used_entries = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
@@ -227,10 +232,8 @@ fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnosti
     }
     let commands = entries.tables_of("control").flat_map(|(_, control)| control.entries_of("commands"));
     named.extend(commands.map(|found| found.key.clone()));
-    let has_events = ["event", "signals"].iter().any(|key| document.scenario.values.contains_key(key));
-    let has_events = has_events && document.bench.values.is_empty();
     let moved: BTreeSet<&str> = named.iter().map(|text| SignalName::new(text).element).collect();
-    for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
+    for input in document.elements.iter().filter(|element| inputs[..3].contains(&element.kind.keyword)) {
         if !moved.contains(input.name.as_str()) {
             let (kind, name) = (input.kind.keyword, &input.name);
             let message = format!("the model never sets the {kind} `{name}`: it stays at zero in every run");

@@ -89,6 +89,17 @@ enum Scheduled {
     Compute(usize),
 }
 
+/// The change of z over a period that begins with this event.
+pub(super) fn map_from<S: Number>(first: usize, events: &[LoopEvent], jumps: &[Jump<S>], size: usize) -> Matrix<S> {
+    let mut map = Matrix::identity(size);
+    for event in events[first..].iter().chain(&events[..first]) {
+        if let LoopEvent::Jump(jump) = event {
+            jumps[*jump].change_rows(&mut map);
+        }
+    }
+    map
+}
+
 /// The events over a period, during construction.
 pub(super) struct EventSequence<S> {
     pub events: Vec<LoopEvent>,
@@ -137,13 +148,7 @@ impl<S: Number> EventSequence<S> {
 
     /// The change of z over the period.
     pub fn map(&self, size: usize) -> Matrix<S> {
-        let mut map = Matrix::identity(size);
-        for event in &self.events {
-            if let LoopEvent::Jump(jump) = event {
-                self.jumps[*jump].change_rows(&mut map);
-            }
-        }
-        map
+        map_from(0, &self.events, &self.jumps, size)
     }
 
     fn wait(

@@ -4,7 +4,7 @@ use std::cell::{Cell, OnceCell};
 
 use kardan_rt::functions::{exp2, log2};
 
-use super::event_sequence::{EventSequence, Periods};
+use super::event_sequence::{EventSequence, Periods, map_from};
 use super::jump::Jump;
 use super::places::{FirstOrderPlant, Places};
 use super::{LoopPlant, SampledPart};
@@ -68,6 +68,22 @@ impl ExactMap {
             off = off.max(log2(map.rows() as f64) - digits as f64) + 1.0;
         }
         (off < 0.0).then_some(Self { map, off, period: periods.period })
+    }
+
+    /// The map of a driven loop over the time between the commands of a law, each entry rounded once; `None` as of
+    /// [`stability_of`](Self::stability_of), or where the law commands more than once in a period.
+    pub(super) fn between_commands(plant: &LoopPlant, parts: &[SampledPart], law: usize) -> Option<Matrix<f64>> {
+        let periods = Periods::of(parts, None).ok()?;
+        let places = Places::of(FirstOrderPlant::exact(plant)?, parts, true);
+        if places.size > MOST {
+            return None;
+        }
+        let (flow, _) = places.flow();
+        let waited = |time: f64| Some(exponential(&flow, time, DIGITS[1])?.0);
+        let EventSequence { events, jumps, applied, .. } =
+            EventSequence::over(parts, &periods, &places, waited).ok()?;
+        let [first] = applied[law][..] else { return None };
+        Some(map_from(first, &events, &jumps, places.size).to_f64())
     }
 
     /// Whether the loop is stable but for this many motions.

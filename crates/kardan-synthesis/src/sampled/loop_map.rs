@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use faer::c64;
 use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 
-use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoopError};
+use super::event_sequence::{EventSequence, LoopEvent, Periods, SAME, SampledLoopError, map_from};
 use super::jump::Jump;
 use super::places::Places;
 use super::{LoopPlant, SampledPart};
@@ -19,7 +19,7 @@ const DOUBLINGS: usize = 12;
 const BESIDE: f64 = 1e-9;
 /// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
 const CLOSE: f64 = 1e-4;
-/// Size of cancelled terms of an entry, also in balanced coordinates, from which on their rounding may move eigenvalues farther than that.
+/// Size of numbers from which on terms may cancel to a small part of them, whose rounding moves eigenvalues farther than that.
 const CANCELS: f64 = 1e8;
 /// Size of the eigenvalues of a change `Φ − 1` below which they may be at zero: a chain of two is spread by rounding to less.
 const NEAR_ZERO: f64 = 1e-6;
@@ -175,11 +175,7 @@ impl NonzeroSpectrum {
     fn with_cancelled(self, cancelled: &Matrix<f64>) -> Self {
         let [left, right] = self.sides.each_ref().map(crate::sizes);
         let own = left.multiply(&selected(cancelled, &self.coupled, &self.coupled)).multiply(&right);
-        let n = self.rest.rows();
-        let scales = balance(&faer::Mat::from_fn(n, n, |i, j| self.rest[(i, j)]));
-        let scaled = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| own[(i, j)] * scales[j] / scales[i]);
-        let largest = scaled.fold(0.0, f64::max);
-        Self { cancelled: (largest > CANCELS).then_some(own), ..self }
+        Self { cancelled: Some(own), ..self }
     }
 
     fn excluded(&self) -> usize {
@@ -479,20 +475,19 @@ impl SampledLoop {
 
     /// The map over a period that begins with this event.
     fn map_from(&self, first: usize, jumps: &[Jump<f64>]) -> Matrix<f64> {
-        let mut map = Matrix::identity(self.map.rows());
-        for event in self.event_sequence[first..].iter().chain(&self.event_sequence[..first]) {
-            if let LoopEvent::Jump(jump) = event {
-                jumps[*jump].change_rows(&mut map);
-            }
-        }
-        map
+        map_from(first, &self.event_sequence, jumps, self.map.rows())
+    }
+
+    /// Whether numbers are so large that terms may cancel to a small part.
+    pub(super) fn has_large_terms(&self) -> bool {
+        self.jumps.iter().any(|jump| jump.largest() > CANCELS)
     }
 
     /// The change over a period, and where numbers are so large that terms may cancel to a small part by how much the terms of each entry are larger than
     /// the entry. Then the period begins just after all that happens at the first instant, with the same eigenvalues: commands that are a small part of
     /// their terms, as those of blocks with fast poles, are computed within it.
     fn accurate_change(&self) -> (Matrix<f64>, Option<Matrix<f64>>) {
-        if self.jumps.iter().all(|jump| jump.largest() <= CANCELS) {
+        if !self.has_large_terms() {
             return (self.change(), None);
         }
         let sizes: Vec<Jump<f64>> = self.jumps.iter().map(Jump::sizes).collect();

@@ -143,6 +143,22 @@ impl SampledPart {
         Self { linear, exact: Some(Arc::new(exact)), clock: None, ..all_readings }
     }
 
+    /// Whether commands follow from each other in a circle at every instant, which only clocks open.
+    pub fn are_in_circle(parts: &[Self]) -> bool {
+        let read = |k: usize| {
+            parts[k].reads.iter().filter(|(_, teller)| matches!(teller.exported, ExportedSignal::Command(_)))
+        };
+        let mut open: Vec<usize> = (0..parts.len()).collect();
+        loop {
+            let waits = |k: &usize| read(*k).any(|(_, teller)| open.contains(&teller.part));
+            let rest: Vec<usize> = open.iter().copied().filter(waits).collect();
+            if rest.len() == open.len() {
+                return !open.is_empty();
+            }
+            open = rest;
+        }
+    }
+
     /// Whether it is a task of blocks.
     pub fn is_task(&self) -> bool {
         self.inputs.is_empty()

@@ -6,7 +6,7 @@ use faer::Mat;
 
 use super::event_sequence::Periods;
 use super::places::Number;
-use super::{FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
+use super::{ExactMap, FirstOrderPlant, LoopPlant, Places, SampledLoop, SampledPart};
 use crate::LinearLaw;
 use crate::margins::Response;
 use crate::matrix_parts::{exactly, selected, window};
@@ -61,7 +61,9 @@ impl ControlLoop<'_> {
         part.clock?;
         let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
         let (n, excess, first) = (found.constants, found.excess[self.number], found.in_force[self.number]);
-        let map = found.between_commands(self.number)?;
+        let exact = || ExactMap::between_commands(self.plant, self.parts, self.number);
+        let map = if found.has_large_terms() { exact() } else { None };
+        let map = map.or_else(|| found.between_commands(self.number))?;
         let b = window(&map, 0..n, excess..excess + m);
         let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
         response_excluding_free(&map, None, [&b, &c, &Matrix::zeros(m, m)], Some(period))

@@ -52,6 +52,8 @@ fn signs_commas_and_units_change_nothing() {
         ("t/s,a.w/(rad/s),m.tau/Nm", [1.0; 3]),
         ("t/ms,a.w/(1/min),m.tau/Ncm", [1e3, turns, 1e2]),
         ("t/ms,a.w/(U/min),m.tau/mNm", [1e3, turns, 1e3]),
+        ("t/s,a.w [U/min],m.tau [Ncm]", [1.0, turns, 1e2]),
+        ("t/s,a.w (1/min),m.tau/mNm", [1.0, turns, 1e3]),
         ("t [msec],a.w [min-1],m.tau [Nmm]", [1e3, turns, 1e3]),
         ("t [s],a.w [r/min],m.tau [kNm]", [1.0, turns, 1e-3]),
         ("t [sec],a.w [min^-1],m.tau [N-m]", [1.0, turns, 1.0]),

@@ -416,13 +416,21 @@ fn quotient(name: &str) -> Option<(&str, &str)> {
     (is_whole && is_unit).then_some((quantity, unit))
 }
 
-/// Whether names are such quotients: most of them, every one with a `/`, and no duplicate quantity. Else the `/` belongs to names.
+/// Whether the unit of a name is in brackets behind it: `w [U/min]`, `v (m/s)`.
+fn has_unit_behind(name: &str) -> bool {
+    let in_brackets = name.strip_suffix(')').and_then(|front| front.rsplit_once('('));
+    name.ends_with(']') || in_brackets.is_some_and(|(front, unit)| !front.trim_end().ends_with('/') && is_unit(unit))
+}
+
+/// Whether names without a unit behind them are such quotients: most of them, every one with a `/`, and no duplicate quantity. Else the `/` belongs to
+/// names.
 fn are_quotients(names: &[String]) -> bool {
-    let slashed = || names.iter().filter(|name| name.contains('/') && !name.ends_with(']'));
+    let plain = || names.iter().filter(|name| !has_unit_behind(name));
+    let slashed = || plain().filter(|name| name.contains('/'));
     let quantities: Option<HashSet<&str>> =
         slashed().map(|name| quotient(name).map(|(quantity, _)| quantity)).collect();
     let count = slashed().count();
-    count > 0 && 2 * count >= names.len() && quantities.is_some_and(|quantities| quantities.len() == count)
+    count > 0 && 2 * count >= plain().count() && quantities.is_some_and(|quantities| quantities.len() == count)
 }
 
 /// Words that mark the kind of a header row.

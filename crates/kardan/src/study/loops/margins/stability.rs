@@ -45,20 +45,22 @@ pub(in crate::study) struct StabilityProblem<'a> {
 }
 
 impl StabilityProblem<'_> {
-    /// The exact loop in continuous time, of sampled laws one with the same uncontrolled motions; `None` for these with blocks, and where rounded gains
-    /// do not leave as many motions free as floating point finds.
+    /// The exact loop in continuous time, of sampled laws one with the same uncontrolled motions; `None` for these with blocks where floating point finds
+    /// that all motions decay, where commands follow from each other in a circle, and where rounded gains leave less motions free than floating point finds.
     pub fn exact(&self, found: &Slowest) -> Option<ExactMotions> {
         let laws = &self.variant.designed;
         if self.parts.iter().all(|part| part.clock.is_none()) {
             return exact_motions_of(self.plant, self.parts, laws);
         }
-        if self.has_blocks {
+        if self.has_blocks && found.word == Stability::Stable && found.excluded == 0
+            || SampledPart::are_in_circle(self.parts)
+        {
             return None;
         }
-        if laws.iter().any(|law| law.clock().is_some()) {
+        if self.has_blocks || laws.iter().any(|law| law.clock().is_some()) {
             let parts: Vec<SampledPart> = self.parts.iter().map(SampledPart::without_clock).collect();
             let exact = exact_motions_of(self.plant, &parts, &[]);
-            return exact.filter(|exact| exact.before_rounding || exact.sampled == found.excluded);
+            return exact.filter(|exact| exact.before_rounding || exact.sampled >= found.excluded);
         }
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, self.plant)).collect();
         exact_motions_of(self.plant, &parts, laws)
