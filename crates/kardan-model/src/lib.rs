@@ -35,6 +35,7 @@ mod symbols;
 mod table_reader;
 pub mod tables;
 mod tolerance;
+mod units_as_names;
 mod variants;
 mod write;
 

@@ -15,6 +15,7 @@ use super::parameters::{
 };
 use super::parse::{Node, check_name, reserved_name, table, value};
 use super::tables;
+use super::units_as_names::warn_of_units;
 use super::variants::{check_named_controls, check_named_faults, read_named_variants, read_variants};
 use kardan_elements::manoeuvre::{Manoeuvre, Path};
 use kardan_elements::{block, element, signal};
@@ -140,6 +141,7 @@ pub fn read_entries(entries: &Entries, diagnostics: Vec<Diagnostic>, broken: boo
     check_drivers(&mut document, &mut out);
     document.mark_formulas();
     check_unique(&document, &mut out);
+    warn_of_units(entries, &document, &mut study);
     check_named_controls(&document, &mut study);
     check_named_faults(&document, &mut study);
     if document.elements.iter().all(|e| e.body().is_none() && e.kind.charges(&e.name).is_empty())

@@ -83,7 +83,8 @@ fn is_linear(law: &mut LawRuntime, part: &LinearLaw, references: usize) -> bool 
         (&part.references, references),
     ];
     TIMES.into_iter().all(|time| {
-        let observation = Observation { time, angles, speeds, disturbances: &[], references, readings: &[], states: own };
+        let observation =
+            Observation { time, angles, speeds, disturbances: &[], references, readings: &[], states: own };
         let (mut commands, mut rates) = (vec![0.0; part.on_angles.rows()], vec![0.0; states]);
         law.command(observation, &mut commands);
         law.rates(observation, torques, &mut rates);

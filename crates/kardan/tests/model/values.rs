@@ -224,6 +224,28 @@ damping_ratio = "{value}"
     assert_eq!(reported("± 60 %", "if(x < 0.9, 2, 1 / (x - 1/2))"), Vec::<String>::new());
 }
 
+/// Behind a quantity and a sign without spaces a name that is also a unit is the unit, which is reported.
+#[test]
+fn names_that_are_read_as_units_are_reported() {
+    let source = |command: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[signal.h]\nkind = \"expression\"\nvalue = \"t\"\n\
+             [control.c]\nlaw = \"program\"\ncommands = {{ m = \"{command}\" }}\n[scenario]\nduration = \"1 s\"\n"
+        )
+    };
+    for (command, reported) in [
+        ("3 N m/s*h", true),
+        ("h*1 N m/s + 2 N m/s*h", true),
+        ("1 N m*h/(1 s)", true),
+        ("3 N m/s * h", false),
+        ("h*3 N m/s", false),
+        ("1e3*h*1 N m/s", false),
+    ] {
+        let found = study::check(&source(command));
+        assert_eq!(found.iter().any(|one| one.code == "unit::name"), reported, "{command}: {found:?}");
+    }
+}
+
 /// A parameter whose name a unit has too: behind a sign of multiplication it is the parameter, behind a number alone it is the unit.
 #[test]
 fn parameters_come_before_units_behind_a_sign() {

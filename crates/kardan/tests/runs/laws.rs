@@ -294,3 +294,26 @@ fn an_undefined_law_ends_the_run_by_name() {
         assert!(!(named && cause.contains("the inertia becomes singular")), "{method:?}: {cause}");
     }
 }
+
+/// A command that grows with the time at every instant is no linear law: `ẇ + w = 3 t` gives `w = 3 (t − 1 + e⁻ᵗ)`, by itself and through blocks.
+#[test]
+fn commands_grow_with_the_time() {
+    let gain = "[block.b]\nkind = \"gain\"\ninput = \"t\"\ngain = \"3 N m/s\"\n";
+    let signal_t = "[signal.x]\nkind = \"expression\"\nvalue = \"t\"\n";
+    let from_ramp = |factor: f64| 3.0 * factor * (-1.0_f64).exp();
+    for (command, more, expected) in [
+        ("3 N m/s*t", "", from_ramp(1.0)),
+        ("3 N m/s*(t + x)", signal_t, from_ramp(2.0)),
+        ("-3 N m/s*(t - 1 s)", "", 3.0 * (1.0 - (-1.0_f64).exp()) - from_ramp(1.0)),
+        ("b", gain, from_ramp(1.0)),
+    ] {
+        let source = format!(
+            "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n{more}\
+             [control.c]\nlaw = \"program\"\ncommands = {{ m = \"{command}\" }}\n[scenario]\nduration = \"1 s\"\n"
+        );
+        for method in METHODS {
+            let found = *signal(&by(&source, method, 1e-9), "a.w").last().expect("rows");
+            assert!((found - expected).abs() < 1e-9, "{command} {method:?}: {found} and not {expected}");
+        }
+    }
+}

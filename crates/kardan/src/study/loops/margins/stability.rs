@@ -10,6 +10,9 @@ use kardan_synthesis::{ExactMap, ExactMotions, LoopPlant, SampledPart, Slowest, 
 /// Number of trials with other numbers within the last digits of rounded ones.
 const PERTURBATIONS: u64 = 8;
 
+/// States of laws and blocks up to which free motions of loops with blocks are counted exactly.
+const MOST_STATES: usize = 32;
+
 /// The verdicts about a loop as it is, exact where possible; by default it is not decided.
 #[derive(Default)]
 pub(in crate::study) struct LoopStability {
@@ -52,9 +55,9 @@ impl StabilityProblem<'_> {
         if self.parts.iter().all(|part| part.clock.is_none()) {
             return exact_motions_of(self.plant, self.parts, laws);
         }
-        if self.has_blocks && found.word == Stability::Stable && found.excluded == 0
-            || SampledPart::are_in_circle(self.parts)
-        {
+        let states = self.parts.iter().map(|part| part.linear.states.rows()).sum::<usize>();
+        let is_clear = found.word == Stability::Stable && found.excluded == 0;
+        if self.has_blocks && (is_clear || states > MOST_STATES) || SampledPart::are_in_circle(self.parts) {
             return None;
         }
         if self.has_blocks || laws.iter().any(|law| law.clock().is_some()) {
