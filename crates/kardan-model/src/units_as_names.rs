@@ -3,22 +3,26 @@
 use std::ops::Range;
 
 use super::document::Document;
-use kardan_math::units::parse_quantity;
+use kardan_math::units::{Dimension, parse_quantity};
 use kardan_schema::diagnostics::Diagnostic;
 use kardan_schema::entries::{Entries, Place, RawValue};
 
-/// Warns where a name of the model is read as a unit.
+/// Warns where a name of the model is read as a unit of the same dimension: units of others change the dimension of the whole, which is reported.
 pub(super) fn warn_of_units(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
-    let parameters = document.parameters.iter().map(|parameter| (parameter.name.as_str(), "parameter"));
-    let signals = document.signals.iter().map(|signal| (signal.name.as_str(), "signal"));
-    let blocks = document.blocks.iter().map(|block| (block.name.as_str(), "block"));
-    let is_unit = |(name, _): &(&str, &str)| parse_quantity(&format!("1 {name}")).is_ok();
-    let units: Vec<(&str, &str)> = parameters.chain(signals).chain(blocks).filter(is_unit).collect();
+    let parameters = document.parameters.iter();
+    let parameters = parameters.map(|one| (one.name.as_str(), "parameter", Some(one.dimension)));
+    let signals = document.signals.iter().map(|signal| (signal.name.as_str(), "signal", None));
+    let blocks = document.blocks.iter().map(|block| (block.name.as_str(), "block", None));
+    let is_unit = |(name, _, own): &(&str, &str, Option<Dimension>)| {
+        let unit = parse_quantity(&format!("1 {name}")).ok();
+        unit.is_some_and(|(_, dimension)| own.is_none_or(|own| own == dimension))
+    };
+    let units: Vec<_> = parameters.chain(signals).chain(blocks).filter(is_unit).collect();
     if units.is_empty() {
         return;
     }
     let mut check = |text: &str, place: &Place| {
-        for (name, kind) in &units {
+        for (name, kind, _) in &units {
             let Some(part) = unit_behind_quantity(text, name) else { continue };
             let message = format!("`{name}` is a unit behind a quantity, and the model has a {kind} `{name}`");
             let help = format!(
