@@ -584,6 +584,6 @@ fn margins_are_those_of_the_transfer_function() {
 /// Poles up to 1e9 rad/s beside slow zeros: rounded, the gains of such a law lose what it does at low frequencies, by 1e-6 of it to all of it.
 #[test]
 fn margins_with_very_fast_poles_are_those_before_rounding() {
-    let found = Found::of([146, 348, 398, 410, 442, 497]);
-    assert!(found.wrong.is_empty() && found.agree == 6, "{found} {}", found.wrong.join("\n"));
+    let found = Found::of([146, 348, 398, 410, 442, 497, 983, 1743, 1745]);
+    assert!(found.wrong.is_empty() && found.agree == 9, "{found} {}", found.wrong.join("\n"));
 }

@@ -188,9 +188,8 @@ impl StabilityProblem<'_> {
     fn sampled(&self, found: &Slowest, exact: Option<&ExactMotions>) -> LoopStability {
         let at_one = exact.map_or(0, |exact| exact.sampled);
         let model = self.variant.linear_model();
-        // A torque that depends on blocks is not part of the linear model. With blocks the exact map takes long, and does not know which motions they leave
-        // free.
-        let is_clear = self.has_blocks && (found.word == Stability::Stable || found.excluded > 0);
+        // A torque that depends on blocks is not part of the linear model. With blocks the exact map takes long.
+        let is_clear = self.has_blocks && found.word == Stability::Stable;
         let verdict = match is_clear || model.inputs.len() != self.plant.inputs.len() {
             true => None,
             false => ExactMap::stability_of(self.plant, self.parts, at_one),
