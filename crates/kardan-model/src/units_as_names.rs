@@ -57,6 +57,7 @@ fn unit_behind_quantity(text: &str, name: &str) -> Option<Range<usize>> {
         let Some(front) = text[..part.start].strip_suffix(['*', '/']).filter(|_| !goes_on) else { return false };
         let starts = front.char_indices().filter(|(at, c)| c.is_ascii_digit() && !front[..*at].ends_with(is_part));
         let mut quantities = starts.map(|(at, _)| &front[at..]);
-        quantities.any(|quantity| quantity.parse::<f64>().is_err() && parse_quantity(quantity).is_ok())
+        let has_unit = |quantity: &str| quantity.contains(char::is_alphabetic) && quantity.parse::<f64>().is_err();
+        quantities.any(|quantity| has_unit(quantity) && parse_quantity(quantity).is_ok())
     })
 }
