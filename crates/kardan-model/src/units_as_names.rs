@@ -28,7 +28,7 @@ pub(super) fn warn_of_units(entries: &Entries, document: &Document, out: &mut Ve
             let help = format!(
                 "write it with spaces around the sign, `* {name}`, or before the quantity; or rename the {kind}"
             );
-            let diagnostic = Diagnostic::warning("unit::name", message).at(&place.part(text, part), "read as a unit");
+            let diagnostic = Diagnostic::warning("unit::name", message).at(place.part(text, part), "read as a unit");
             out.push(diagnostic.help(help));
         }
     };

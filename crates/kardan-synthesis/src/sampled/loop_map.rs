@@ -84,6 +84,8 @@ pub struct Slowest {
     pub drift: f64,
     /// The size below which numbers counted as zero, 1/s.
     pub rounding: f64,
+    /// Whether numbers of its map are so large that terms may cancel to a small part.
+    pub large_terms: bool,
 }
 
 impl Slowest {
@@ -113,7 +115,17 @@ impl Slowest {
         let word = if judged { found.word(0.0, |(re, _)| re) } else { Stability::Undecided };
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
         let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding);
-        Some(Self { growth: exp(re), frequency: im.abs(), stable, word, free, excluded, drift, rounding })
+        Some(Self {
+            growth: exp(re),
+            frequency: im.abs(),
+            stable,
+            word,
+            free,
+            excluded,
+            drift,
+            rounding,
+            large_terms: false,
+        })
     }
 }
 
@@ -429,6 +441,7 @@ impl SampledLoop {
     /// The same; the name of the motion takes time and is computed on request only.
     pub(super) fn slowest_of(&self, (excluded, judged): (usize, bool)) -> Option<Slowest> {
         let (change, cancelled) = self.accurate_change();
+        let large_terms = cancelled.is_some();
         let found = NonzeroSpectrum::of(&change, Rounding::OfOne, excluded)?;
         let found = if let Some(cancelled) = &cancelled { found.with_cancelled(cancelled) } else { found };
         let per_second = |change: (f64, f64)| 0.5 * ln_1p(growth(change)) / self.period;
@@ -436,7 +449,17 @@ impl SampledLoop {
         let (free, excluded, rounding) = (found.zeros, found.excluded(), found.rounding / self.period);
         let Some(change) = found.nonzero.iter().copied().max_by(|a, b| growth(*a).total_cmp(&growth(*b))) else {
             let (stable, word) = (true, Stability::Stable);
-            return Some(Slowest { growth: 0.0, frequency: 0.0, stable, word, free, excluded, drift, rounding });
+            return Some(Slowest {
+                growth: 0.0,
+                frequency: 0.0,
+                stable,
+                word,
+                free,
+                excluded,
+                drift,
+                rounding,
+                large_terms,
+            });
         };
         let own = (1.0 + change.0, change.1);
         let beyond = 0.5 * growth(change);
@@ -448,7 +471,7 @@ impl SampledLoop {
         let frequency = self.turn(own).abs() / self.period;
         let word = if judged { found.word(1.0, |change| 0.5 * growth(change)) } else { Stability::Undecided };
         let growth = self.per_sample(growth(change));
-        Some(Slowest { growth, frequency, stable, word, free, excluded, drift, rounding })
+        Some(Slowest { growth, frequency, stable, word, free, excluded, drift, rounding, large_terms })
     }
 
     /// The growth of [`Slowest`] without so many motions, those that change least, from the eigenvalues of the whole map, in half the time: it is the same where

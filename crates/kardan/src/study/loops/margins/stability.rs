@@ -201,8 +201,10 @@ impl StabilityProblem<'_> {
         let Some(verdict) = verdict.clone().filter(is_decided) else {
             let decided = rounded(found);
             // Floating point does not bound what rounding did to slopes, and slow growth may be what rounding left of large terms that cancel.
-            let grows_slowly = found.word == Stability::Unstable && found.growth < 1.0 + SLOW;
-            if let Some(verdict) = verdict.filter(|_| grows_slowly || self.has_rounded_slopes()) {
+            let is_slow = found.large_terms && found.word == Stability::Unstable && found.growth < 1.0 + SLOW;
+            let why = "it grows as slowly as rounding of the large terms of its map may let it appear";
+            let verdict = verdict.or_else(|| is_slow.then(|| StabilityVerdict::undecided(why)));
+            if let Some(verdict) = verdict.filter(|_| is_slow || self.has_rounded_slopes()) {
                 return LoopStability { verdict, controlled: Stability::Undecided, ..decided };
             }
             let how = match exact {
