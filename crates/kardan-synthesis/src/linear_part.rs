@@ -155,14 +155,14 @@ impl LinearLaw {
         all.all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
     }
 
-    /// The part of each entry that is more than rounding its value gives; `None` if there is none.
+    /// The entries that are larger than the last digits of these values, others as zero; `None` if there is none.
     pub(super) fn beyond_last_digits(&self, values: &Self) -> Option<Self> {
         let mut values = values.entries();
-        let beyond = |rounding: &f64| {
+        let mut beyond = |rounding: &f64| {
             let value = values.next().expect("as many numbers");
             if *rounding > LastDigits::of(*value) { *rounding } else { 0.0 }
         };
-        Some(self.map(&mut { beyond })).filter(|rounding| rounding.entries().any(|x| *x != 0.0))
+        Some(self.map(&mut beyond)).filter(|rounding| rounding.entries().any(|x| *x != 0.0))
     }
 
     /// The sizes of all its entries.
