@@ -29,6 +29,9 @@ pub struct Margins {
     pub stable: Option<bool>,
     /// Slowest stable sample rates, for delays of zero, half a and one sample; empty for a law designed for one sample time.
     pub rates: Vec<RateLimit>,
+    /// Blocks of the loop without a sample time, which these rates leave in continuous time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub analogue_blocks: Vec<String>,
     /// Longest delay that the sampled loop tolerates, s; `None` in continuous time or if it is unstable without.
     #[serde(rename = "longest_delay_s")]
     pub longest_delay: Option<LoopLimit>,

@@ -98,6 +98,8 @@ pub(super) struct RunLoop {
     steps_since_progress: usize,
     /// The random source of perturbed rounding, if that is requested.
     shaken: Option<Random>,
+    /// How many rows ends of steps may still add.
+    added_rows: usize,
 }
 
 /// Pending actions at the current time, before the integration continues.
@@ -191,6 +193,7 @@ impl RunLoop {
             located: 0,
             steps_since_progress: 0,
             shaken: None,
+            added_rows: 0,
             scenario: scenario.clone(),
         }
     }

@@ -128,7 +128,7 @@ impl std::fmt::Debug for dyn Law {
 }
 
 /// Location of a signal that a sampled law exports.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ExportedSignal {
     /// Among its states, as they are at its next sample.
     State(usize),

@@ -136,7 +136,8 @@ const MEASURE: Field = Field::optional(
      rising, means of all crossings; `gain`, `lag`, `phase_lag`: by what the waves of the `frequency` in x and y \
      differ, fitted by least squares with their means over the last whole periods of the window: ratio of amplitudes, \
      and how much later x is, in time (at most half a period either way) or as an angle. Between rows signals are \
-     straight lines; the notes report a verdict that this leaves open.",
+     straight lines; `kardan run` compares each verdict with that on a second run with more rows, and reports a \
+     difference.",
 );
 
 const TARGET: Field = Field::optional(

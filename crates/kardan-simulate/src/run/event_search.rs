@@ -52,6 +52,13 @@ impl RunLoop {
         Some(self.find_closer(found, first))
     }
 
+    /// The end of a step that only leaves a jump at its begin, if a mode is left there.
+    pub(super) fn event_behind_jump(&mut self, length: f64) -> Option<f64> {
+        let end = self.solver.time();
+        self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
+        self.leaves(end).then_some(end)
+    }
+
     /// Searches an event in a series step once more in a shorter one: near the start of a step the rounding error of a
     /// speed is estimated from the speeds of the step, and those at its end may be far larger; and an event that
     /// sampling found, not known to be the `first`, may have hidden an earlier one. Where there is none, the found

@@ -22,9 +22,10 @@ const LEAST: f64 = 1e-9;
 /// second, after which a run ends: it would need a thousand million of them.
 const TO_AND_FRO: usize = 2000;
 const ADJACENT: f64 = 1e-9;
-/// The distance by which a series step ends after such a point, as a part of it, and the most doublings of it.
+/// The distance by which a series step ends after such a point, as a part of it, doubled each time that it is met again:
+/// where a number only touches zero its rounding lasts longer than that. At most this part of what counts as adjacent.
 const BEHIND: f64 = 1e-13;
-const MOST_DOUBLED: usize = 8;
+const MOST_BEHIND: f64 = 0.3;
 /// The distance after a jump at which a step begins, four times as far each time.
 const MOST_JUMPS: usize = 16;
 /// The allowed difference of series from their values, in parts of their terms.
@@ -69,9 +70,10 @@ impl RunLoop {
         Ok(Some(again.unwrap_or(self.solver.time())))
     }
 
-    /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side.
-    pub(super) fn end_at_kink(&mut self) -> Result<(), Outcome> {
-        let Integrator::Taylor(solver) = &self.solver else { return Ok(()) };
+    /// Ends a series step just after the loop has a jump or kink by its state: its series are those of one side. Returns whether the step only leaves a
+    /// jump at its begin, so that what happens in it happens behind the jump.
+    pub(super) fn end_at_kink(&mut self) -> Result<bool, Outcome> {
+        let Integrator::Taylor(solver) = &self.solver else { return Ok(false) };
         let (from, to, order) = (solver.previous_time, solver.time, solver.order);
         let (mut length, whole) = (to - from, to - from);
         let jump = self.machine.begins_with_jump();
@@ -84,16 +86,23 @@ impl RunLoop {
                     let at = from + part * length;
                     self.count_kinks(at, None)?;
                     // After it by more than rounding, and by more where that was not enough.
-                    let again =
-                        if jump { 2 * self.guard.jumps.min(MOST_JUMPS) } else { self.guard.bent.min(MOST_DOUBLED) };
-                    let behind = BEHIND * whole * powi(2.0, again as i32);
+                    let behind = match jump {
+                        true => BEHIND * whole * powi(4.0, self.guard.jumps.min(MOST_JUMPS) as i32),
+                        false => {
+                            let most = MOST_BEHIND * ADJACENT * self.scenario.duration.min(1.0);
+                            (BEHIND * whole * powi(2.0, self.guard.bent as i32)).min(most.max(BEHIND * whole))
+                        }
+                    };
                     break at + behind.max(4.0 * f64::EPSILON * at.abs());
                 }
                 Prospect::Unknown if length > LEAST * self.scenario.duration.min(to) => length *= LESS,
                 _ => break from + length,
             }
         };
-        if at < to { self.shorten(at) } else { Ok(()) }
+        if at < to {
+            self.shorten(at)?;
+        }
+        Ok(jump)
     }
 
     /// The first point within the last step, up to a time, at which the loop has a jump or kink by its state: just

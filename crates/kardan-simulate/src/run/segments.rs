@@ -107,7 +107,10 @@ impl RunLoop {
         // A sample that coincides with a breakpoint except for rounding uses the equations from there on.
         let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
         self.segment_end = if sooner { self.tick } else { self.breakpoint };
-        self.guard.discontinuity = self.machine.next_discontinuity(time, self.segment_end);
+        // Behind one at the end of the run there is nothing to integrate.
+        let end = self.scenario.duration * (1.0 - SAME);
+        let discontinuity = self.machine.next_discontinuity(time, self.segment_end);
+        self.guard.discontinuity = discontinuity.filter(|(_, high)| *high < end);
         if let Some((low, _)) = self.guard.discontinuity {
             self.segment_end = low;
         }

@@ -60,9 +60,9 @@ impl RunLoop {
             return Err(self.step_failed(error));
         }
         self.resolve()?;
-        self.end_at_kink()?;
+        let leaves_jump = self.end_at_kink()?;
         let length = self.solver.time() - self.solver.previous_time();
-        let mut event = self.find_event(length);
+        let mut event = if leaves_jump { self.event_behind_jump(length) } else { self.find_event(length) };
         if let Some(at) = event.filter(|_| self.solver.shortens()) {
             self.shorten_step(at)?;
             event = self.search_event(length, true);
@@ -97,8 +97,18 @@ impl RunLoop {
             self.solver.set_step(next);
         }
         self.end_at_failure()?;
+        self.add_row();
         self.machine.gear_losses.lost = None;
         self.report_progress(progress)
+    }
+
+    /// Adds a row at the end of a step that has none, where that is asked for.
+    fn add_row(&mut self) {
+        let next = self.scenario.times.get(self.next_row);
+        if self.added_rows > 0 && next.is_some_and(|next| *next > self.time) {
+            self.added_rows -= 1;
+            self.scenario.times.insert(self.next_row, self.time);
+        }
     }
 
     /// Solves a linear loop up to the end of the segment; false if its numbers exceed those of a drivetrain; the

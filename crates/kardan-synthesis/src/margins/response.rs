@@ -10,11 +10,13 @@ use super::channel_quotient::{LEVEL, OneChannel};
 use crate::matrix_parts::{exactly, is_finite};
 use kardan_math::num::{
     Matrix, Polynomial, Rational, Rounding, at_zero, balance, characteristic_polynomial, common_denominator,
-    eigenvalues, golden, resolvent,
+    eigenvalues, golden, hessenberg, resolvent,
 };
 
 /// States up to which poles and single channels are computed from polynomials with exact coefficients.
 const MOST: usize = 32;
+/// States above which responses are computed in Hessenberg form: below, elimination keeps the digits of slow motions beside fast ones.
+const LARGE: usize = 48;
 /// Squarings after which a power shows the largest singular value.
 const SQUARINGS: usize = 20;
 /// Roundings that an eigenvalue may suffer in each row, and the part of its distance from the axis by which they may move it.
@@ -66,7 +68,7 @@ pub enum FrequencyError {
 /// `s = j tan(ωT/2)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
-    /// In balanced coordinates; of a map Φ, Γ, C, D.
+    /// In balanced coordinates, with many states in Hessenberg form; of a map Φ, Γ, C, D.
     a: Matrix<f64>,
     b: Matrix<f64>,
     c: Matrix<f64>,
@@ -93,15 +95,11 @@ impl Response {
         }
         let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
         let a = Matrix::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-        let out = Self {
-            poles: poles(&a, sample_time.is_some())?,
-            b: Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]),
-            c: Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]),
-            a,
-            d: d.clone(),
-            sample_time,
-            exact: None,
-        };
+        let b = Matrix::from_fn(n, b.columns(), |i, j| b[(i, j)] / scales[i]);
+        let c = Matrix::from_fn(c.rows(), n, |i, j| c[(i, j)] * scales[j]);
+        let poles = poles(&a, sample_time.is_some())?;
+        let [a, b, c] = if n > LARGE { hessenberg([&a, &b, &c]) } else { [a, b, c] };
+        let out = Self { a, b, c, d: d.clone(), sample_time, poles, exact: None };
         let all = [&out.a, &out.b, &out.c, &out.d];
         all.iter().all(|m| is_finite(m)).then_some(out)
     }

@@ -1,5 +1,6 @@
 //! Blocks between the laws of a loop: those that are in the loop.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::{LoopPlant, SampledPart, Teller};
@@ -58,9 +59,27 @@ struct Net<'a> {
     tasks: &'a [LinearTask],
     laws: &'a [BesideBlocks],
     torques: &'a [BlockTorque],
+    /// Outputs of tasks and signals of laws by their names, the first of each.
+    outputs: HashMap<&'a str, Node>,
+    exported: HashMap<&'a str, (usize, ExportedSignal)>,
 }
 
-impl Net<'_> {
+impl<'a> Net<'a> {
+    fn new(tasks: &'a [LinearTask], laws: &'a [BesideBlocks], torques: &'a [BlockTorque]) -> Self {
+        let (mut outputs, mut exported) = (HashMap::new(), HashMap::new());
+        for (number, task) in tasks.iter().enumerate() {
+            for (k, name) in task.outputs.iter().enumerate() {
+                outputs.entry(name.as_str()).or_insert((number, ExportedSignal::Command(k)));
+            }
+        }
+        for (number, law) in laws.iter().enumerate() {
+            for (name, signal) in &law.exported {
+                exported.entry(name.as_str()).or_insert((number, *signal));
+            }
+        }
+        Self { tasks, laws, torques, outputs, exported }
+    }
+
     fn nodes(&self) -> Vec<Node> {
         let of = |(number, task): (usize, &LinearTask)| {
             let outputs = (0..task.outputs.len()).map(move |k| (number, ExportedSignal::Command(k)));
@@ -73,14 +92,12 @@ impl Net<'_> {
 
     /// The task with that output.
     fn output_node(&self, name: &str) -> Option<Node> {
-        let of = |task: &LinearTask| task.outputs.iter().position(|output_node| output_node == name);
-        self.tasks.iter().enumerate().find_map(|(number, task)| Some((number, ExportedSignal::Command(of(task)?))))
+        self.outputs.get(name).copied()
     }
 
     /// The law that exports the signal.
     fn exported(&self, name: &str) -> Option<(usize, ExportedSignal)> {
-        let of = |law: &BesideBlocks| law.exported.iter().find(|(own, _)| own == name).map(|(_, exported)| *exported);
-        self.laws.iter().enumerate().find_map(|(number, law)| Some((number, of(law)?)))
+        self.exported.get(name).copied()
     }
 
     /// Rows of a node: over references, over all that moves, over the states of its task.
@@ -120,34 +137,29 @@ impl Net<'_> {
     /// Nodes that what moves acts on, and that laws or torques follow from.
     fn closed(&self) -> Vec<Node> {
         let all = self.nodes();
-        let mut acted: Vec<Node> = all.iter().copied().filter(|node| self.moves(*node)).collect();
-        grow(&mut acted, |acted, out| {
-            out.extend(all.iter().filter(|node| self.before(**node).iter().any(|one| acted.contains(one))));
-        });
+        let before: HashMap<Node, Vec<Node>> = all.iter().map(|node| (*node, self.before(*node))).collect();
+        let mut behind: HashMap<Node, Vec<Node>> = HashMap::new();
+        for (node, from) in &before {
+            from.iter().for_each(|one| behind.entry(*one).or_default().push(*node));
+        }
+        let acted = reached(all.iter().copied().filter(|node| self.moves(*node)), &behind);
         let read = self.laws.iter().flat_map(|law| &law.references);
         let act = self.torques.iter().flat_map(|torque| &torque.on_outputs).filter(|(_, slope)| *slope != 0.0);
         let read = read.chain(act.map(|(name, _)| name));
-        let mut felt: Vec<Node> = read.filter_map(|name| self.output_node(name)).collect();
-        grow(&mut felt, |felt, out| out.extend(felt.iter().flat_map(|node| self.before(*node))));
+        let felt = reached(read.filter_map(|name| self.output_node(name)), &before);
         all.into_iter().filter(|node| acted.contains(node) && felt.contains(node)).collect()
     }
 }
 
-/// Adds what is found, until there is no more.
-fn grow(nodes: &mut Vec<Node>, more: impl Fn(&[Node], &mut Vec<Node>)) {
-    loop {
-        let mut found = Vec::new();
-        more(nodes, &mut found);
-        let before = nodes.len();
-        for node in found {
-            if !nodes.contains(&node) {
-                nodes.push(node);
-            }
-        }
-        if nodes.len() == before {
-            return;
+/// Some nodes, and all that follow from them.
+fn reached(from: impl Iterator<Item = Node>, next: &HashMap<Node, Vec<Node>>) -> HashSet<Node> {
+    let (mut open, mut out): (Vec<Node>, HashSet<Node>) = (from.collect(), HashSet::new());
+    while let Some(node) = open.pop() {
+        if out.insert(node) {
+            open.extend(next.get(&node).into_iter().flatten());
         }
     }
+    out
 }
 
 impl LoopBlocks {
@@ -157,7 +169,7 @@ impl LoopBlocks {
     /// # Panics
     /// If the plant has no input for a torque.
     pub fn new(tasks: &[LinearTask], laws: &[BesideBlocks], torques: &[BlockTorque], plant: &LoopPlant) -> Self {
-        let net = Net { tasks, laws, torques };
+        let net = Net::new(tasks, laws, torques);
         let closed = net.closed();
         let own = |task: usize, select: fn(&ExportedSignal) -> Option<usize>| -> Vec<usize> {
             closed.iter().filter(|(of, _)| *of == task).filter_map(|(_, exported)| select(exported)).collect()

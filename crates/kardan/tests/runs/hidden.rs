@@ -186,6 +186,62 @@ fn a_brake_that_dips_lets_go() {
     }
 }
 
+/// `|sin|` of whole half periods ends with a kink at the end of the run, to the last digit or one before or behind it: a shaft that coasts beside
+/// it turns by T, and ∫ |sin| over it is 2 T/π.
+#[test]
+fn a_kink_at_the_end_is_the_end() {
+    for (rate, end) in [(5.0, 2.5), (7.0, 3.0), (13.0, 3.0), (14.0, 1.5), (50.0, 0.5), (50.0, 2.0), (70.0, 3.0)] {
+        let coasting = "[shaft.x]\ninertia = \"1 kg m^2\"\n";
+        let scenario = format!("duration = \"{end} s\"\noutput_step = \"10 ms\"\ninitial = {{ \"x.w\" = \"1 rad/s\" }}");
+        let source = shaft(&format!("1 N m * abs(sin(2 pi * {rate} Hz * t))"), &scenario);
+        let source = format!("{coasting}{source}");
+        for method in METHODS {
+            ends(&source, method, "x.phi", end, 1e-12);
+            ends(&source, method, "a.w", 2.0 * end / std::f64::consts::PI, 1e-7);
+        }
+    }
+}
+
+/// Rows every 100 ms show one phase of a 10 Hz oscillation and nothing of a knock of 5 ms: what is beyond a bound between them does not pass. The oscillation
+/// a = 0.01 rad, w = 0.5 rad/s reaches √(0.5² + (0.01 · 20π)²) rad/s; the knock carries 12 N m · 5 ms · √π.
+#[test]
+fn extremes_between_rows_are_felt() {
+    let rate = 20.0 * std::f64::consts::PI;
+    let oscillation = format!(
+        "[shaft.a]\ninertia = \"1 kg m^2\"\n[torque.g]\nshaft = \"a\"\nlaw = \"-{} N m/rad * a.phi\"\n[scenario]\nduration = \"5 s\"\noutput_step = \"0.1 s\"\n\
+         initial = {{ \"a.phi\" = \"0.01 rad\", \"a.w\" = \"0.5 rad/s\" }}\n",
+        rate * rate
+    );
+    let knock = shaft("12 N m * exp(-((t - 0.55 s)/(5 ms))^2)", "duration = \"2 s\"\noutput_step = \"0.1 s\"");
+    let requirement = |signal: &str, bound: f64, unit: &str| {
+        format!("[[requirement]]\nsignal = \"{signal}\"\nmeasure = \"max_abs\"\nbelow = \"{bound} {unit}\"\n")
+    };
+    let most = 0.5_f64.hypot(0.01 * rate);
+    for (source, signal, unit, most) in [(oscillation, "a.w", "rad/s", most), (knock, "l.tau", "N m", 12.0)] {
+        for (bound, passes) in [(0.7 * most, false), (1.01 * most, true)] {
+            let source = format!("{source}{}", requirement(signal, bound, unit));
+            let run = Project::open(source.as_str()).run(&Settings::default(), &Silent).unwrap().runs.remove(0);
+            let found = &run.requirements[0];
+            assert_eq!(found.passed, passes, "{found:?}\n{source}");
+            let warned = run.warnings.iter().any(|warning| warning.contains("is not met between the rows"));
+            assert_eq!(warned, !passes, "{:?}", run.warnings);
+            if !passes {
+                assert!((0.75 * most..=most * (1.0 + 1e-6)).contains(&found.measured.unwrap()), "{found:?}");
+            }
+        }
+    }
+}
+
+/// A lock that the sign of a sine engages, which is zero where the run begins: engaged for half of each 0.2 s, in which 4 kg m² turn together.
+#[test]
+fn a_lock_that_time_engages_from_the_start() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"3 kg m^2\"\n[torque.pull]\nshaft = \"a\"\nlaw = \"1 N m\"\n\
+                  [lock.l]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nengaged = \"if(sin(2 pi * 5 Hz * t) > 0, 1, 0)\"\n[scenario]\nduration = \"0.85 s\"\n";
+    for method in METHODS {
+        ends(source, method, "a.w", 0.85 / 4.0, 1e-9);
+    }
+}
+
 /// A lock whose signal dips below ½ for 2 w √ln 2 lets a shaft of 1 kg m² go that 1 N m pulls, against one of 3 kg m² that stands but for it: both turn
 /// at `T/4` before and behind, and while it is open the pulled one gains T alone, which the engaging lock shares out.
 #[test]

@@ -1238,7 +1238,7 @@ fn error_or_proof(source: &str, plant: &Golden, settings: &DesignSettings) -> Re
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 50, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_controller_of_the_steering(settings in any_settings(

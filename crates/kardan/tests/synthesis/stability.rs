@@ -218,6 +218,27 @@ fn zero_dynamics_of_a_level_arm_have_a_zero_at_zero() {
     assert!(!found.verdict().sound && found.verdict().text.contains("the zero dynamics are marginal"));
 }
 
+/// With `a` at zero, `b` swings at 1 rad/s and drives `c`, which swings as fast and which `a` does not show: (s² + 1)² with one motion that grows like t.
+#[test]
+fn what_no_output_shows_may_grow_with_the_zeros() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n[shaft.c]\ninertia = \"1 kg m^2\"\n\
+        [spring_damper.s1]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"1 N m/rad\"\n\
+        [spring_damper.s2]\nshaft_1 = \"c\"\nstiffness = \"1 N m/rad\"\nDRIVE[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n";
+    let settings = DesignSettings {
+        law: Some("decoupling".into()),
+        inputs: vec!["m".into()],
+        outputs: vec!["a.phi".into()],
+        ..DesignSettings::default()
+    };
+    let drive = "[torque.t]\nshaft = \"c\"\nlaw = \"0.5 N m/rad*b.phi\"\n";
+    for (drive, word, growth) in [(drive, Stability::Unstable, 1), ("", Stability::Marginal, 0)] {
+        let found = designed(&source.replace("DRIVE", drive), &settings).zero_dynamics.stability;
+        let motion = found.border[0];
+        assert_eq!((found.word, motion.poles, motion.growth_exponent), (word, 4, growth), "{found}");
+        assert_eq!((motion.frequency, found.evidence), (1.0, StabilityEvidence::Exactly), "{found}");
+    }
+}
+
 /// The set of stable rates of this loop has a gap at 7.404 Hz (exact sampled map), which steps of 4 % pass over: what is told is
 /// stable at all rates above, looked at in steps of 1/1000, and is said to be searched.
 #[test]

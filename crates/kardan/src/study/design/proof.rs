@@ -58,7 +58,8 @@ pub(in crate::study) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Des
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
     let hidden = design.without_integrals(design.hidden.clone());
-    design.zero_dynamics.stability = with_hidden(&design.zero_dynamics.stability, &hidden);
+    design.zero_dynamics.stability =
+        with_hidden(&design.zero_dynamics.stability, &hidden, || whole_zero_dynamics(plant, design));
     design.cancels_zeros = exact.inverts;
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
@@ -141,21 +142,57 @@ pub(in crate::study) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<P
     poles
 }
 
-/// Whether all dynamics behind the outputs are stable, including unobservable motions of the plant.
-fn with_hidden(verdict: &StabilityVerdict, hidden: &[Pole]) -> StabilityVerdict {
+/// Whether all dynamics behind the outputs are stable, including unobservable motions of the plant, which `whole` sees together
+/// with the others: what both have in common grows like t if one drives the other.
+fn with_hidden(
+    verdict: &StabilityVerdict,
+    hidden: &[Pole],
+    whole: impl FnOnce() -> Option<StabilityVerdict>,
+) -> StabilityVerdict {
     if verdict.word == Stability::Undecided || hidden.iter().all(|pole| pole.re < 0.0) {
         return verdict.clone();
     }
     let outside = verdict.word == Stability::Unstable && verdict.border.is_empty();
+    let outside = outside || hidden.iter().any(|pole| pole.re > 0.0);
     let mut border = verdict.border.clone();
+    let mut repeated = Vec::new();
     for pole in hidden.iter().filter(|pole| pole.re == 0.0 && pole.im >= 0.0) {
         let poles = if pole.im > 0.0 { 2 } else { 1 };
-        match border.iter_mut().find(|motion| motion.is_of(*pole)) {
-            Some(motion) => motion.poles += poles,
+        match border.iter_mut().position(|motion| motion.is_of(*pole)) {
+            Some(place) => {
+                border[place].poles += poles;
+                repeated.push(place);
+            }
             None => border.push(BorderMotion { frequency: pole.im, poles, growth_exponent: 0, uncontrolled: false }),
         }
     }
-    StabilityVerdict::exact(outside || hidden.iter().any(|pole| pole.re > 0.0), border)
+    if outside || repeated.is_empty() {
+        return StabilityVerdict::exact(outside, border);
+    }
+    let Some(whole) = whole() else {
+        let why = "motions that no output shows have the same poles on the stability boundary as others behind the outputs";
+        return StabilityVerdict { border, ..StabilityVerdict::undecided(why) };
+    };
+    for place in repeated {
+        let motion = &mut border[place];
+        let pole = Complex { re: 0.0, im: motion.frequency };
+        let found = whole.border.iter().find(|candidate| candidate.is_of(pole));
+        motion.growth_exponent = found.map_or(motion.growth_exponent, |found| found.growth_exponent);
+        // A free part alone moves on at constant speed.
+        motion.uncontrolled = motion.frequency == 0.0 && !verdict.border.iter().any(|own| own.is_of(pole));
+    }
+    StabilityVerdict::exact(outside, border)
+}
+
+/// The stability of the zero dynamics of the whole plant, with what no output shows; `None` where it is not decided: static feedback does not
+/// decouple, or integrators without effect are among its poles at zero.
+fn whole_zero_dynamics(plant: &Plant, design: &Design) -> Option<StabilityVerdict> {
+    if !design.integrals_without_effect.is_empty() {
+        return None;
+    }
+    let outputs = design.outputs.iter().map(|name| plant.output(name).ok()).collect::<Option<Vec<_>>>()?;
+    let found = zero_dynamics(&plant.system(&design.inputs, &outputs)).ok()?;
+    Some(stability_of(&found.matrix, Plane::Continuous))
 }
 
 fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {

@@ -12,6 +12,8 @@ use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_to
 use kardan_simulate::{Profile, Scenario};
 use kardan_synthesis::{BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, TaskLaw};
 
+/// States of laws and blocks up to which a loop is examined before a run.
+pub(in crate::study) const MOST_STATES: usize = 200;
 /// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
 const SETTLED: usize = 1000;
 
@@ -57,8 +59,7 @@ pub(in crate::study) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, 
     if scenario.flow.is_none() && none_in_maps || laws.len() != model.controls.len() {
         return Blocks { of_loop: LoopBlocks::default(), engaged: Vec::new(), nonlinear: false, flat: Vec::new() };
     }
-    let beside: Vec<BesideBlocks> =
-        model.controls.iter().zip(laws).map(|(control, law)| beside(&control.name, law)).collect();
+    let beside = beside_all(variant);
     // The initial values of blocks fit the start of the run, which most requests need.
     let elsewhere;
     let settled = if position == scenario.position {
@@ -79,20 +80,47 @@ pub(in crate::study) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, 
     }
 }
 
-/// The steady state of the blocks of a variant with the plant at rest at a reduced position, rad.
-fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
+/// The number of states of a variant's laws, and of the blocks that its loop may close through, if that is too large for an examination of the loop
+/// before a run.
+pub(in crate::study) fn too_many_states(variant: &PreparedVariant) -> Option<usize> {
+    let of_laws: usize = variant.implemented.iter().map(|law| law.states().len()).sum();
+    let tasks = variant.scenario.flow.iter().chain(&variant.scenario.sensors).chain(&variant.scenario.tasks);
+    let most = of_laws + tasks.map(|task| task.states.len()).sum::<usize>();
+    if most <= MOST_STATES {
+        return None;
+    }
+    let (tasks, rows) = loop_rows(variant, &beside_all(variant));
+    let of_one = |(task, rows): (&Arc<Task>, &Vec<usize>)| rows.iter().filter(|k| **k >= task.outputs.len()).count();
+    let of_blocks: usize = tasks.iter().zip(&rows).map(of_one).sum();
+    Some(of_laws + of_blocks).filter(|states| *states > MOST_STATES)
+}
+
+/// The laws of a variant in the terms of blocks.
+fn beside_all(variant: &PreparedVariant) -> Vec<BesideBlocks> {
+    let controls = variant.model.controls.iter().zip(&variant.implemented);
+    controls.map(|(control, law)| beside(&control.name, law)).collect()
+}
+
+/// The tasks of a variant, and the rows of each through which its loop may close.
+fn loop_rows(variant: &PreparedVariant, beside: &[BesideBlocks]) -> (Vec<Arc<Task>>, Vec<Vec<usize>>) {
     let PreparedVariant { reduced, scenario, .. } = variant;
     let in_maps = are_in_maps(variant);
     let sampled = scenario.sensors.iter().chain(&scenario.tasks).filter(|_| in_maps);
-    let tasks = scenario.flow.iter().chain(sampled);
-    let tasks: Vec<Arc<Task>> = tasks.cloned().collect();
-    let kinematics = Kinematics::at(reduced, position, &variant.point.rates);
-    let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
-    let mut outputs = signals_at_rest(variant, beside, at_rest);
+    let tasks: Vec<Arc<Task>> = scenario.flow.iter().chain(sampled).cloned().collect();
     let used = reduced.equations.laws.iter().flat_map(|law| law.value.blocks());
     let used: Vec<&str> = used.chain(beside.iter().flat_map(|law| &law.references).map(String::as_str)).collect();
     let from_law = |name: &str| beside.iter().any(|law| law.exported.iter().any(|(own, _)| own == name));
     let rows = in_loop(&tasks, &from_law, &used);
+    (tasks, rows)
+}
+
+/// The steady state of the blocks of a variant with the plant at rest at a reduced position, rad.
+fn settled(variant: &PreparedVariant, beside: &[BesideBlocks], position: &[f64]) -> Settled {
+    let reduced = &variant.reduced;
+    let (tasks, rows) = loop_rows(variant, beside);
+    let kinematics = Kinematics::at(reduced, position, &variant.point.rates);
+    let at_rest = [&kinematics.angles[..], &kinematics.speeds[..]];
+    let mut outputs = signals_at_rest(variant, beside, at_rest);
     let law = |(task, rows): (&Arc<Task>, &Vec<usize>)| {
         let mut with_slopes = [&rows[..], &flat_rows(task)].concat();
         with_slopes.sort_unstable();
@@ -197,15 +225,14 @@ fn beside(name: &str, law: &Arc<dyn Law>) -> BesideBlocks {
     let not_zero = |of: &Matrix<f64>, rows: &[usize], column: usize| rows.iter().any(|row| of[(*row, column)] != 0.0);
     let commands: Vec<usize> = (0..linear.on_states.rows()).collect();
     let all = 0..linear.states.rows();
-    let mut states: Vec<usize> = all.clone().filter(|k| not_zero(&linear.on_states, &commands, *k)).collect();
-    loop {
-        let more = all.clone().filter(|k| !states.contains(k) && not_zero(&linear.states, &states, *k));
-        let more: Vec<usize> = more.collect();
-        if more.is_empty() {
-            break;
+    let mut open: Vec<usize> = all.clone().filter(|k| not_zero(&linear.on_states, &commands, *k)).collect();
+    let mut affects = vec![false; all.len()];
+    while let Some(row) = open.pop() {
+        if !std::mem::replace(&mut affects[row], true) {
+            open.extend(all.clone().filter(|k| !affects[*k] && linear.states[(row, *k)] != 0.0));
         }
-        states.extend(more);
     }
+    let states: Vec<usize> = all.filter(|k| affects[*k]).collect();
     let follows = |k: usize| not_zero(&linear.on_references, &commands, k) || not_zero(&linear.references, &states, k);
     let references = law.references().iter().enumerate();
     let references = references.map(|(k, one)| if follows(k) { one.name.clone() } else { String::new() }).collect();

@@ -202,6 +202,12 @@ fn described(requirement: &Requirement, series: &Series, ran: &Ran<'_>) -> Strin
 }
 
 impl Requirement {
+    /// Whether more rows can only add to its measure.
+    pub(in crate::study) fn is_extreme(&self) -> bool {
+        use Measure::{Max, MaxAbs, Min, Overshoot, PeakToPeak};
+        self.figure.is_none() && matches!(self.measure, Max | Min | MaxAbs | Overshoot | PeakToPeak)
+    }
+
     /// The bounds, as text, before any run.
     pub(in crate::study) fn describe(&self) -> String {
         judge(self, &Series::default(), &Ran::default(), &[]).result.text

@@ -15,7 +15,7 @@ use crate::study::check::stop_checks::check_stops;
 use crate::study::loops::blocks::{check_blocks, engaged_locks};
 use crate::study::loops::loop_along_path::check_loop_along_path;
 use crate::study::loops::loop_blocks::signals_at_begin;
-use crate::study::loops::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled};
+use crate::study::loops::margins::{LoopKinks, UNSTABLE, check_margins, check_sampled, check_size};
 use crate::study::measure::computed_signals::Computed;
 use crate::study::operating_point::design_in_motion::with_motion;
 use crate::study::operating_point::named_point::NamedPoint;
@@ -257,6 +257,13 @@ fn check_opposite_side(variant: &PreparedVariant, before: usize, out: &mut Vec<D
 
 /// The errors of the loop of a variant that could run.
 fn check_loop(document: &Document, variant: &PreparedVariant, steps: &Steps<'_>, out: &mut Vec<Diagnostic>) {
+    if let Some(warning) = check_size(variant.in_loop()) {
+        out.push(warning);
+        steps.step();
+        steps.step();
+        check_effort(document, variant, out);
+        return;
+    }
     // No map includes the loop behind a lock, which has been reported.
     if !variant.model.controls.is_empty() && !engaged_locks(variant).is_empty() {
         steps.step();

@@ -124,6 +124,7 @@ impl Project {
             run.accuracy = accuracy_of(run, encoder_readings, second, variant, (prepared, settings), progress);
             if progress.stop().is_none() {
                 run.warnings.extend(accuracy::accuracy_warnings(run, &second.run));
+                judge_between_rows(run, &second.run, variant, prepared);
             }
         });
         Ok(study)
@@ -183,7 +184,9 @@ fn again(
 ) -> RunResult {
     let tolerance = accuracy::looser(tolerance(prepared, settings, progress));
     let scenario = scenario_of(variant, settings);
-    Ready::new(setup(variant, &scenario), tolerance).turning(flipped).shaken().run(&mut |_| progress.stop())
+    let ready = Ready::new(setup(variant, &scenario), tolerance).turning(flipped).shaken();
+    let ready = if flipped.is_empty() && !prepared.requirements.is_empty() { ready.between_rows() } else { ready };
+    ready.run(&mut |_| progress.stop())
 }
 
 /// The estimated error of a run, from the readings of its sensors, and from a second run.
@@ -203,6 +206,47 @@ fn accuracy_of(
         undecided.needs_third(run.length()).then(|| again(variant, &undecided.flipped, (prepared, settings), progress));
     let tolerance = tolerance(prepared, settings, progress);
     accuracy::estimate(run, (second, third.as_ref()), undecided.first, tolerance, &readings)
+}
+
+/// Extremes of a run that differ by a smaller part between its rows are those of its rows, but for errors of integration.
+const SAME_EXTREME: f64 = 1e-6;
+/// Larger ones are noted from this part on.
+const NOTED_EXTREME: f64 = 0.01;
+
+/// Compares the verdicts on a run with those on a second one that has rows between its rows: an extreme that is beyond its bound between rows fails, and
+/// other verdicts that differ are reported.
+fn judge_between_rows(run: &mut Run, second: &Run, variant: &PreparedVariant, prepared: &Prepared) {
+    let is_comparable = |run: &Run| run.outcome == Outcome::Completed;
+    if prepared.requirements.is_empty() || variant.swept.is_some() || !is_comparable(run) || !is_comparable(second) {
+        return;
+    }
+    let finer = judged(variant, prepared, second.clone()).requirements;
+    let specs = prepared.requirements.iter().filter(|requirement| selects(&requirement.variants, &variant.name));
+    for ((own, finer), spec) in run.requirements.iter_mut().zip(finer).zip(specs) {
+        let (Some(value), Some(other)) = (own.measured, finer.measured) else { continue };
+        let apart = (other - value).abs() / value.abs().max(other.abs());
+        let shown = |value: f64| own.display.as_ref().map_or(value, |display| display.of(value));
+        let unit = own.display.as_ref().map_or(own.unit.as_str(), |display| display.unit.as_str());
+        let [rows, between] = [value, other].map(|value| format!("{:.6} {unit}", shown(value)).trim_end().to_string());
+        let text = own.text.clone();
+        match (own.passed, finer.passed) {
+            (true, false) if spec.is_extreme() && apart > SAME_EXTREME => {
+                (own.measured, own.passed) = (Some(other), false);
+                run.warnings.push(format!(
+                    "`{text}` is not met between the rows: they show {rows}, and a second run with more rows {between}. A smaller `output_step` \
+                     shows it in the table"
+                ));
+            }
+            (passed, again) if passed != again && apart > SAME_EXTREME => run.warnings.push(format!(
+                "`{text}` is not decided: the rows of the run give {rows}, and a second run with more rows {between}. A smaller `output_step` \
+                 decides it"
+            )),
+            _ if spec.is_extreme() && apart > NOTED_EXTREME => {
+                run.notes.push(format!("`{text}`: the rows of the run show {rows}, and a second run with more rows {between}."));
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The scenario of a variant, with the requested faults.

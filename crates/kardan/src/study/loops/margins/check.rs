@@ -35,6 +35,19 @@ const CHECK_TIMES: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 /// Least number of periods of the map in that time.
 const FEWEST: f64 = 50.0;
 
+/// The warning of a loop with so many states that it is not examined before a run.
+pub(in crate::study) fn check_size(variant: &PreparedVariant) -> Option<Diagnostic> {
+    let control = variant.model.controls.first()?;
+    let states = loop_blocks::too_many_states(variant)?;
+    let most = loop_blocks::MOST_STATES;
+    let message = format!(
+        "the laws and blocks of the loop have {states} states: kardan examines before a run whether a loop of up to {most} \
+         states is stable, and what it tolerates"
+    );
+    let warning = Diagnostic::warning("control::large-loop", message).at(&control.place, "in this loop");
+    Some(warning.help("a run shows the motion; `kardan design` examines the loop, which takes long"))
+}
+
 /// Sampled controllers, slow sensors and blocks of a loop with their times, as text.
 fn multiloop(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     let controls = variant.model.controls.iter().zip(parts);

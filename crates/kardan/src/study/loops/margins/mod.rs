@@ -13,7 +13,7 @@ mod warnings;
 
 pub(in crate::study) use channels::motor_margins;
 pub use check::overrule;
-pub(in crate::study) use check::{UNSTABLE, check_margins, check_sampled};
+pub(in crate::study) use check::{UNSTABLE, check_margins, check_sampled, check_size};
 pub(in crate::study) use contacts::{contact_warnings, contacts_verdict, margins_in_contact, with_plants};
 pub(in crate::study) use responses::responses;
 pub(in crate::study) use sides::LoopKinks;

@@ -152,8 +152,9 @@ impl StabilityProblem<'_> {
         let free = verdict.border.iter().any(|motion| motion.uncontrolled);
         let zeros = if free { exact.zeros() } else { 0 };
         let poles = roots(&kardan_math::num::characteristic_polynomial(&exact.matrix));
-        let more = found.excluded.saturating_sub(zeros);
-        let beside_zero = poles.iter().filter(|pole| (pole.re, pole.im) != (0.0, 0.0)).take(more);
+        let is_zero = |pole: &&Pole| (pole.re, pole.im) == (0.0, 0.0);
+        let more = found.excluded.saturating_sub(zeros.max(poles.iter().filter(is_zero).count()));
+        let beside_zero = poles.iter().filter(|pole| !is_zero(pole)).take(more);
         LoopStability {
             controlled: verdict.excluding_free().word,
             zeros,

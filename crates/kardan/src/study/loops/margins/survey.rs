@@ -1,5 +1,6 @@
 //! How far a loop is from instability, in numbers.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use kardan_rt::functions::{ln, powf};
@@ -13,6 +14,7 @@ use crate::study::PreparedVariant;
 use crate::study::loops::loop_blocks;
 use kardan_math::num::{Matrix, Rational};
 use kardan_mechanics::reduce::{LinearModel, motions_over_states};
+use kardan_results::signal_name::SignalName;
 use kardan_results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, Stability};
 use kardan_synthesis::{
     Clock, ExactMotions, GAINS, Law, Limit, LoopBlocks, LoopPlant, Plant, Survey, counting_charges,
@@ -128,10 +130,23 @@ pub(in crate::study) fn survey(variant: &PreparedVariant, number: usize, design:
             .as_ref()
             .is_some_and(|exact| only_count(exact, &variant.whole_model(number), laws)),
         near_zero_poles: decided.next_to_zero,
+        analogue_blocks: if tolerated.rates.is_empty() { Vec::new() } else { analogue_blocks(laws, &blocks) },
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         low_margins,
         ..tolerated
     }
+}
+
+/// The blocks of a loop that stay in continuous time where its laws are sampled: between the laws, and in them.
+fn analogue_blocks(laws: &[Arc<dyn Law>], blocks: &LoopBlocks) -> Vec<String> {
+    let clock = Clock { period: 1e-3, delay: 0.0, single: false };
+    let flows = |law: &&Arc<dyn Law>| law.linear_sampled(clock).is_some_and(|linear| linear.flowing);
+    let within = laws.iter().filter(flows).flat_map(|law| law.states());
+    let between = blocks.names().iter().filter(|_| blocks.is_continuous()).cloned();
+    let mut names: Vec<String> = within.chain(between).map(|name| SignalName::new(&name).element.to_string()).collect();
+    let mut known = HashSet::new();
+    names.retain(|name| known.insert(name.clone()));
+    names
 }
 
 /// The factors of all torques that a loop tolerates, if there is one torque: those of its motor.

@@ -1,5 +1,6 @@
 //! Margins as sentences.
 
+use kardan_math::names::quoted;
 use kardan_results::{LoopLimit, Margins, MultiloopMargin, RateLimit, Stability, ZeroPoleEvidence};
 use kardan_synthesis::LIMIT_STEP;
 
@@ -108,6 +109,13 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
             because(&with.motion),
             100.0 * (LIMIT_STEP - 1.0)
         ));
+        if !margins.analogue_blocks.is_empty() {
+            out.push(format!(
+                "These rates sample the law alone: {} without a sample time stay in continuous time. A control unit that samples them too \
+                 may need a higher rate; give the law and its blocks a `sample_time` to examine it.",
+                quoted(&margins.analogue_blocks)
+            ));
+        }
     }
     let tolerated = |limit: &LoopLimit, [before, after]: [&str; 2], none: &str| match limit.value.is_finite() {
         true => format!("{before}{}{after}{}.", time(limit.value), because(&limit.motion)),
