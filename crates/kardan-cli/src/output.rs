@@ -198,6 +198,10 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 if is_block_device(&metadata) {
                     return Err(refused("file::unwritable", "it is a disk".into()));
                 }
+                if is_pipe(&metadata) {
+                    let help = "write to a file, or to /dev/stdout and from there into the pipe";
+                    return Err(refused("file::not-regular", "it is a pipe, which may wait for ever".into()).help(help));
+                }
                 return Ok(Place::Stream(target));
             }
             Ok(metadata) => {
@@ -227,6 +231,17 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
         }
     }
     unreachable!("links are counted")
+}
+
+#[cfg(unix)]
+fn is_pipe(metadata: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    metadata.file_type().is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &fs::Metadata) -> bool {
+    false
 }
 
 #[cfg(unix)]

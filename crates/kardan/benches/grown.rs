@@ -1,7 +1,8 @@
 //! How `kardan check` grows with the entries of a model: `cargo bench -p kardan --bench grown`. Of each kind the time of 10, 100, 1000 and
 //! 10,000 entries, the power of their number by which it grows from one to the next, and the most memory at once (MB) with the last number of
 //! entries. It fails where 10,000 take more than a second or 200 MB, or the power is above 1.2.
-//! `cargo bench -p kardan --bench grown -- chain` takes the kinds with that word in their name.
+//! `cargo bench -p kardan --bench grown -- chain` takes the kinds with that word in their name;
+//! `cargo bench -p kardan --bench grown -- write DIR COUNT` writes the models with so many entries, for `tests/deep.py`.
 
 #[path = "../tests/common/grown.rs"]
 mod grown;
@@ -9,7 +10,7 @@ mod grown;
 use std::hint::black_box;
 use std::time::Instant;
 
-use grown::{CHAINS, CIRCLES, COUPLED, Kind, REFUSED, WIDE};
+use grown::{CHAINS, CIRCLES, COUPLED, Kind, NESTED, REFUSED, WIDE};
 use kardan::study;
 
 /// A kind that took so long (s) is not asked for more entries.
@@ -55,7 +56,23 @@ fn measure((name, model): &Kind, most: usize) -> bool {
     within
 }
 
+/// Writes the model of each kind with so many entries into a folder.
+fn write(folder: &str, count: usize) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for (name, model) in [WIDE, CHAINS, CIRCLES, REFUSED, COUPLED, NESTED].into_iter().flatten() {
+        std::fs::write(format!("{folder}/{}.toml", name.replace(' ', "-")), model(count))?;
+    }
+    Ok(())
+}
+
 fn main() {
+    let own: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    if let [mode, folder, count] = &own[..]
+        && mode == "write"
+    {
+        write(folder, count.parse().expect("a count")).expect("a folder to write into");
+        return;
+    }
     let word = std::env::args().skip(1).find(|word| !word.starts_with('-')).unwrap_or_default();
     let all = [("wide", WIDE), ("chains", CHAINS), ("circles", CIRCLES), ("refused", REFUSED), ("coupled", COUPLED)];
     let mut above = 0;

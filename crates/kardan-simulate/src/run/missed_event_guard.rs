@@ -25,7 +25,7 @@ const ADJACENT: f64 = 1e-9;
 /// The distance by which a series step ends after such a point, as a part of it, doubled each time that it is met again:
 /// where a number only touches zero its rounding lasts longer than that. At most this part of what counts as adjacent.
 const BEHIND: f64 = 1e-13;
-const MOST_BEHIND: f64 = 0.3;
+const MOST_BEHIND: f64 = 0.02;
 /// The distance after a jump at which a step begins, four times as far each time.
 const MOST_JUMPS: usize = 16;
 /// The allowed difference of series from their values, in parts of their terms.

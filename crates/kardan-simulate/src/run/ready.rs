@@ -8,8 +8,6 @@ use crate::{Machine, Setup};
 use kardan_math::num::Random;
 use kardan_results::{Outcome, Run};
 
-/// The golden ratio: its multiples fall evenly into the intervals between rows, whatever oscillates in these.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// The most rows that ends of steps add.
 const MOST_ADDED: usize = 20_000;
 
@@ -62,18 +60,9 @@ impl Ready {
         self
     }
 
-    /// Adds rows between the rows: one in each interval, and one at the end of each step that has none, so that they show what happens between
-    /// those of the scenario.
+    /// Adds a row at the end of each step that has none, so that rows show what happens between those of the scenario: where steps are shorter than
+    /// the distance of rows.
     pub fn between_rows(mut self) -> Self {
-        let rows = std::mem::take(&mut self.0.scenario.times);
-        let mut times = Vec::with_capacity(2 * rows.len());
-        for (k, pair) in rows.windows(2).enumerate() {
-            let part = (GOLDEN * (k + 1) as f64).fract();
-            times.extend([pair[0], pair[0] + part * (pair[1] - pair[0])]);
-        }
-        times.extend(rows.last());
-        times.dedup();
-        self.0.scenario.times = times;
         self.0.added_rows = MOST_ADDED;
         self
     }

@@ -167,20 +167,29 @@ pub const CHAINS: &[Kind] = &[
         let angle = |k: usize| format!("1 rad * sin({})", before(k, "a.phi"));
         table_of("", n, |k| signal(&format!("x{k}"), &angle(k)), &law)
     }),
+    ("controllers of one shaft", |n| {
+        let pair = |k: usize| {
+            format!(
+                "[motor.x{k}]\nshaft = \"a\"\n\n[control.c{k}]\nlaw = \"program\"\ncommands = {{ x{k} = \"-{} N m s/rad * a.w\" }}\n\n",
+                k + 1
+            )
+        };
+        with(n, pair)
+    }),
     ("filters in a loop", |n| {
-        let law = format!("[control.c]\nlaw = \"program\"\ncommands = {{ m = \"-1 N m/rad * x{}\" }}\n", n - 1);
+        let law = format!("[control.c]\nlaw = \"program\"\ncommands = {{ m = \"-0.01 N m s/rad * x{}\" }}\n", n - 1);
         let filter = |k: usize| {
-            let input = before(k, "a.phi");
+            let input = before(k, "a.w");
             format!("[block.x{k}]\nkind = \"low_pass\"\ninput = \"{input}\"\ntime_constant = \"10 ms\"\n\n")
         };
         table_of("", n, filter, &law)
     }),
     ("sampled filters in a loop", |n| {
         let law = format!(
-            "[control.c]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = {{ m = \"-1 N m/rad * x{}\" }}\n",
+            "[control.c]\nlaw = \"program\"\nsample_time = \"1 ms\"\ncommands = {{ m = \"-0.01 N m s/rad * x{}\" }}\n",
             n - 1
         );
-        table_of("", n, |k| block(&format!("x{k}"), "low_pass", &before(k, "a.phi"), "time_constant = \"10 ms\""), &law)
+        table_of("", n, |k| block(&format!("x{k}"), "low_pass", &before(k, "a.w"), "time_constant = \"10 ms\""), &law)
     }),
     ("formulas of products of the two before", |n| {
         let two = |k: usize| {

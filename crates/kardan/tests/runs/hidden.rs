@@ -192,7 +192,8 @@ fn a_brake_that_dips_lets_go() {
 fn a_kink_at_the_end_is_the_end() {
     for (rate, end) in [(5.0, 2.5), (7.0, 3.0), (13.0, 3.0), (14.0, 1.5), (50.0, 0.5), (50.0, 2.0), (70.0, 3.0)] {
         let coasting = "[shaft.x]\ninertia = \"1 kg m^2\"\n";
-        let scenario = format!("duration = \"{end} s\"\noutput_step = \"10 ms\"\ninitial = {{ \"x.w\" = \"1 rad/s\" }}");
+        let scenario =
+            format!("duration = \"{end} s\"\noutput_step = \"10 ms\"\ninitial = {{ \"x.w\" = \"1 rad/s\" }}");
         let source = shaft(&format!("1 N m * abs(sin(2 pi * {rate} Hz * t))"), &scenario);
         let source = format!("{coasting}{source}");
         for method in METHODS {

@@ -16,6 +16,8 @@ use kardan_schema::diagnostics::Diagnostic;
 use kardan_simulate::{Setup, UNJAM, locking_gears};
 use kardan_synthesis::closed_loop_poles;
 
+/// States of laws and blocks up to which a loop is examined before a run.
+pub(in crate::study) const MOST_STATES: usize = 200;
 /// Number of steps above which kardan warns.
 pub const MANY_STEPS: f64 = 1e7;
 /// Length of a step in time constants of the limiting motion: a damped one up to the stability limit, an oscillating one
@@ -67,7 +69,8 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     let mut swings = matches!(found.element, Some((_, "stiffness")));
     let laws = &variant.implemented;
     let clocks: Vec<_> = laws.iter().filter_map(|law| law.clock()).collect();
-    if !laws.is_empty() && clocks.is_empty() {
+    let states: usize = laws.iter().map(|law| law.states().len()).sum();
+    if !laws.is_empty() && clocks.is_empty() && states <= MOST_STATES {
         let at = variant.in_loop();
         let linear = linearise(&at.reduced, &at.scenario.position);
         let poles = closed_loop_poles(&linear, laws).unwrap_or_default();

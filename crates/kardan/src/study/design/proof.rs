@@ -170,7 +170,8 @@ fn with_hidden(
         return StabilityVerdict::exact(outside, border);
     }
     let Some(whole) = whole() else {
-        let why = "motions that no output shows have the same poles on the stability boundary as others behind the outputs";
+        let why =
+            "motions that no output shows have the same poles on the stability boundary as others behind the outputs";
         return StabilityVerdict { border, ..StabilityVerdict::undecided(why) };
     };
     for place in repeated {
@@ -178,8 +179,9 @@ fn with_hidden(
         let pole = Complex { re: 0.0, im: motion.frequency };
         let found = whole.border.iter().find(|candidate| candidate.is_of(pole));
         motion.growth_exponent = found.map_or(motion.growth_exponent, |found| found.growth_exponent);
-        // A free part alone moves on at constant speed.
-        motion.uncontrolled = motion.frequency == 0.0 && !verdict.border.iter().any(|own| own.is_of(pole));
+        // A free body moves on at constant speed by itself.
+        let free = hidden.iter().filter(|pole| **pole == Pole::default()).count();
+        motion.uncontrolled = motion.frequency == 0.0 && free > 1 && motion.growth_exponent == 1;
     }
     StabilityVerdict::exact(outside, border)
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::loop_blocks::{are_in_maps, blocks, too_many_states};
+use super::loop_blocks::{are_in_maps, blocks, too_large};
 use super::margins::searches;
 use crate::study::PreparedVariant;
 use crate::study::read::locations::place_in_control;
@@ -198,7 +198,7 @@ pub(in crate::study) fn check_blocks(document: &Document, variant: &PreparedVari
 
 /// Locks that blocks engage at the start of the run of a variant: no map includes the loop behind them.
 pub(in crate::study) fn engaged_locks(variant: &PreparedVariant) -> Vec<String> {
-    if too_many_states(variant).is_some() {
+    if too_large(variant).is_some() {
         return Vec::new();
     }
     blocks(variant, &variant.loop_plant()).engaged

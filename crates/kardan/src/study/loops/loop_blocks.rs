@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::study::PreparedVariant;
+use crate::study::check::effort::MOST_STATES;
 use crate::study::prepared::Settled;
 use kardan_expr::expr::{Expr, Symbol};
 use kardan_math::num::Matrix;
@@ -12,8 +13,8 @@ use kardan_mechanics::reduce::{Kinematics, OperatingPoint, block_locks, block_to
 use kardan_simulate::{Profile, Scenario};
 use kardan_synthesis::{BesideBlocks, ExportedSignal, Law, LinearTask, LoopBlocks, LoopPlant, Observation, TaskLaw};
 
-/// States of laws and blocks up to which a loop is examined before a run.
-pub(in crate::study) const MOST_STATES: usize = 200;
+/// Controllers up to which a loop is examined before a run.
+pub(in crate::study) const MOST_CONTROLLERS: usize = 20;
 /// Samples after which blocks are at their steady state; those that never are (integrators) are linear.
 const SETTLED: usize = 1000;
 
@@ -80,19 +81,33 @@ pub(in crate::study) fn blocks_at(variant: &PreparedVariant, plant: &LoopPlant, 
     }
 }
 
-/// The number of states of a variant's laws, and of the blocks that its loop may close through, if that is too large for an examination of the loop
-/// before a run.
-pub(in crate::study) fn too_many_states(variant: &PreparedVariant) -> Option<usize> {
-    let of_laws: usize = variant.implemented.iter().map(|law| law.states().len()).sum();
+/// What makes a loop too large for an examination before a run.
+pub(in crate::study) enum TooLarge {
+    /// So many controllers.
+    Controllers(usize),
+    /// So many states of its laws, and of the blocks that it may close through.
+    States(usize),
+}
+
+/// Whether the loop of a variant is too large for an examination before a run.
+pub(in crate::study) fn too_large(variant: &PreparedVariant) -> Option<TooLarge> {
+    let laws = &variant.implemented;
+    if laws.len() > MOST_CONTROLLERS {
+        return Some(TooLarge::Controllers(laws.len()));
+    }
+    let of_laws: usize = laws.iter().map(|law| law.states().len()).sum();
     let tasks = variant.scenario.flow.iter().chain(&variant.scenario.sensors).chain(&variant.scenario.tasks);
     let most = of_laws + tasks.map(|task| task.states.len()).sum::<usize>();
     if most <= MOST_STATES {
         return None;
     }
+    if of_laws > MOST_STATES {
+        return Some(TooLarge::States(of_laws));
+    }
     let (tasks, rows) = loop_rows(variant, &beside_all(variant));
     let of_one = |(task, rows): (&Arc<Task>, &Vec<usize>)| rows.iter().filter(|k| **k >= task.outputs.len()).count();
-    let of_blocks: usize = tasks.iter().zip(&rows).map(of_one).sum();
-    Some(of_laws + of_blocks).filter(|states| *states > MOST_STATES)
+    let states = of_laws + tasks.iter().zip(&rows).map(of_one).sum::<usize>();
+    (states > MOST_STATES).then_some(TooLarge::States(states))
 }
 
 /// The laws of a variant in the terms of blocks.

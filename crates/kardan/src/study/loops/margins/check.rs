@@ -6,7 +6,8 @@ use super::stability::StabilityProblem;
 use super::survey::{excluded, format_motion, searches};
 use super::warnings::{CLOSE, close, low_margins};
 use crate::study::PreparedVariant;
-use crate::study::loops::loop_blocks;
+use crate::study::check::effort::MOST_STATES;
+use crate::study::loops::loop_blocks::{self, MOST_CONTROLLERS, TooLarge};
 use kardan_math::num::multiply;
 use kardan_model::ControlSpec;
 use kardan_results::{Stability, StabilityVerdict};
@@ -35,15 +36,19 @@ const CHECK_TIMES: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 /// Least number of periods of the map in that time.
 const FEWEST: f64 = 50.0;
 
-/// The warning of a loop with so many states that it is not examined before a run.
+/// The warning of a loop with so many states or controllers that it is not examined before a run.
 pub(in crate::study) fn check_size(variant: &PreparedVariant) -> Option<Diagnostic> {
     let control = variant.model.controls.first()?;
-    let states = loop_blocks::too_many_states(variant)?;
-    let most = loop_blocks::MOST_STATES;
-    let message = format!(
-        "the laws and blocks of the loop have {states} states: kardan examines before a run whether a loop of up to {most} \
-         states is stable, and what it tolerates"
-    );
+    let (size, most) = match loop_blocks::too_large(variant)? {
+        TooLarge::Controllers(count) => {
+            (format!("the loop has {count} controllers"), format!("{MOST_CONTROLLERS} controllers"))
+        }
+        TooLarge::States(count) => {
+            (format!("the laws and blocks of the loop have {count} states"), format!("{MOST_STATES} states"))
+        }
+    };
+    let message =
+        format!("{size}: kardan examines before a run whether a loop of up to {most} is stable, and what it tolerates");
     let warning = Diagnostic::warning("control::large-loop", message).at(&control.place, "in this loop");
     Some(warning.help("a run shows the motion; `kardan design` examines the loop, which takes long"))
 }

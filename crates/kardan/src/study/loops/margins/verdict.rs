@@ -111,8 +111,8 @@ fn limits(margins: &Margins, out: &mut Vec<String>) {
         ));
         if !margins.analogue_blocks.is_empty() {
             out.push(format!(
-                "These rates sample the law alone: {} without a sample time stay in continuous time. A control unit that samples them too \
-                 may need a higher rate; give the law and its blocks a `sample_time` to examine it.",
+                "These rates sample the law alone: its blocks without a sample time ({}) stay in continuous time. A control unit that samples them \
+                 too may need a higher rate; give the law and the blocks a `sample_time` to examine it.",
                 quoted(&margins.analogue_blocks)
             ));
         }
