@@ -13,6 +13,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::time::Duration;
 
 use kardan::diagnostics::Diagnostic;
 use kardan_report::Page;
@@ -21,6 +23,8 @@ use crate::fault;
 use crate::files::{identity, is_read, reason};
 use crate::render::{note, stderr};
 
+/// How long a pipe waits for a reader.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// Symbolic links that lead to one another.
 const LINKS: usize = 40;
 
@@ -198,10 +202,6 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 if is_block_device(&metadata) {
                     return Err(refused("file::unwritable", "it is a disk".into()));
                 }
-                if is_pipe(&metadata) {
-                    let help = "write to a file, or to /dev/stdout and from there into the pipe";
-                    return Err(refused("file::not-regular", "it is a pipe, which may wait for ever".into()).help(help));
-                }
                 return Ok(Place::Stream(target));
             }
             Ok(metadata) => {
@@ -231,17 +231,6 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
         }
     }
     unreachable!("links are counted")
-}
-
-#[cfg(unix)]
-fn is_pipe(metadata: &fs::Metadata) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    metadata.file_type().is_fifo()
-}
-
-#[cfg(not(unix))]
-fn is_pipe(_: &fs::Metadata) -> bool {
-    false
 }
 
 #[cfg(unix)]
@@ -340,15 +329,23 @@ pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Di
     let saved = match place(path, own)? {
         Place::Standard(true) => return print_bytes(bytes),
         Place::Standard(false) => fault::write(&mut io::stderr().lock(), bytes),
-        Place::Stream(path) => OpenOptions::new()
-            .append(true)
-            .open(path)
-            .and_then(|mut file| fault::write(&mut file, bytes).and_then(|()| file.flush())),
+        Place::Stream(path) => {
+            open_stream(path).and_then(|mut file| fault::write(&mut file, bytes).and_then(|()| file.flush()))
+        }
         Place::File(target) => replace(&target, bytes),
     };
     saved.map_err(|error| {
         Diagnostic::error("file::unwritable", format!("cannot write `{}`: {}", path.display(), reason(&error)))
     })
+}
+
+/// Opens a device or a pipe; a pipe waits for its reader, but not for ever.
+fn open_stream(path: PathBuf) -> io::Result<File> {
+    let (give, take) = mpsc::channel();
+    std::thread::spawn(move || give.send(OpenOptions::new().append(true).open(path)));
+    let unread =
+        || io::Error::new(ErrorKind::TimedOut, format!("nobody reads this pipe within {} s", PATIENCE.as_secs()));
+    take.recv_timeout(PATIENCE).unwrap_or_else(|_| Err(unread()))
 }
 
 /// Writes to a temporary file, syncs it to the disk, and renames it.

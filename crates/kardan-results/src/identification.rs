@@ -103,7 +103,7 @@ const LOUD: f64 = 10.0;
 const NAMED: usize = 3;
 
 impl Identification {
-    /// The verdict in one sentence, with all reservations; sound if every parameter has an interval, the logs are
+    /// The verdict in one sentence, with all reservations; sound if every parameter has an interval without zero, the logs are
     /// whole and their clocks sound, there is no warning, and nothing ended early.
     ///
     /// ```
@@ -127,14 +127,21 @@ impl Identification {
             (determined, all) if determined == all => format!("All {all} parameters are determined"),
             (determined, all) => format!("{determined} of {all} parameters are determined"),
         };
+        let may_vanish = |interval: Interval| interval.lower <= 0.0 && interval.upper >= 0.0;
+        let zero = match (sought().filter(|one| one.interval.is_some_and(may_vanish)).count(), all) {
+            (0, _) => String::new(),
+            (_, 1) => ", but not distinguishable from zero".into(),
+            (some, all) => format!(", but {some} of {all} are not distinguishable from zero"),
+        };
         let reservations = self.reservations();
         let warnings = counted(&self.warnings);
         let sound = determined == all
+            && zero.is_empty()
             && self.warnings.is_empty()
             && reservations.is_empty()
             && self.incomplete_reason.is_none();
         let early = early(self.incomplete_reason.as_deref());
-        Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
+        Verdict { sound, text: format!("{early}{parameters}{zero}{reservations}{}{warnings}.", self.tested()) }
     }
 
     /// `; the residual is like noise`

@@ -338,6 +338,8 @@ mod unix {
             });
             assert_eq!(kardan(&at, &["analyze", "axle.toml", "--report", "pipe"]).status.code(), Some(0));
             assert!(reader.join().unwrap().contains("<!doctype html>"));
+            // Without a reader it waits, but not for ever.
+            refused(&at, &["analyze", "axle.toml", "--report", "pipe"], &["nobody reads this pipe"]);
         }
     }
 
