@@ -179,9 +179,8 @@ fn with_hidden(
         let pole = Complex { re: 0.0, im: motion.frequency };
         let found = whole.border.iter().find(|candidate| candidate.is_of(pole));
         motion.growth_exponent = found.map_or(motion.growth_exponent, |found| found.growth_exponent);
-        // A free body moves on at constant speed by itself.
-        let free = hidden.iter().filter(|pole| **pole == Pole::default()).count();
-        motion.uncontrolled = motion.frequency == 0.0 && free > 1 && motion.growth_exponent == 1;
+        // What moves on at constant speed is a free motion.
+        motion.uncontrolled = motion.frequency == 0.0 && motion.growth_exponent == 1;
     }
     StabilityVerdict::exact(outside, border)
 }
