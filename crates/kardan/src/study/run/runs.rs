@@ -208,9 +208,9 @@ fn accuracy_of(
     accuracy::estimate(run, (second, third.as_ref()), undecided.first, tolerance, &readings)
 }
 
-/// Extremes of a run that differ by a smaller part between its rows are those of its rows, but for errors of integration.
-const SAME_EXTREME: f64 = 1e-6;
-/// Larger ones are noted from this part on.
+/// Measures that differ by a smaller part, of themselves or of their bounds, are the same but for errors of integration.
+const SAME_MEASURE: f64 = 1e-6;
+/// Other extremes are noted from this part on.
 const NOTED_EXTREME: f64 = 0.01;
 
 /// Compares the verdicts on a run with those on a second one that has rows between its rows: an extreme that is beyond its bound between rows fails, and
@@ -224,20 +224,22 @@ fn judge_between_rows(run: &mut Run, second: &Run, variant: &PreparedVariant, pr
     let specs = prepared.requirements.iter().filter(|requirement| selects(&requirement.variants, &variant.name));
     for ((own, finer), spec) in run.requirements.iter_mut().zip(finer).zip(specs) {
         let (Some(value), Some(other)) = (own.measured, finer.measured) else { continue };
-        let apart = (other - value).abs() / value.abs().max(other.abs());
+        let bounds = [spec.below, spec.above].into_iter().flatten();
+        let size = bounds.fold(value.abs().max(other.abs()), |size, bound| size.max(bound.abs()));
+        let apart = (other - value).abs() / size;
         let shown = |value: f64| own.display.as_ref().map_or(value, |display| display.of(value));
         let unit = own.display.as_ref().map_or(own.unit.as_str(), |display| display.unit.as_str());
         let [rows, between] = [value, other].map(|value| format!("{:.6} {unit}", shown(value)).trim_end().to_string());
         let text = own.text.clone();
         match (own.passed, finer.passed) {
-            (true, false) if spec.is_extreme() && apart > SAME_EXTREME => {
+            (true, false) if spec.is_extreme() && apart > SAME_MEASURE => {
                 (own.measured, own.passed) = (Some(other), false);
                 run.warnings.push(format!(
                     "`{text}` is not met between the rows: they show {rows}, and a second run with more rows {between}. A smaller `output_step` \
                      shows it in the table"
                 ));
             }
-            (passed, again) if passed != again && apart > SAME_EXTREME => run.warnings.push(format!(
+            (passed, again) if passed != again && apart > SAME_MEASURE => run.warnings.push(format!(
                 "`{text}` is not decided: the rows of the run give {rows}, and a second run with more rows {between}. A smaller `output_step` \
                  decides it"
             )),
