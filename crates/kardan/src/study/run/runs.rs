@@ -14,7 +14,7 @@ use crate::study::check::vehicle_validity::vehicle_warnings;
 use crate::study::design::actuator_usage;
 use crate::study::design::designs::designed;
 use crate::study::measure::figure::figures_of;
-use crate::study::measure::requirement_verdict::{Judged, Ran, judge};
+use crate::study::measure::requirement_verdict::{Judged, Ran, in_digits, judge};
 use crate::study::measure::selected_variants::selects;
 use crate::study::measure::spectrum::spectra;
 use crate::study::progress::run_with_progress;
@@ -211,7 +211,11 @@ fn accuracy_of(
 /// Measures that differ by a smaller part, of themselves or of their bounds, are the same but for errors of integration.
 const SAME_MEASURE: f64 = 1e-6;
 /// Other extremes are noted from this part on.
-const NOTED_EXTREME: f64 = 0.01;
+const NOTED_EXTREME: f64 = 0.1;
+
+fn in_6_digits(value: f64) -> String {
+    in_digits(format!("{value:.5e}").parse().unwrap_or(value))
+}
 
 /// Compares the verdicts on a run with those on a second one that has rows between its rows: an extreme that is beyond its bound between rows fails, and
 /// other verdicts that differ are reported.
@@ -229,7 +233,8 @@ fn judge_between_rows(run: &mut Run, second: &Run, variant: &PreparedVariant, pr
         let apart = (other - value).abs() / size;
         let shown = |value: f64| own.display.as_ref().map_or(value, |display| display.of(value));
         let unit = own.display.as_ref().map_or(own.unit.as_str(), |display| display.unit.as_str());
-        let [rows, between] = [value, other].map(|value| format!("{:.6} {unit}", shown(value)).trim_end().to_string());
+        let [rows, between] =
+            [value, other].map(|value| format!("{} {unit}", in_6_digits(shown(value))).trim_end().to_string());
         let text = own.text.clone();
         match (own.passed, finer.passed) {
             (true, false) if spec.is_extreme() && apart > SAME_MEASURE => {
