@@ -102,7 +102,7 @@ impl RunLoop {
         self.report_progress(progress)
     }
 
-    /// Adds a row at the end of a step that has none, where that is asked for.
+    /// Adds a row at the end of a step that has none, where rows may be added.
     fn add_row(&mut self) {
         let next = self.scenario.times.get(self.next_row);
         if self.added_rows > 0 && next.is_some_and(|next| *next > self.time) {
